@@ -1,33 +1,32 @@
-//! What is said of an algorithm, whatever a model's numbers are.
+//! Description of an algorithm, independent of a model's numbers.
 
 use crate::file::FieldFile;
 
-/// An algorithm of fields, as reports tell it.
+/// An algorithm of radiance fields, as named in reports.
 #[derive(Debug)]
 pub struct Algorithm {
     /// Its usual name.
     pub name: &'static str,
-    /// What of a frame is computed outside the units, and by what: no check of the units covers
-    /// it. The order is that of the report.
+    /// Parts of a frame that are computed outside the units, and by what: no check of the units
+    /// covers them. Reports keep this order.
     pub outside: &'static [&'static str],
-    /// How large its authors make its tables, where that is one number.
+    /// Table size in the authors' configuration, if one number states it.
     pub full_size: Option<Size>,
-    /// The preset whose units have what it takes.
+    /// The preset whose units support it.
     pub preset: &'static str,
-    /// Its models' files; none of algorithms whose models are made in memory.
+    /// The files of its models; `None` for models that exist only in memory.
     pub file: Option<FieldFile>,
 }
 
-/// Tables of another size.
+/// A size of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Size {
-    /// Vertices along each axis that has more than one; channels stay. Samples
-    /// are as far apart as before, in voxels.
+    /// Vertices along each axis that has more than one. Channels and the step in voxels do not
+    /// change.
     Points(usize),
-    /// Entries of hashed tables, and of dense ones no more. Vertices and samples
-    /// stay.
+    /// Entries of hashed tables, and the upper limit for dense ones. Vertices and samples do not
+    /// change.
     Entries(usize),
-    /// Coarse cells along each axis of a tree. Samples are as far apart as before,
-    /// in cells.
+    /// Coarse cells of a tree along each axis. The step in cells does not change.
     Cells(usize),
 }

@@ -1,11 +1,10 @@
-//! The schedule of a field in several tables: ray groups, and the batches in
-//! which the samples of a group are gathered.
+//! The schedule of a field in several tables: ray groups, and the batches in which the samples of
+//! a group are gathered.
 //!
-//! A batch has as many samples of every ray that goes on, front to back, and
-//! rays end between batches. So a batch of many samples a ray gathers many
-//! behind where rays stop, and one of few loads the MVoxels of the group once
-//! more for each few samples. The renderer and the count of what it moves
-//! (`characterise`) take the same batches.
+//! A batch takes the same number of samples from every ray that has not stopped, front to back;
+//! rays stop only between batches. So a batch of many samples a ray gathers many samples behind
+//! the points where rays stop, and one of few samples loads the MVoxels of the group more often.
+//! The renderer and the traffic count (`characterise`) use the same batches.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,27 +15,26 @@ use crate::gather_plan::CodedTable;
 use potamoi_base::camera::Camera;
 use potamoi_march::Span;
 
-/// How large batches are.
+/// Limits of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BatchSize {
-    /// Samples of a ray, 1 or more.
+    /// Maximum number of samples a ray, at least 1.
     pub samples: u32,
-    /// Entries at most, over all tables, as long as a ray has a sample.
+    /// Maximum number of entries over all tables; every ray may have one sample in any case.
     pub entries: usize,
 }
 
 impl BatchSize {
-    /// Entries that are held at a time at most: some 200 MB here.
+    /// Maximum number of entries in memory: about 200 MB here.
     pub const ENTRIES: usize = 1 << 21;
 
-    /// Of some tables: the root of a third of the bytes of an MVoxel of each over
-    /// those of a sample, which loads few MVoxels again and goes past few stops.
+    /// The batch size for some tables. The number of samples is the square root of a third of the
+    /// ratio between the bytes of an MVoxel in each table and the bytes of a sample.
     ///
-    /// With `d` samples a ray, MVoxels are loaded about `n / d` times, and `d / 2`
-    /// samples a ray are gathered behind its stop; the sum is least at a root. The
-    /// third is chosen by counting (docs/explanation/fields.md), and so is that it holds for
-    /// ray groups of all sizes: a batch is as many times larger as a group has
-    /// more rays.
+    /// With `d` samples a ray, MVoxels are loaded about `n / d` times, and `d / 2` samples a ray
+    /// are gathered behind its stop; the sum is least at a root. The third is chosen by counting
+    /// (docs/explanation/fields.md), and holds for ray groups of all sizes: a batch grows with the
+    /// number of rays in a group.
     #[must_use]
     pub fn of(tables: &[CodedTable]) -> Self {
         let sum = |of: fn(&CodedTable) -> u64| tables.iter().map(of).sum::<u64>();
@@ -49,13 +47,13 @@ impl BatchSize {
     }
 }
 
-/// A ray of a group, and the next of its samples.
+/// A ray of a group, and its next sample.
 struct Ray {
     samples: Samples,
     next: u64,
 }
 
-/// The rays of a group, and which of their samples come next.
+/// The rays of a group, and their next samples.
 pub struct SampleBatches<'f> {
     field: &'f dyn Field,
     rays: Vec<Ray>,
@@ -70,7 +68,7 @@ pub struct SampleBatch {
 }
 
 impl<'f> SampleBatches<'f> {
-    /// Rays through pixels, none of which has a sample yet.
+    /// Rays through pixels, at their first sample.
     pub fn new(
         field: &'f dyn Field,
         sampling: &Sampling,
@@ -87,18 +85,18 @@ impl<'f> SampleBatches<'f> {
         }
     }
 
-    /// Where the rays go.
+    /// Unit directions of the rays.
     pub(crate) fn directions(&self) -> impl ExactSizeIterator<Item = DVec3> {
         self.rays.iter().map(|ray| ray.samples.direction)
     }
 
-    /// Samples of all rays, gathered or not.
+    /// Samples along all rays, whether gathered or not.
     pub(crate) fn samples(&self) -> u64 {
         self.rays.iter().map(|ray| ray.samples.count).sum()
     }
 
-    /// The next samples of every ray that is `alive`, where the field is not
-    /// known to be empty; none where all is done.
+    /// The next samples of every ray that is `alive`, except those where the field is known to be
+    /// empty; empty at the end.
     pub fn next(&mut self, alive: impl Fn(u32) -> bool + Sync, size: BatchSize) -> SampleBatch {
         let on = |(slot, ray): (u32, &Ray)| ray.next < ray.samples.count && alive(slot);
         let tables = self.field.tables().len();

@@ -1,22 +1,21 @@
-//! Places at which a field's perceptrons are run to find the range of their
-//! sums.
+//! Calibration samples, which determine the range of a perceptron's sums.
 
 use glam::DVec3;
 
 use super::Field;
 
-/// A sample of at least this opacity is seen.
+/// A sample of at least this opacity is visible.
 pub(super) const SEEN_FROM: f64 = 1e-4;
-/// Samples that are seen.
+/// Number of visible samples.
 const SEEN: u32 = 8192;
-/// Tries for each of them: most of a box may be empty.
+/// Maximum number of attempts a sample: most of a box may be empty.
 const TRIES: u32 = 64;
 
 fn fraction(n: u32, step: f64) -> f64 {
     (f64::from(n) * step).fract()
 }
 
-/// One of the directions of a spiral over the sphere, evenly spread.
+/// Direction `n` of a spiral that covers the sphere evenly.
 pub(super) fn direction(n: u32) -> DVec3 {
     let height = 2.0 * fraction(n, 0.618_033_988_749_894_8) - 1.0;
     let (sin, cos) = (2.399_963_229_728_653 * f64::from(n)).sin_cos();
@@ -24,10 +23,9 @@ pub(super) fn direction(n: u32) -> DVec3 {
     DVec3::new(wide * cos, wide * sin, height)
 }
 
-/// Gathers at a fixed set of places, spread evenly over a field's box, where the
-/// field is not known to be empty, until enough of them are seen. Tells the
-/// features, the opacity of a step and a direction, spread evenly over the
-/// sphere.
+/// Gathers at fixed positions, spread evenly over a field's box, where the field is not known to
+/// be empty, until enough samples are visible. Calls `tell` with the features, the opacity of a
+/// step, and a direction; directions are spread evenly over the sphere.
 pub(super) fn visit(field: &dyn Field, mut tell: impl FnMut(&[f64], f64, DVec3)) {
     let sampling = field.sampling();
     let [low, high] = sampling.bounds;

@@ -1,20 +1,19 @@
-//! A field in the hardware's formats, before its codes are cut into MVoxels of tables.
+//! A field in the formats of the hardware, before its tables are cut into MVoxels.
 
 use potamoi_march::Head;
 
 use crate::voxels::{MVoxels, Placement};
 
-/// What a field has in the hardware's formats.
+/// The fixed-point form of a field.
 pub struct Coded<'a> {
-    /// How its features are stored and gathered.
+    /// Storage of its features.
     pub storage: Storage,
-    /// What makes opacity and colour of the features of all tables, one after
-    /// another.
+    /// Computes opacity and colour from the features of all tables, one after another.
     pub head: Box<dyn Head + 'a>,
 }
 
 impl<'a> Coded<'a> {
-    /// A field in tables whose codes have so many fraction bits, channel by channel.
+    /// A field in tables whose codes have these fraction bits, channel by channel.
     #[must_use]
     pub fn in_tables(frac_bits: Vec<Vec<u32>>, head: Box<dyn Head + 'a>) -> Self {
         Self {
@@ -24,23 +23,23 @@ impl<'a> Coded<'a> {
     }
 }
 
-/// How features are stored and gathered.
+/// Storage of features, which decides how they are gathered.
 #[derive(Debug, Clone)]
 pub enum Storage {
-    /// In the field's tables, which are gathered one after another for a batch of samples;
-    /// fraction bits of the codes of each, channel by channel.
+    /// The field's tables, gathered one after another for a batch of samples; with the fraction
+    /// bits of the codes of each, channel by channel.
     Tables(Vec<Vec<u32>>),
-    /// In one volume of vertices, through which rays are followed from MVoxel to MVoxel.
+    /// One volume of vertices, in which rays are followed from MVoxel to MVoxel.
     Volume(Box<CodedVolume>),
 }
 
-/// A volume of vertices in codes.
+/// A quantised volume of vertices.
 #[derive(Debug, Clone)]
 pub struct CodedVolume {
     /// Its MVoxels, with a shared halo.
     pub mvoxels: MVoxels,
-    /// Where they lie.
+    /// Its position in the world.
     pub placement: Placement,
-    /// Voxel edges from sample to sample.
+    /// Step in voxel edges.
     pub step: f64,
 }

@@ -1,10 +1,10 @@
-//! From values to codes of the finest format that holds them.
+//! Conversion of values to codes of the finest format that fits.
 
 use potamoi_formats::fixed::{Format, Rounding};
 
 use super::FieldError;
 
-/// The most fraction bits at which every value fits `bits` bits once rounded.
+/// The largest number of fraction bits with which every rounded value fits `bits` bits.
 pub(super) fn finest<'a>(
     values: impl Iterator<Item = &'a f32>,
     bits: u32,
@@ -21,14 +21,14 @@ pub(super) fn finest<'a>(
     })
 }
 
-/// A value's code; it is finite and fits by the format's choice.
+/// The code of a value, which is finite and fits by the choice of format.
 pub(super) fn quantised(value: f32, bits: u32, frac: u32) -> i16 {
     let format = Format::signed(bits - 1 - frac, frac);
     let code = format.quantise(f64::from(value), Rounding::HalfEven);
     code.unwrap_or_default() as i16
 }
 
-/// The nearest code of 16 bits, half to even.
+/// The nearest 16-bit code, half to even, saturating.
 pub(super) fn held(scaled: f64) -> i16 {
     let code = scaled.round_ties_even();
     code.clamp(i16::MIN.into(), i16::MAX.into()) as i16

@@ -1,20 +1,20 @@
-//! What of a field depends on the direction it is seen from.
+//! View dependence of colours.
 
 use super::Mlp;
 use potamoi_base::bands::Bands;
 
-/// How colours depend on the direction.
+/// The way in which colours depend on the viewing direction.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Directions<'a> {
-    /// Not at all.
+    /// They do not.
     None,
     /// By spherical harmonics, whose coefficients are features.
     Harmonics(Bands),
     /// By a perceptron.
     Perceptron {
-        /// It.
+        /// The perceptron.
         mlp: &'a Mlp,
-        /// Which of its inputs are the direction's.
+        /// Which of its inputs encode the direction.
         inputs: Vec<usize>,
         /// Whether these are spherical harmonics, from degree 0 on.
         are_harmonics: bool,
@@ -22,7 +22,7 @@ pub enum Directions<'a> {
 }
 
 impl Mlp {
-    /// Whether a weight of each of some inputs is not 0.
+    /// For each of some inputs, whether it has a weight other than 0.
     #[must_use]
     pub fn uses(&self, inputs: &[usize]) -> Vec<bool> {
         let Some(first) = self.layers().first() else {
@@ -36,7 +36,7 @@ impl Mlp {
         inputs.iter().map(is_used).collect()
     }
 
-    /// Weights of some inputs, and how many of them are not 0.
+    /// Number of weights of some inputs, and how many of them are not 0.
     #[must_use]
     pub fn weights_of(&self, inputs: &[usize]) -> [u64; 2] {
         let Some(first) = self.layers().first() else {

@@ -1,4 +1,4 @@
-//! A field whose rays stop where another part of the light is left than its rules say.
+//! Overrides a field's early-termination threshold (transmittance).
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -9,14 +9,14 @@ use super::{Algorithm, Coded, Directions, Field, FieldError, Sampling, Table};
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
-/// A field, and what is left where its rays stop.
+/// A field with its early-termination threshold.
 pub struct Stopping<'a> {
     field: &'a dyn Field,
     sampling: Sampling,
 }
 
 impl<'a> Stopping<'a> {
-    /// Rays stop where less than `stop` is left, or where the field's rules say.
+    /// Stops rays below a transmittance of `stop`; by default at the field's own threshold.
     #[must_use]
     pub fn new(field: &'a dyn Field, stop: Option<f64>) -> Self {
         let own = field.sampling();

@@ -1,4 +1,4 @@
-//! What can be wrong with a field.
+//! Errors of fields.
 
 use std::path::{Path, PathBuf};
 
@@ -11,32 +11,32 @@ use potamoi_march::MarchError;
 /// A field that cannot be loaded or rendered.
 #[derive(Debug, Error)]
 pub enum FieldError {
-    /// A checkpoint cannot be used.
+    /// The checkpoint is invalid or not supported.
     #[error(transparent)]
     Checkpoint(#[from] TorchError),
-    /// A snapshot cannot be used.
+    /// The snapshot is invalid or not supported.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
-    /// The hardware's side of it.
+    /// Rendering in the hardware's formats failed.
     #[error(transparent)]
     Voxels(#[from] MarchError),
-    /// It has no feature computation in the hardware's formats.
+    /// The field has no fixed-point feature computation.
     #[error("this kind of field is rendered in floating point alone: use --numerics float")]
     FloatOnly,
-    /// What is wrong with what a file holds.
+    /// An error in the content of a file.
     #[error("model {path}: {source}; the file is damaged, or of a variant that is not read")]
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error.
         source: Box<FieldError>,
     },
-    /// What was asked of a file is not what it holds.
+    /// An option contradicts the content of a file.
     #[error("scene {path}: {problem}")]
     Asked {
         /// The file.
         path: PathBuf,
-        /// What was asked for, and what would be right.
+        /// The option, and the allowed values.
         problem: String,
     },
     /// A part of a field does not fit the others.
@@ -44,15 +44,15 @@ pub enum FieldError {
     Part {
         /// The part.
         part: &'static str,
-        /// What is there.
+        /// Its value.
         found: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
 }
 
 impl FieldError {
-    /// Whether its text names a file.
+    /// Whether the message names a file.
     pub const fn names_file(&self) -> bool {
         matches!(
             self,
@@ -60,7 +60,7 @@ impl FieldError {
         )
     }
 
-    /// Names the file that it was found in, unless it does so itself.
+    /// Adds the name of the file, unless the error has one.
     pub fn of_file(self, path: &Path) -> Self {
         if self.names_file() {
             return self;

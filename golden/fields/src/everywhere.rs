@@ -1,10 +1,10 @@
-//! A field without its void: every sample is gathered.
+//! A field without its test for empty space: every sample is gathered.
 
 use glam::DVec3;
 
 use super::{Algorithm, Field, Sampling, Table};
 
-/// A field of which nothing says where it is empty.
+/// Wraps a field and marks no space as empty.
 pub(super) struct Everywhere<'a>(pub(super) &'a dyn Field);
 
 impl Field for Everywhere<'_> {

@@ -1,4 +1,4 @@
-//! How the models of a field are found and read.
+//! Model files of a field.
 
 use std::path::Path;
 
@@ -8,39 +8,39 @@ use crate::AnyField;
 use crate::error::FieldError;
 use crate::hash::HashUnit;
 
-/// The files of a field's models.
+/// A file format of a field's models.
 #[derive(Debug)]
 pub struct FieldFile {
-    /// `model.kind` of descriptions that name one.
+    /// `model.kind` in descriptions that use this format.
     pub kind: &'static str,
-    /// How their names end, in small letters, without the dot.
+    /// File extensions, in lower case, without the dot.
     pub endings: &'static [&'static str],
-    /// Their keys.
+    /// Keys of the format.
     pub format: &'static Format,
     /// Keys of `[model]` in a description: `path`, and names of [`FileOptions`].
     pub keys: &'static [&'static str],
-    /// Linear RGB behind such models unless something else is asked for.
+    /// Default background, linear RGB.
     pub background: [f32; 3],
-    /// Reads one.
+    /// Reads a model.
     ///
     /// # Errors
-    /// No such file, a part that is missing or does not fit, a variant that is not read, or an
-    /// option that the file contradicts.
+    /// The file is missing or of another kind, a part is missing or inconsistent, the variant is
+    /// not supported, or the file contradicts an option.
     pub load: fn(&Path, &FileOptions) -> Result<LoadedField, FieldError>,
 }
 
-/// What a description says of a file; each is of some algorithms alone.
+/// Options that a description may give for a file; each applies only to some algorithms.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FileOptions {
-    /// What has an entry of a hashed level; what the file says unless given.
+    /// What shares an entry of a hashed level; by default as the file states.
     pub hash_unit: Option<HashUnit>,
 }
 
-/// A model that was read.
+/// A loaded model.
 #[derive(Debug)]
 pub struct LoadedField {
     /// The model.
     pub field: AnyField,
-    /// What its file says that is not used, and what it leaves to be assumed.
+    /// Unused parts of the file, and assumptions.
     pub notes: Notes,
 }

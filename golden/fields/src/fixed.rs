@@ -1,12 +1,11 @@
-//! The renderer of fields in the hardware's formats: every gather and every vector operation goes
-//! through the units.
+//! The fixed-point renderer of fields: every gather and every vector operation goes through the
+//! units.
 //!
-//! A field in one volume is rendered as [`crate::voxels`] says. Of one in tables, a frame is cut
-//! into square ray groups. In a group, samples are taken in
-//! batches, as many from every ray that goes on, front to back. A batch is
-//! gathered table after table, each in the memory-centric order ([`crate::gather_plan`]),
-//! its features are put together, and its rays are composited. The picture
-//! depends neither on ray groups nor on batches.
+//! A field in one volume is rendered by [`crate::voxels`]. For a field in tables, a frame is cut
+//! into square ray groups. In a group, samples are processed in batches: the same number from
+//! every ray that has not stopped, front to back. A batch is gathered table after table, each in
+//! the memory-centric order ([`crate::gather_plan`]). The features of each sample are then joined,
+//! and its rays are composited. The picture depends on neither ray groups nor batches.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -29,29 +28,29 @@ use potamoi_march::{
 };
 use potamoi_reference::Units;
 
-/// A field as codes, ready to be rendered.
+/// A quantised field, ready for rendering.
 pub struct FixedField<'a> {
     field: &'a dyn Field,
-    /// Empty where it is a volume.
+    /// The tables; empty for a volume.
     tables: Vec<CodedTable>,
     volume: Option<CodedVolume>,
     head: Box<dyn Head + 'a>,
 }
 
 impl<'a> FixedField<'a> {
-    /// Rounds a field to the formats of a configuration.
+    /// Quantises a field for a configuration.
     ///
     /// # Errors
-    /// A field that is rendered in floating point alone, a configuration whose
-    /// units lack what it needs, or values that no format holds.
+    /// The field is rendered only in floating point, the configuration's units lack an operation
+    /// or format, or a value fits no format.
     pub fn new(field: &'a dyn Field, config: &Config) -> Result<Self, FieldError> {
         Self::with_halo(field, config, Halo::Shared)
     }
 
-    /// The same with MVoxels that share vertices as `halo` says.
+    /// As [`FixedField::new`], with a choice of halo.
     ///
     /// # Errors
-    /// As [`FixedField::new`].
+    /// Those of [`FixedField::new`].
     pub fn with_halo(
         field: &'a dyn Field,
         config: &Config,
@@ -84,27 +83,27 @@ impl<'a> FixedField<'a> {
         })
     }
 
-    /// Its tables; none where it is a volume.
+    /// Its tables; empty for a volume.
     #[must_use]
     pub fn tables(&self) -> &[CodedTable] {
         &self.tables
     }
 
-    /// Its volume; none where it is in tables.
+    /// Its volume; `None` for tables.
     #[must_use]
     pub fn volume(&self) -> Option<&CodedVolume> {
         self.volume.as_ref()
     }
 
-    /// What makes opacity and colour of its features.
+    /// Its feature computation.
     #[must_use]
     pub fn head(&self) -> &dyn Head {
         &*self.head
     }
 
-    /// The tasks of a batch of samples in the world, each ray's front to back,
-    /// seen from `eye`: those of each table. Samples lie where the field is not
-    /// known to be empty.
+    /// The gathering tasks of each table for a batch of samples, seen from `eye`. `samples` are
+    /// world positions where the field is not known to be empty, each ray's front to back; `slots`
+    /// are their rays.
     #[must_use]
     pub fn gathers(&self, eye: DVec3, slots: &[u32], samples: &[DVec3]) -> Vec<Gathers> {
         let count = self.tables.len();
@@ -131,11 +130,10 @@ impl<'a> FixedField<'a> {
             .collect()
     }
 
-    /// Renders it.
+    /// Renders the field through `units`.
     ///
     /// # Errors
-    /// A camera without pixels, an option that is not sensible, a sampling that
-    /// would not end, or a unit that fails.
+    /// The camera has no pixels, an option or the sampling is out of range, or a unit fails.
     pub fn render(
         &self,
         camera: &Camera,
@@ -145,11 +143,11 @@ impl<'a> FixedField<'a> {
         self.render_masked(camera, options, None, units)
     }
 
-    /// Renders some of its pixels, the others being background; their bits are those of the
-    /// whole frame.
+    /// As [`FixedField::render`], but renders only the pixels of a mask, bit for bit as in the
+    /// whole frame; the others are background.
     ///
     /// # Errors
-    /// As [`FixedField::render`], and for a mask of another size than the camera's.
+    /// Those of [`FixedField::render`], or the mask does not have the camera's size.
     pub fn render_masked(
         &self,
         camera: &Camera,
@@ -164,11 +162,11 @@ impl<'a> FixedField<'a> {
         self.render_with(&facing, camera, options, only, units)
     }
 
-    /// Of each pixel, row after row, the samples that are gathered up to where its
-    /// ray stops; `u32::MAX` where it does not. No colour is computed.
+    /// Gathered samples per pixel up to where its ray stops, row after row; `u32::MAX` for rays
+    /// that do not stop. No colour is computed.
     ///
     /// # Errors
-    /// As [`FixedField::render`].
+    /// Those of [`FixedField::render`].
     pub fn stops(&self, camera: &Camera, units: &mut dyn Units) -> Result<Vec<u32>, FieldError> {
         let options = FixedOptions::default();
         let frame = self.render_with(&OpacityAlone(&*self.head), camera, &options, None, units)?;
@@ -287,7 +285,7 @@ impl<'a> FixedField<'a> {
         Ok(frame)
     }
 
-    /// Gathers a batch and puts the channels of each sample together.
+    /// Gathers a batch and joins the channels of each sample.
     fn features(
         &self,
         eye: DVec3,
@@ -325,11 +323,11 @@ impl<'a> FixedField<'a> {
     }
 }
 
-/// The rays of a group through the tables of a field: batches of samples, table after table.
+/// The rays of a group in a field of tables: batches of samples, table after table.
 struct TableGroup<'a> {
     field: &'a FixedField<'a>,
     batches: SampleBatches<'a>,
-    /// The camera's place.
+    /// Position of the camera.
     eye: DVec3,
     batch_size: BatchSize,
     work: FieldWork,

@@ -1,20 +1,20 @@
-//! Hashing of vertices (Müller et al. 2022), one by one or block by block.
+//! Hashing of vertices (Müller et al. 2022), by vertex or by block.
 
 use serde::Deserialize;
 
-/// What the parts of a vertex are multiplied by in its hash (Teschner et al.
-/// 2003; the first is 1 in Instant-NGP).
+/// Factors of a vertex's coordinates in its hash (Teschner et al. 2003; the first is 1 in
+/// Instant-NGP).
 const PRIMES: [u32; 3] = [1, 2_654_435_761, 805_459_861];
 
-/// What has an entry of its own in a hashed table.
+/// The unit that shares an entry of a hashed table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HashUnit {
-    /// A vertex, as Instant-NGP has it.
+    /// A vertex, as in Instant-NGP.
     #[default]
     Vertex,
-    /// A block of 8 x 8 x 8 vertices, x fastest: an MVoxel. Which vertices
-    /// collide is another matter then, so that a model must be fitted so.
+    /// A block of 8 x 8 x 8 vertices, x fastest: an MVoxel. Other vertices collide than with
+    /// single vertices, so a model must be fitted for it.
     MVoxel,
 }
 
@@ -33,7 +33,7 @@ impl HashUnit {
         }
     }
 
-    /// Rows that have an entry together.
+    /// Rows in an entry.
     pub(super) const fn rows(self) -> usize {
         match self {
             Self::Vertex => 1,
@@ -41,7 +41,7 @@ impl HashUnit {
         }
     }
 
-    /// The row of a vertex in a hashed table of so many rows.
+    /// The row of a vertex in a hashed table of `rows` rows.
     pub(super) fn row(self, vertex: [usize; 3], rows: usize) -> usize {
         match self {
             Self::Vertex => hash(vertex) as usize % rows,
@@ -56,7 +56,7 @@ impl HashUnit {
     }
 }
 
-/// The hash of a vertex, before it is brought within a table.
+/// The hash of a vertex, before reduction to the size of a table.
 fn hash(vertex: [usize; 3]) -> u32 {
     let products = vertex.iter().zip(PRIMES);
     products.fold(0, |hash, (part, prime)| {

@@ -1,15 +1,14 @@
-//! Radiance fields that are sampled along rays, in the paper's three stages:
-//! *Indexing* says where a sample lies in the tables of the field, *Gathering*
-//! interpolates their vertices, *Feature computation* makes density and colour
-//! of what was gathered.
+//! Radiance fields that are sampled along rays, in the paper's three stages: *Indexing* locates a
+//! sample in the tables of the field, *Gathering* interpolates the vertices of its cells, *Feature
+//! computation* turns the gathered features into density and colour.
 //!
-//! A field brings its tables, the first and the last stage; gathering is the
-//! same for all of them, and is what the gathering unit does.
+//! A field defines its tables and its first and last stage. Gathering is the same for all fields,
+//! and is the work of the gathering unit.
 //!
 //! # Example
 //!
-//! A white ball in a grid of 16 vertices along each axis, before black: where rays meet it they see
-//! it, elsewhere nothing.
+//! A white ball in a grid of 16 vertices along each axis, on a black background. Pixels in the
+//! middle show it, pixels in the corners do not.
 //!
 //! ```
 //! use glam::DVec3;
@@ -94,25 +93,23 @@ pub use table::Table;
 pub use two_level_grid::Nodes;
 pub use work::{FieldWork, FixedOptions};
 
-/// A radiance field.
+/// A radiance field in floating point, with an optional fixed-point form.
 pub trait Field: Sync {
-    /// What is said of all models of its algorithm.
+    /// The description that all models of its algorithm share.
     fn algorithm(&self) -> &'static Algorithm;
 
-    /// What is gathered from, in the order in which features follow one
-    /// another.
+    /// The tables to gather from. The features of a sample are in the same order.
     fn tables(&self) -> &[Table];
 
-    /// Indexing: where a point of the world lies in each table, in vertices
-    /// from its first one, one place a table.
+    /// Indexing: the position of a world point in each table, in vertices from the table's first
+    /// vertex. `places` has one element a table.
     fn place(&self, at: DVec3, places: &mut [DVec3]);
 
-    /// Whether the field may be anything at a point of the world; it is known
-    /// to be empty elsewhere.
+    /// Whether the field may be non-empty at a world point; `false` only where it is known to be
+    /// empty.
     fn holds(&self, at: DVec3) -> bool;
 
-    /// Both: `false` where the field is known to be empty; the places are then
-    /// not set.
+    /// Both [`Field::holds`] and [`Field::place`]. If it returns `false`, `places` are not set.
     fn index(&self, at: DVec3, places: &mut [DVec3]) -> bool {
         let holds = self.holds(at);
         if holds {
@@ -121,31 +118,30 @@ pub trait Field: Sync {
         holds
     }
 
-    /// Feature computation, of every sample: the optical depth of one step, 0
-    /// and up.
+    /// Feature computation for every sample: the optical depth of one step, at least 0.
     fn depth(&self, features: &[f64]) -> f64;
 
-    /// Feature computation, of samples that are seen: the colour towards a
-    /// unit direction. `scratch` is kept from sample to sample.
+    /// Feature computation for visible samples: linear RGB seen along a unit direction. `scratch`
+    /// is a buffer that is reused from sample to sample.
     fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3;
 
-    /// Where samples lie and which of them count.
+    /// Positions of the samples, and thresholds.
     fn sampling(&self) -> Sampling;
 
-    /// Formats and feature computation of the hardware.
+    /// The field in the formats of the hardware, with its fixed-point feature computation.
     ///
     /// # Errors
-    /// A field that is rendered in floating point alone, a configuration whose
-    /// units lack what it needs, or values that no format holds.
+    /// The field is rendered only in floating point, the configuration's units lack an operation
+    /// or format, or a value fits no format.
     fn coded(&self, _: &Config) -> Result<Coded<'_>, FieldError> {
         Err(FieldError::FloatOnly)
     }
 
-    /// What opacities and colours may be off by in those formats, seen by a camera; nothing where
-    /// none is derived.
+    /// Error bounds of opacities and colours in these formats, for a camera; `None` if they are
+    /// not derived.
     ///
     /// # Errors
-    /// As [`Field::coded`].
+    /// Those of [`Field::coded`].
     fn bounds(
         &self,
         _: &Config,
@@ -155,45 +151,45 @@ pub trait Field: Sync {
         Ok(None)
     }
 
-    /// All perceptrons that its features go through.
+    /// All perceptrons of the feature computation.
     fn perceptrons(&self) -> Vec<&Mlp> {
         vec![]
     }
 
-    /// How colours depend on the direction.
+    /// The view dependence of colours.
     fn directions(&self) -> Directions<'_> {
         Directions::None
     }
 
-    /// Cells of a grid that says where nothing is: those where nothing is, and all; none where
-    /// there is no such grid.
+    /// Empty cells and all cells of the grid that marks empty space; `None` if there is no such
+    /// grid.
     fn void(&self) -> Option<[u64; 2]> {
         None
     }
 
-    /// The field as one whose samples are told in voxel edges, where they are.
+    /// The field with a step in voxel edges, if it has one.
     fn stepped(&self) -> Option<&dyn Stepped> {
         None
     }
 
-    /// What its file does not say and was taken instead.
+    /// The value assumed for something that the file does not state.
     fn assumed(&self) -> Option<String> {
         None
     }
 
-    /// Features of a sample: the sum of the tables' channels.
+    /// Number of features of a sample: the sum of the tables' channels.
     fn channels(&self) -> usize {
         self.tables().iter().map(Table::channels).sum()
     }
 }
 
-/// A field whose samples are so many voxel edges apart.
+/// A field whose step is measured in voxel edges.
 pub trait Stepped {
-    /// The same field with a sample every `step` voxel edges.
+    /// The same field with a step of `step` voxel edges.
     fn with_step(&self, step: f64) -> AnyField;
 }
 
-/// A field of which all numbers can be hashed.
+/// A field whose numbers can be hashed.
 trait Stored: Field + Send {
     fn content(&self) -> blake3::Hash;
 }
@@ -204,21 +200,21 @@ impl<T: Field + Send + Serialize> Stored for T {
     }
 }
 
-/// A field of any kind. Clones share it, and fields are equal whose algorithms and numbers are.
+/// A field of any kind. Clones share it. Two fields are equal if their algorithms and numbers are.
 #[derive(Clone)]
 pub struct AnyField {
     field: Arc<dyn Stored + Send>,
 }
 
 impl Serialize for AnyField {
-    /// Its algorithm, and a hash of its numbers in their place.
+    /// Writes the algorithm and a hash of the numbers.
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         (self.algorithm().name, self.field.content().as_bytes()).serialize(to)
     }
 }
 
 impl AnyField {
-    /// Takes a field.
+    /// Wraps a field.
     #[must_use]
     pub fn new(field: impl Field + Send + Serialize + 'static) -> Self {
         Self {
@@ -256,29 +252,29 @@ impl fmt::Debug for AnyField {
     }
 }
 
-/// Samples along a ray.
+/// Positions of samples along a ray, and thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampling {
-    /// Corners of the box outside which nothing is, in the world.
+    /// Corners of the box that contains the field, in world coordinates.
     pub bounds: [DVec3; 2],
-    /// From sample to sample, in the world.
+    /// Distance between samples, in world units.
     pub step: f64,
-    /// Nearest and farthest sample; the farthest may be infinite.
+    /// Distance of the nearest and the farthest sample; the latter may be infinite.
     pub range: [f64; 2],
-    /// How the range is measured.
+    /// The direction along which `range` is measured.
     pub along: Along,
-    /// Samples whose opacity is at most this are left out.
+    /// Alpha threshold: samples of at most this opacity are skipped.
     pub least_opacity: f64,
-    /// Samples whose weight in the pixel is at most this give it no colour.
+    /// Weight threshold: the colour of samples of at most this weight is not computed.
     pub least_weight: f64,
-    /// A ray stops once less than this is left of it.
+    /// Early-termination threshold (transmittance).
     pub stop: f64,
 }
 
-/// How a distance from the camera is measured.
+/// The direction along which a distance from the camera is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Along {
-    /// Along the camera's axis: its depth.
+    /// Along the camera's axis: depth.
     Axis,
     /// Along each ray.
     Ray,

@@ -1,10 +1,9 @@
 //! Perceptrons in the formats of the MAC array: activations and weights of 16
 //! bits with one power-of-two scale a layer, exact sums of 32.
 //!
-//! A scale is the finest at which an output's weights and bias cannot carry the
-//! sum past 31 bits, whatever the inputs: overflow is ruled out, not clamped.
-//! Between layers sums are rounded once, half to even, and held within 16 bits;
-//! what was held is counted.
+//! A scale is the finest at which an output's weights and bias cannot carry the sum past 31 bits
+//! for any inputs: overflow is impossible, not clamped. Between layers sums are rounded once, half
+//! to even, and saturate at 16 bits; saturation is counted.
 
 use potamoi_formats::units::{OpCode, VectorOp};
 use rayon::prelude::*;
@@ -15,9 +14,9 @@ use potamoi_reference::Product;
 
 /// Bits of activations and weights.
 const CODE_BITS: u32 = 16;
-/// A sum's magnitude stays below.
+/// Upper limit of a sum's magnitude, exclusive.
 const SUM_LIMIT: i64 = 1 << 31;
-/// Fraction bits of a scale.
+/// Range of fraction bits of a scale.
 const FRACTIONS: std::ops::RangeInclusive<i32> = -8..=30;
 
 /// One layer in codes.
@@ -25,16 +24,16 @@ const FRACTIONS: std::ops::RangeInclusive<i32> = -8..=30;
 pub struct MacLayer {
     inputs: usize,
     weights: Vec<i16>,
-    /// At the scale of the sum.
+    /// Biases at the scale of the sum.
     bias: Vec<i32>,
-    /// Bits that a sum loses on its way to a code of the next layer.
+    /// Bits that a sum loses when it becomes a code of the next layer.
     shift: u32,
-    /// Fraction bits of weights and of what comes out.
+    /// Fraction bits of weights and of outputs.
     weight_frac: i32,
     output_frac: i32,
 }
 
-/// A perceptron in codes.
+/// A quantised perceptron.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MacMlp {
     layers: Vec<MacLayer>,
@@ -42,13 +41,12 @@ pub struct MacMlp {
 }
 
 impl MacMlp {
-    /// Quantises `mlp` for inputs of `input_frac` fraction bits. `largest` is
-    /// the magnitude up to which each layer's outputs are to be held, found by
-    /// running the perceptron on samples.
+    /// Quantises `mlp` for inputs of `input_frac` fraction bits. `largest` is the magnitude that
+    /// each layer's outputs must be able to hold, measured by running the perceptron on samples.
     ///
     /// # Errors
-    /// A number of magnitudes that is not the number of layers, or a layer
-    /// whose weights or outputs no scale holds.
+    /// The number of magnitudes is not the number of layers, or no scale holds a layer's weights
+    /// or outputs.
     pub fn quantise(mlp: &Mlp, input_frac: i32, largest: &[f64]) -> Result<Self, FieldError> {
         if largest.len() != mlp.layers().len() {
             return Err(FieldError::Part {
@@ -72,11 +70,11 @@ impl MacMlp {
         Ok(Self { layers, input_frac })
     }
 
-    /// Computes samples that follow one another: layers in the MAC array, ReLU
-    /// between them in the vector unit. The results are within 16 bits.
+    /// Evaluates consecutive samples: layers in the MAC array, ReLU between them in the vector
+    /// unit. The results fit 16 bits.
     ///
     /// # Errors
-    /// A unit that fails.
+    /// A unit fails.
     pub fn run(&self, mut inputs: Vec<i16>, lanes: &mut Lanes<'_>) -> Result<Vec<i32>, MarchError> {
         let mut sums = vec![];
         for (i, layer) in self.layers.iter().enumerate() {
@@ -104,7 +102,7 @@ impl MacMlp {
         &self.layers
     }
 
-    /// Outputs of the last layer.
+    /// Number of outputs of the last layer.
     #[must_use]
     pub fn outputs(&self) -> usize {
         self.layers.last().map_or(0, MacLayer::outputs)
@@ -158,19 +156,19 @@ impl MacLayer {
         })
     }
 
-    /// Outputs a sample.
+    /// Number of outputs.
     #[must_use]
     pub fn outputs(&self) -> usize {
         self.bias.len()
     }
 
-    /// Inputs a sample.
+    /// Number of inputs.
     #[must_use]
     pub const fn inputs(&self) -> usize {
         self.inputs
     }
 
-    /// Codes of the weights, a row of inputs an output.
+    /// Codes of the weights, a row of inputs for each output.
     #[must_use]
     pub fn weights(&self) -> &[i16] {
         &self.weights
@@ -193,8 +191,8 @@ impl MacLayer {
         self.weight_frac
     }
 
-    /// Computes sample after sample; gives how many outputs were held at an end
-    /// of 16 bits. `outputs` is as long as the samples ask for.
+    /// Evaluates sample after sample and returns how many outputs saturated at 16 bits. `outputs`
+    /// has one element for each output of each sample.
     pub fn run(&self, inputs: &[i16], outputs: &mut Vec<i32>) -> u64 {
         let from = outputs.len();
         outputs.resize(from + inputs.len() / self.inputs * self.outputs(), 0);
@@ -220,7 +218,7 @@ impl MacLayer {
         held
     }
 
-    /// A sum at the scale of the outputs, rounded half to even.
+    /// Rounds a sum to the scale of the outputs, half to even.
     fn requantised(&self, sum: i32) -> i32 {
         match self.shift {
             0 => sum,

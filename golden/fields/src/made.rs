@@ -1,4 +1,4 @@
-//! Checkpoints made for tests: whole containers whose contents are anything.
+//! Checkpoints for tests: valid containers with arbitrary contents.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
-/// What a checkpoint holds.
+/// The content of a checkpoint.
 #[derive(Debug, Clone)]
 pub(crate) enum Made {
     None,
@@ -27,7 +27,7 @@ pub(crate) enum Made {
 }
 
 impl Made {
-    /// A tensor of numbers that differ and are small.
+    /// A tensor of small, distinct numbers.
     pub(crate) fn tensor(shape: &[usize]) -> Self {
         let count = shape.iter().product::<usize>();
         let values = (0..count).map(|i| ((i * 37 + 11) % 64) as f32 / 64.0 - 0.4);
@@ -46,7 +46,7 @@ impl Made {
         Self::Dict(items.map(|(k, v)| (k.to_owned(), v)).into())
     }
 
-    /// A file that `torch.save` could have written of it.
+    /// Writes the file that `torch.save` could have written.
     pub(crate) fn save(&self) -> NamedTempFile {
         let (mut pickle, mut storages) = (vec![0x80, 2], vec![]);
         self.pickle(&mut pickle, &mut storages);
@@ -102,7 +102,7 @@ impl Made {
         }
     }
 
-    /// Dictionaries' items, anywhere in it.
+    /// Number of dictionary items at any depth.
     fn count(&self) -> usize {
         match self {
             Self::Dict(items) => items.iter().map(|(_, item)| 1 + item.count()).sum(),
@@ -110,7 +110,7 @@ impl Made {
         }
     }
 
-    /// Does one thing to item `at` of them.
+    /// Applies a harm to item `at`.
     fn harm(&mut self, at: &mut usize, harm: &Harm) {
         let Self::Dict(items) = self else { return };
         for i in 0..items.len() {
@@ -131,8 +131,7 @@ impl Made {
         }
     }
 
-    /// Gives every tensor of more than three axes the same side along one of the
-    /// last three.
+    /// Gives every tensor of more than three axes the same size along one of the last three.
     fn together(&mut self, axis: Index, side: usize) {
         match self {
             Self::Dict(items) => {
@@ -181,7 +180,7 @@ impl Made {
     }
 }
 
-/// As many numbers as a shape has, where those are few.
+/// Fills up the numbers of a shape, if they are few.
 fn fill(shape: &[usize], values: &mut Vec<f32>, filled: bool) {
     let count = shape.iter().try_fold(1usize, |n, s| n.checked_mul(*s));
     if let Some(count) = count.filter(|n| filled && *n < 1 << 14) {
@@ -200,18 +199,18 @@ fn text(p: &mut Vec<u8>, text: &str) {
     p.extend(text.as_bytes());
 }
 
-/// What is done to one item of a checkpoint.
+/// A change to one item of a checkpoint.
 #[derive(Debug, Clone)]
 pub(crate) enum Harm {
     Remove,
     Replace(Made),
-    /// A number of it, or the number that it is.
+    /// Changes a number of it, or the number that it is.
     Number(Index, f64),
-    /// A side of its shape, with or without numbers to fill it.
+    /// Changes a side of its shape, with or without numbers to fill it.
     Side(Index, usize, bool),
-    /// So many axes.
+    /// Changes its number of axes.
     Axes(usize),
-    /// A side of all grids alike, so that they still fit one another.
+    /// Changes a side of all grids alike, so that they still fit one another.
     Together(Index, usize),
 }
 
@@ -256,7 +255,7 @@ fn other() -> impl Strategy<Value = Made> {
     ]
 }
 
-/// One to three harms and where each is done.
+/// One to three harms with their positions.
 pub(crate) fn harms() -> impl Strategy<Value = Vec<(Index, Harm)>> {
     let harm = prop_oneof![
         Just(Harm::Remove),
@@ -271,7 +270,7 @@ pub(crate) fn harms() -> impl Strategy<Value = Vec<(Index, Harm)>> {
     prop::collection::vec((any::<Index>(), harm), 1..4)
 }
 
-/// A checkpoint to which that was done.
+/// A checkpoint after the harms.
 pub(crate) fn harmed(whole: &Made, harms: &[(Index, Harm)]) -> Made {
     let mut made = whole.clone();
     for (at, harm) in harms {
@@ -285,10 +284,9 @@ pub(crate) fn harmed(whole: &Made, harms: &[(Index, Harm)]) -> Made {
     made
 }
 
-/// Holds a loader of a field to what every loader has to do: take the whole
-/// checkpoint, and of one that was harmed either make a field that can be drawn
-/// or name the file in one line. Little of what is harmed is huge, so nothing
-/// takes long or much memory.
+/// Checks what every loader must do: load the unchanged checkpoint, and for a harmed one either
+/// return a field that can be rendered or name the file in one line. Few harmed values are huge,
+/// so a run takes neither long nor much memory.
 pub(crate) fn survives<F: crate::Field>(
     whole: &Made,
     harms: &[(Index, Harm)],
@@ -322,7 +320,8 @@ pub(crate) fn survives<F: crate::Field>(
     Ok(())
 }
 
-/// A tensor of this shape, of a storage of its own: its class, how many numbers, and their bytes.
+/// A tensor of this shape with a storage of its own: its class, its number of elements, and their
+/// bytes.
 fn stored(
     p: &mut Vec<u8>,
     storages: &mut Vec<Vec<u8>>,

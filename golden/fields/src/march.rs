@@ -1,5 +1,4 @@
-//! Pixel-centric rendering in 64-bit floating point: all samples of a ray, one
-//! ray after another.
+//! Pixel-centric rendering in 64-bit floating point: all samples of a ray, ray after ray.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,44 +8,44 @@ use potamoi_base::camera::{Camera, crossing};
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 
-/// The most pixels of a picture.
+/// Maximum number of pixels in a picture.
 const MAX_PIXELS: u64 = 1 << 26;
-/// The most samples of a ray.
+/// Maximum number of samples on a ray.
 const MAX_SAMPLES: f64 = 1e6;
 
 /// A rendered frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldFrame {
-    /// The picture, background included.
+    /// The picture, including the background.
     pub picture: Picture,
-    /// What is left of each ray behind the field.
+    /// Final transmittance per pixel.
     pub transmittance: Vec<f64>,
-    /// Depth of each pixel along the camera's axis: the mean of its samples,
-    /// each with its weight; infinite where nothing has a weight.
+    /// Depth per pixel along the camera's axis: the weighted mean over its samples; infinite if no
+    /// sample has a weight.
     pub depth: Vec<f64>,
     /// Samples within the bounds, up to where rays stop.
     pub samples: u64,
-    /// Samples that were gathered: where the field is not known to be empty.
+    /// Gathered samples: those where the field is not known to be empty.
     pub gathered: u64,
     /// Samples whose colour was computed.
     pub coloured: u64,
 }
 
-/// What a worker keeps from pixel to pixel.
+/// Buffers that a worker reuses from pixel to pixel.
 pub(super) struct Worker {
     places: Vec<DVec3>,
-    /// Of each seen sample of the ray, its features and its weight.
+    /// Features and weight of each visible sample on the ray.
     features: Vec<f64>,
     weights: Vec<f64>,
     pub(super) scratch: Vec<f64>,
 }
 
-/// A pixel, and what it took.
+/// A pixel, with its counts.
 #[derive(Clone, Copy)]
 pub(super) struct Pixel {
     colour: DVec3,
     left: f64,
-    /// Sums of weights, and of weights times distances along the ray.
+    /// Sum of weights, and sum of weights times distances along the ray.
     weight: f64,
     moment: f64,
     pub(super) samples: u64,
@@ -54,10 +53,10 @@ pub(super) struct Pixel {
     coloured: u64,
 }
 
-/// Renders a field over a background of linear RGB.
+/// Renders a field over a linear RGB background.
 ///
 /// # Errors
-/// A camera without pixels, or a sampling that would not end.
+/// The camera has no pixels, or the sampling has too many samples.
 pub fn render_float(
     field: &dyn Field,
     camera: &Camera,
@@ -66,11 +65,10 @@ pub fn render_float(
     render_masked(field, camera, background, None)
 }
 
-/// As [`render_float`], but of a mask its pixels alone; the others are
-/// background.
+/// As [`render_float`], but renders only the pixels of a mask; the others are background.
 ///
 /// # Errors
-/// As [`render_float`], and for a mask of another size than the camera's.
+/// Those of [`render_float`], or the mask does not have the camera's size.
 pub fn render_masked(
     field: &dyn Field,
     camera: &Camera,
@@ -88,13 +86,13 @@ pub fn render_masked(
     Ok(follow(field, &view, background, only))
 }
 
-/// Where rays are followed. Places, lengths and bounds of a field and of its sampling are in its
-/// units.
+/// The frame of reference in which rays are followed. Positions, lengths and bounds of a field and
+/// of its sampling are in its units.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frame {
-    /// Its origin, in the world.
+    /// Origin in world coordinates.
     pub(crate) corner: DVec3,
-    /// Its unit of length, in the world's.
+    /// Unit of length, in world units.
     pub(crate) edge: f64,
 }
 
@@ -105,14 +103,14 @@ impl Frame {
     };
 }
 
-/// The rays of a camera in a frame.
+/// The rays of a camera in a frame of reference.
 pub(crate) struct View<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) sampling: Sampling,
     pub(crate) frame: Frame,
 }
 
-/// Renders a field whose sampling and mask were checked.
+/// Renders a field whose sampling and mask have been checked.
 pub(crate) fn follow(
     field: &dyn Field,
     view: &View<'_>,
@@ -152,7 +150,7 @@ pub(crate) fn follow(
 }
 
 impl Pixel {
-    /// Of a ray that meets nothing.
+    /// A pixel whose ray meets nothing.
     const CLEAR: Self = Self {
         colour: DVec3::ZERO,
         left: 1.0,
@@ -163,7 +161,7 @@ impl Pixel {
         coloured: 0,
     };
 
-    /// The mean distance of what is seen, along the ray.
+    /// The weighted mean distance along the ray.
     fn distance(&self) -> f64 {
         if self.weight > 0.0 {
             self.moment / self.weight
@@ -184,7 +182,7 @@ impl Worker {
     }
 }
 
-/// Whether samples along the camera's rays can be counted.
+/// Checks that the samples along the camera's rays can be counted.
 pub(super) fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldError> {
     let refuse = |part, found: String, expected: &str| {
         Err(FieldError::Part {
@@ -202,10 +200,10 @@ pub(super) fn check(camera: &Camera, sampling: &Sampling) -> Result<(), FieldErr
 }
 
 impl Sampling {
-    /// Whether the samples of a ray can be counted.
+    /// Checks that the samples of a ray can be counted.
     ///
     /// # Errors
-    /// A box or a step of which a ray has more than a million samples.
+    /// The box and the step allow more than a million samples on a ray.
     pub fn check(&self) -> Result<(), FieldError> {
         let [low, high] = self.bounds;
         let size = (high - low).length();
@@ -220,7 +218,7 @@ impl Sampling {
     }
 }
 
-/// Whether a mask is of a camera's size.
+/// Checks that a mask has the camera's size.
 pub(super) fn check_mask(camera: &Camera, only: Option<&Mask>) -> Result<(), FieldError> {
     match only {
         Some(mask) if mask.size() != [camera.width, camera.height] => Err(FieldError::Part {
@@ -236,7 +234,7 @@ pub(super) fn check_mask(camera: &Camera, only: Option<&Mask>) -> Result<(), Fie
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples {
     origin: DVec3,
-    /// Of length 1.
+    /// Unit vector.
     pub(super) direction: DVec3,
     near: f64,
     step: f64,
@@ -244,7 +242,7 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// Those of the ray through the centre of a pixel, in the world.
+    /// The samples on the ray through the centre of a pixel, in world coordinates.
     pub(super) fn of(sampling: &Sampling, camera: &Camera, pixel: [u32; 2]) -> Self {
         Self::within(sampling, camera, Frame::WORLD, pixel)
     }
@@ -275,25 +273,24 @@ impl Samples {
         }
     }
 
-    /// How far along the ray sample `k` lies.
+    /// Distance of sample `k` along the ray.
     fn distance(&self, k: u64) -> f64 {
         self.near + self.step * k as f64
     }
 
-    /// Where sample `k` lies in the world.
+    /// World position of sample `k`.
     pub(super) fn at(&self, k: u64) -> DVec3 {
         self.between(k, 0.0)
     }
 
-    /// A part of a step behind sample `k`.
+    /// World position a fraction of a step behind sample `k`.
     pub(super) fn between(&self, k: u64, part: f64) -> DVec3 {
         self.origin + self.direction * (self.near + self.step * (k as f64 + part))
     }
 }
 
-/// Marches a ray to where it stops: its samples, its gathered ones and what is
-/// left of it. The worker keeps those that are seen; `gathers` is told of the
-/// gathered ones.
+/// Marches a ray to where it stops: its samples, its gathered samples and its final transmittance.
+/// The worker keeps the visible samples; `gathers` is called with the gathered ones.
 pub(super) fn advance(
     field: &dyn Field,
     sampling: &Sampling,

@@ -2,28 +2,26 @@
 
 use super::FieldError;
 
-/// The most inputs or outputs of a layer.
+/// Maximum number of inputs or outputs of a layer.
 const MAX_WIDTH: usize = 1 << 12;
 
 /// One layer: `y = W x + b`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Layer {
     inputs: usize,
-    /// Row by row, a row an output.
+    /// Weights, a row for each output.
     weights: Vec<f32>,
-    /// Row by row, a row an input: so that one input is multiplied by the
-    /// weights of all outputs side by side.
+    /// Weights, a row for each input, so that one input is multiplied by the weights of all
+    /// outputs side by side.
     by_input: Vec<f64>,
     bias: Vec<f32>,
 }
 
 impl Layer {
-    /// A layer of `weights`, a row of `inputs` for each of the outputs, and a
-    /// bias an output.
+    /// A layer of `weights`, a row of `inputs` for each output, and one bias for each output.
     ///
     /// # Errors
-    /// Sizes that do not fit or are out of range, or a number that is not
-    /// finite.
+    /// Sizes are inconsistent or out of range, or a number is not finite.
     pub fn new(inputs: usize, weights: Vec<f32>, bias: Vec<f32>) -> Result<Self, FieldError> {
         let refuse = |found: String, expected: &str| {
             Err(FieldError::Part {
@@ -56,13 +54,13 @@ impl Layer {
         })
     }
 
-    /// Inputs.
+    /// Number of inputs.
     #[must_use]
     pub const fn inputs(&self) -> usize {
         self.inputs
     }
 
-    /// Outputs.
+    /// Number of outputs.
     #[must_use]
     pub fn outputs(&self) -> usize {
         self.bias.len()
@@ -74,14 +72,14 @@ impl Layer {
         &self.weights
     }
 
-    /// One an output.
+    /// Biases, one for each output.
     #[must_use]
     pub fn bias(&self) -> &[f32] {
         &self.bias
     }
 }
 
-/// Layers after one another, ReLU between them, none behind the last.
+/// Consecutive layers, with ReLU between them and none after the last.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Mlp {
     layers: Vec<Layer>,
@@ -92,7 +90,7 @@ impl Mlp {
     /// A perceptron of at least one layer.
     ///
     /// # Errors
-    /// No layer, or one whose inputs are not the outputs of the one before.
+    /// There are no layers, or a layer's inputs are not the outputs of the one before.
     pub fn new(layers: Vec<Layer>) -> Result<Self, FieldError> {
         let fits = layers.windows(2).all(|l| l[0].outputs() == l[1].inputs());
         if layers.is_empty() || !fits {
@@ -113,7 +111,7 @@ impl Mlp {
         &self.layers
     }
 
-    /// Weights and biases.
+    /// Number of weights and biases.
     #[must_use]
     #[allow(clippy::len_without_is_empty)] // There is always one.
     pub fn len(&self) -> usize {
@@ -122,24 +120,24 @@ impl Mlp {
             .sum()
     }
 
-    /// Inputs of the first layer.
+    /// Number of inputs of the first layer.
     #[must_use]
     pub fn inputs(&self) -> usize {
         self.layers.first().map_or(0, Layer::inputs)
     }
 
-    /// Outputs of the last layer.
+    /// Number of outputs of the last layer.
     #[must_use]
     pub fn outputs(&self) -> usize {
         self.layers.last().map_or(0, Layer::outputs)
     }
 
-    /// Computes in place: `values` holds the inputs and then the outputs.
+    /// Evaluates in place: `values` holds the inputs, then the outputs.
     pub fn run(&self, values: &mut Vec<f64>) {
         self.run_watched(values, |_, _| ());
     }
 
-    /// The same, telling each output of each layer before its ReLU.
+    /// As [`Mlp::run`], and calls `watch` with each output of each layer before its ReLU.
     pub(crate) fn run_watched(&self, values: &mut Vec<f64>, mut watch: impl FnMut(usize, f64)) {
         let mut next = vec![0.0; self.widest];
         for (i, layer) in self.layers.iter().enumerate() {

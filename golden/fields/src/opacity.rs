@@ -1,5 +1,4 @@
-//! From gathered densities to opacities in the hardware's formats, through the
-//! vector unit.
+//! Opacities from gathered densities in the hardware's formats, through the vector unit.
 //!
 //! | step | operation | result |
 //! |---|---|---|
@@ -8,10 +7,10 @@
 //! | s | multiply by the interval, half even | U4.G, G = `one_minus_frac_bits` |
 //! | alpha | 1 - exp(-s) | U0.F |
 //!
-//! An exponential density needs no multiplication by the interval: it is added
-//! as a logarithm. What the unit computes is exp(-u), u from 0 to 8, and s may
-//! be as thin as a sample of fog: so u is half of ln 16 less the exponent, and
-//! s is 16 exp(-u)^2, from 16 down to 16 exp(-16).
+//! An exponential density needs no multiplication by the interval: the interval is added as a
+//! logarithm. The unit computes exp(-u) for u from 0 to 8, and s may be as thin as a sample of
+//! fog. So u is half of ln 16 less the exponent, and s is 16 exp(-u)^2, from 16 down to 16
+//! exp(-16).
 
 use std::f64::consts::LN_2;
 
@@ -24,17 +23,17 @@ use potamoi_march::{Lanes, MarchError};
 
 /// Fraction bits of the interval.
 pub(super) const INTERVAL_BITS: u32 = 24;
-/// Optical depths are below two to this.
+/// Optical depths are below two to this power.
 const DEPTH_INT_BITS: u32 = 4;
-/// Thicker ones are held there.
+/// Optical depth at which thicker samples saturate.
 pub(super) const THICKEST: f64 = (1 << DEPTH_INT_BITS) as f64;
 
-/// What makes a density of a number.
+/// Activation from a number to a density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Curve {
     /// `ln(1 + exp(d + shift))`.
     Softplus {
-        /// Added before.
+        /// Shift before the softplus.
         shift: f64,
     },
     /// `max(d, 0)`.
@@ -53,7 +52,7 @@ impl Curve {
     }
 }
 
-/// From numbers to opacities.
+/// Conversion of numbers to opacities.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Opacity {
     pub(super) curve: Curve,
@@ -65,7 +64,7 @@ pub(super) struct Opacity {
 
 impl Opacity {
     /// # Errors
-    /// Units that lack an operation, or whose formats cannot hold what it needs.
+    /// The units lack an operation, or their formats are too narrow.
     pub(super) fn new(curve: Curve, interval: f64, config: &Config) -> Result<Self, FieldError> {
         need(config, curve.operations())?;
         need(config, &[OpCode::Multiply, OpCode::OneMinusExp])?;
@@ -89,7 +88,7 @@ impl Opacity {
         })
     }
 
-    /// Operations that it takes.
+    /// Operations of the conversion.
     pub(super) fn operations(&self) -> Vec<OpCode> {
         [
             self.curve.operations(),
@@ -103,7 +102,7 @@ impl Opacity {
         self.engine[1]
     }
 
-    /// Opacities of numbers of `frac_bits` fraction bits.
+    /// Opacities for numbers of `frac_bits` fraction bits.
     pub(super) fn alphas(
         &self,
         numbers: &[i32],
@@ -163,7 +162,7 @@ impl Opacity {
     }
 }
 
-/// Refuses units without an operation.
+/// Checks that the units have the operations.
 pub(super) fn need(config: &Config, ops: &[OpCode]) -> Result<(), FieldError> {
     let missing = ops.iter().find(|op| !config.vu.ops.contains(op));
     missing.map_or(Ok(()), |op| {
@@ -178,7 +177,7 @@ pub(super) fn need(config: &Config, ops: &[OpCode]) -> Result<(), FieldError> {
     })
 }
 
-/// A product that loses so many bits, rounded half to even.
+/// A product shifted right by `shift` bits, half to even.
 pub(super) fn multiply(shift: u32) -> VectorOp {
     VectorOp {
         code: OpCode::Multiply,
@@ -187,7 +186,7 @@ pub(super) fn multiply(shift: u32) -> VectorOp {
     }
 }
 
-/// Codes of `from` fraction bits as codes of `to`.
+/// Converts codes from `from` to `to` fraction bits.
 pub(super) fn rescale(
     codes: &[i32],
     from: i32,
@@ -209,7 +208,7 @@ fn rescale_by(
     lanes.compute_with(multiply((-up).max(0) as u32), codes, factor)
 }
 
-/// The nearest code, held within 32 bits.
+/// The nearest 32-bit code, saturating.
 fn code(value: f64, frac_bits: u32) -> i32 {
     (value * 2f64.powi(frac_bits as i32)).round_ties_even() as i32
 }

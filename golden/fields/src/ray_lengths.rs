@@ -1,5 +1,5 @@
-//! Which samples of a frame are gathered, found once: up to where each ray stops,
-//! and where the field is not known to be empty.
+//! The gathered samples of a frame, found once: up to where each ray stops, and where the field is
+//! not known to be empty.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,18 +14,18 @@ pub struct Stops<'a> {
     field: &'a dyn Field,
     camera: &'a Camera,
     sampling: Sampling,
-    /// Of each pixel, row after row.
+    /// One element a pixel, row after row.
     rays: Vec<Stop>,
 }
 
-/// Of one ray.
+/// The length of one ray.
 #[derive(Default)]
 struct Stop {
     /// Samples up to where it stops.
     samples: u32,
-    /// Those of them that are gathered.
+    /// Gathered samples among them.
     gathered: u32,
-    /// The first of each row of gathered samples, and the one behind its last.
+    /// Runs of gathered samples: the first of each, and one past the last.
     runs: Box<[[u32; 2]]>,
 }
 
@@ -33,15 +33,16 @@ impl<'a> Stops<'a> {
     /// Marches every ray of a camera through a field.
     ///
     /// # Errors
-    /// As [`super::render_float`].
+    /// Those of [`super::render_float`].
     pub fn find(field: &'a dyn Field, camera: &'a Camera) -> Result<Self, FieldError> {
         Self::masked(field, camera, None)
     }
 
-    /// The same of a mask's pixels alone; of the others nothing is gathered.
+    /// As [`Stops::find`], but only for the pixels of a mask; no samples are gathered for the
+    /// others.
     ///
     /// # Errors
-    /// As [`Stops::find`], and for a mask of another size than the camera's.
+    /// Those of [`Stops::find`], or the mask does not have the camera's size.
     pub fn masked(
         field: &'a dyn Field,
         camera: &'a Camera,
@@ -97,13 +98,13 @@ impl<'a> Stops<'a> {
         self.camera
     }
 
-    /// Samples of a pixel that are gathered.
+    /// Gathered samples of a pixel.
     #[must_use]
     pub fn gathered(&self, pixel: [u32; 2]) -> u32 {
         self.stop(pixel).gathered
     }
 
-    /// Samples of a pixel up to where its ray stops, those that are not gathered included.
+    /// Samples of a pixel up to where its ray stops, whether gathered or not.
     #[must_use]
     pub fn passed(&self, pixel: [u32; 2]) -> u64 {
         self.stop(pixel).samples.into()
@@ -123,10 +124,9 @@ impl<'a> Stops<'a> {
         &self.sampling
     }
 
-    /// Tells of every sample of a pixel that is gathered where it lies in the
-    /// tables, front to back. `places` has one a table. Each stands for so many
-    /// `parts`, as far apart as fill its step; those that lie where the field is
-    /// known to be empty are left out.
+    /// Calls `seen` with the position in the tables of every gathered sample of a pixel, front to
+    /// back. `places` has one element a table. Each sample is divided into `parts`, spread evenly
+    /// over its step; parts where the field is known to be empty are left out.
     pub fn samples(
         &self,
         pixel: [u32; 2],

@@ -1,25 +1,25 @@
-//! One ray in the paper's three stages, one after another: what
-//! [`render_float`](super::render_float) does sample by sample.
+//! One ray in the paper's three stages, one after another; [`render_float`](super::render_float)
+//! interleaves them sample by sample.
 
 use glam::DVec3;
 
 use super::Stops;
 use super::march::Samples;
 
-/// A ray, and what its stages leave for the next.
+/// A ray, and the results of its stages.
 pub struct RayStages<'a> {
     stops: &'a Stops<'a>,
     ray: Option<Samples>,
     /// Samples up to where the ray stops.
     samples: u64,
-    /// Of each gathered sample, its place in every table, then its features.
+    /// Positions of each gathered sample in every table, and then its features.
     places: Vec<DVec3>,
     features: Vec<f64>,
     scratch: Vec<f64>,
 }
 
 impl<'a> RayStages<'a> {
-    /// Rays that stop where it is known.
+    /// Stages for rays of known lengths.
     #[must_use]
     pub fn new(stops: &'a Stops<'a>) -> Self {
         Self {
@@ -32,13 +32,13 @@ impl<'a> RayStages<'a> {
         }
     }
 
-    /// Takes the ray of a pixel.
+    /// Starts the ray of a pixel.
     pub fn aim(&mut self, pixel: [u32; 2]) {
         let (ray, samples) = self.stops.ray(pixel);
         (self.ray, self.samples) = (Some(ray), samples);
     }
 
-    /// Indexing: the places of its samples.
+    /// Indexing: computes the positions of the samples.
     pub fn index(&mut self) {
         self.places.clear();
         let Some(ray) = self.ray else { return };
@@ -53,7 +53,7 @@ impl<'a> RayStages<'a> {
         }
     }
 
-    /// Gathering: the features there.
+    /// Gathering: computes the features.
     pub fn gather(&mut self) {
         let tables = self.stops.field().tables();
         let channels = self.stops.field().channels();
@@ -70,7 +70,7 @@ impl<'a> RayStages<'a> {
         }
     }
 
-    /// Feature computation: the colour of the ray.
+    /// Feature computation: returns the colour of the ray.
     pub fn compute(&mut self) -> DVec3 {
         let Some(ray) = self.ray else {
             return DVec3::ZERO;

@@ -1,15 +1,14 @@
-//! Where the vertices of a table lie: what is read of it, whatever its rows hold.
+//! The layout of a table, independent of its values.
 
 use glam::DVec3;
 
 use super::{FieldError, HashUnit, Nodes};
 
-/// The most vertices along an axis.
+/// Maximum number of vertices along an axis.
 const MAX_POINTS: usize = 1 << 14;
-/// The most vertices along an axis of a hashed table, whose size does not
-/// depend on them.
+/// Maximum number of vertices along an axis of a hashed table, whose size does not depend on them.
 const MAX_HASHED_POINTS: usize = 1 << 20;
-/// The most rows and channels of a table, multiplied.
+/// Maximum number of rows times channels.
 const MAX_CODES: usize = 1 << 36;
 
 /// A table without its values.
@@ -20,14 +19,14 @@ pub struct TableShape {
     layout: Layout,
 }
 
-/// Where vertices have their rows.
+/// The mapping from vertices to rows.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 enum Layout {
-    /// One each, x fastest.
+    /// A row for each vertex, x fastest.
     Dense,
-    /// Any of so many, by a hash of what has entries.
+    /// One of this many rows, by a hash of the unit.
     Hashed(usize, HashUnit),
-    /// In the node of their coarse cell.
+    /// A row in the node of the coarse cell.
     Nodes(Nodes),
 }
 
@@ -55,16 +54,16 @@ impl TableShape {
     /// A row for each of `points` vertices along each axis, x fastest.
     ///
     /// # Errors
-    /// Sizes out of range.
+    /// A size is out of range.
     pub fn dense(points: [usize; 3], channels: usize) -> Result<Self, FieldError> {
         Self::checked(points, Layout::Dense, channels)
     }
 
-    /// `points` vertices along each axis that share `rows` by a hash: a whole
+    /// `points` vertices along each axis that share `rows` by a hash. `rows` must be a whole
     /// number of entries of `unit`.
     ///
     /// # Errors
-    /// Sizes out of range, or a part of an entry.
+    /// A size is out of range, or an entry is incomplete.
     pub fn hashed_by(
         unit: HashUnit,
         points: [usize; 3],
@@ -81,10 +80,10 @@ impl TableShape {
         Self::checked(points, Layout::Hashed(rows, unit), channels)
     }
 
-    /// A row a fine cell of a tree.
+    /// A row for each fine cell of a tree.
     ///
     /// # Errors
-    /// Sizes out of range.
+    /// A size is out of range.
     pub fn tree(nodes: Nodes, channels: usize) -> Result<Self, FieldError> {
         Self::checked(nodes.points(), Layout::Nodes(nodes), channels)
     }
@@ -123,7 +122,7 @@ impl TableShape {
         matches!(self.layout, Layout::Hashed(..))
     }
 
-    /// What vertices share rows by, where they do.
+    /// The unit that shares rows, for hashed tables.
     #[must_use]
     pub const fn hash_unit(&self) -> Option<HashUnit> {
         match self.layout {
@@ -132,7 +131,7 @@ impl TableShape {
         }
     }
 
-    /// The nodes of a tree.
+    /// The nodes, for trees.
     pub(super) const fn nodes(&self) -> Option<&Nodes> {
         match &self.layout {
             Layout::Nodes(nodes) => Some(nodes),
@@ -140,30 +139,30 @@ impl TableShape {
         }
     }
 
-    /// What a row belongs to.
+    /// Name of the owner of a row, for messages.
     pub(super) const fn owner(&self) -> &'static str {
         self.layout.owner()
     }
 
-    /// Rows.
+    /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.layout.rows(self.points)
     }
 
-    /// Vertices along each axis.
+    /// Number of vertices along each axis.
     #[must_use]
     pub const fn points(&self) -> [usize; 3] {
         self.points
     }
 
-    /// Values a row.
+    /// Number of values in a row.
     #[must_use]
     pub const fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Vertices that a sample reads: 2, 4 or 8, or the only one.
+    /// Number of vertices that a sample reads: 2, 4 or 8, or 1 without interpolation.
     #[must_use]
     pub fn vertices(&self) -> usize {
         if self.nodes().is_some() {
@@ -172,7 +171,7 @@ impl TableShape {
         1 << self.points.iter().filter(|p| **p > 1).count()
     }
 
-    /// The row of values of a vertex, of a dense or hashed table.
+    /// The row of a vertex in a dense or hashed table.
     fn row(&self, vertex: [usize; 3]) -> usize {
         match self.layout {
             Layout::Hashed(rows, unit) => unit.row(vertex, rows),
@@ -180,7 +179,7 @@ impl TableShape {
         }
     }
 
-    /// Tells each row that a sample at a place reads, and its weight.
+    /// Calls `read` with each row that a sample at a position reads, and its weight.
     pub fn corners(&self, place: DVec3, mut read: impl FnMut(usize, f64)) {
         if let Some(nodes) = self.nodes() {
             if let Some(row) = nodes.row(nodes.cell(place)) {

@@ -1,22 +1,22 @@
-//! What can be wrong with a snapshot of Instant-NGP.
+//! Errors of Instant-NGP snapshots.
 
 use std::path::PathBuf;
 
 use potamoi_base::record::KeyError;
 use thiserror::Error;
 
-/// A snapshot that cannot be used.
+/// A snapshot that is invalid or not supported.
 #[derive(Debug, Error)]
 pub enum SnapshotError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot read snapshot {path}: {source}; name a readable file")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// It is no snapshot.
+    /// The file is not a snapshot.
     #[error(
         "snapshot {path}: {}{problem}; expected what Instant-NGP saves",
         place(field)
@@ -24,35 +24,34 @@ pub enum SnapshotError {
     Container {
         /// The file.
         path: PathBuf,
-        /// Where it went wrong.
+        /// Path of the invalid field.
         field: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
-    /// It says something that no renderer here does.
+    /// The file has a feature that is not supported.
     #[error("snapshot {path}: {source}")]
     Key {
         /// The file.
         path: PathBuf,
-        /// The key, and why.
+        /// The key, and why it is refused.
         source: Box<KeyError>,
     },
-    /// Something of it is not as it should be, or of a variant that is not
-    /// read.
+    /// A field is invalid or selects a variant that is not supported.
     #[error("snapshot {path}: `{field}` is {found}; expected {expected}")]
     Field {
         /// The file.
         path: PathBuf,
         /// Path of the field.
         field: String,
-        /// What is there.
+        /// Its value.
         found: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
 }
 
-/// Where in the document something is; nothing of the whole.
+/// Names a field of the document in messages; empty for the whole document.
 fn place(field: &str) -> String {
     match field {
         "" | "." => String::new(),

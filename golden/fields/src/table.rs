@@ -1,16 +1,15 @@
-//! Tables of features at the vertices of a line, a plane or a volume, or of a
-//! volume whose vertices share entries by a hash, or of the fine cells of a tree.
+//! Tables of features: at the vertices of a line, plane or volume, at vertices that share entries
+//! by a hash, or in the fine cells of a tree.
 
 use glam::DVec3;
 
 use super::shape::TableShape;
 use super::{FieldError, HashUnit, Nodes};
 
-/// The most values of a table.
+/// Maximum number of values in a table.
 const MAX_VALUES: usize = 1 << 30;
 
-/// A table. Lines have one axis of more than one vertex, planes two, volumes
-/// three.
+/// A table with its values. Lines have one axis of several vertices, planes two, volumes three.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Table {
     shape: TableShape,
@@ -18,22 +17,21 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of `points` vertices along each axis, x fastest, `channels`
-    /// values a vertex.
+    /// A dense table of `points` vertices along each axis, x fastest, with `channels` values a
+    /// vertex.
     ///
     /// # Errors
-    /// Sizes out of range, another number of values, or one that is not finite.
+    /// A size is out of range, the number of values is wrong, or a value is not finite.
     pub fn new(points: [usize; 3], channels: usize, values: Vec<f32>) -> Result<Self, FieldError> {
         Self::checked(TableShape::dense(points, channels)?, values)
     }
 
-    /// A volume of `points` vertices along each axis that share `entries` of
-    /// `channels` values by the hash of Instant-NGP (Müller et al. 2022):
-    /// the parts of a vertex times a prime each, modulo 2^32, their exclusive
-    /// or modulo the entries.
+    /// A volume of `points` vertices along each axis that share `entries` of `channels` values by
+    /// the hash of Instant-NGP (Müller et al. 2022): the exclusive or of a vertex's coordinates,
+    /// each times a prime modulo 2^32, modulo the number of entries.
     ///
     /// # Errors
-    /// Sizes out of range, another number of values, or one that is not finite.
+    /// A size is out of range, the number of values is wrong, or a value is not finite.
     pub fn hashed(
         points: [usize; 3],
         entries: usize,
@@ -43,12 +41,12 @@ impl Table {
         Self::hashed_by(HashUnit::Vertex, points, entries, channels, values)
     }
 
-    /// A volume of `points` vertices along each axis that share `rows` of
-    /// `channels` values: a whole number of entries of `unit`. A block's entry is
-    /// that hash of its number along each axis.
+    /// A volume of `points` vertices along each axis that share `rows` of `channels` values.
+    /// `rows` must be a whole number of entries of `unit`. The entry of a block is the hash of its
+    /// index along each axis.
     ///
     /// # Errors
-    /// As [`Table::hashed`].
+    /// Those of [`Table::hashed`].
     pub fn hashed_by(
         unit: HashUnit,
         points: [usize; 3],
@@ -60,11 +58,11 @@ impl Table {
         Self::checked(shape, values)
     }
 
-    /// A two-level tree, a row a fine cell, whose value is that everywhere in
-    /// the cell: nothing is interpolated.
+    /// A two-level tree with a row for each fine cell. Values are constant within a cell: there is
+    /// no interpolation.
     ///
     /// # Errors
-    /// Sizes out of range, another number of values, or one that is not finite.
+    /// A size is out of range, the number of values is wrong, or a value is not finite.
     pub fn tree(nodes: Nodes, channels: usize, values: Vec<f32>) -> Result<Self, FieldError> {
         Self::checked(TableShape::tree(nodes, channels)?, values)
     }
@@ -100,7 +98,7 @@ impl Table {
         Ok(Self { shape, values })
     }
 
-    /// Where its vertices lie.
+    /// The layout of its vertices.
     #[must_use]
     pub const fn shape(&self) -> &TableShape {
         &self.shape
@@ -112,49 +110,49 @@ impl Table {
         self.shape.is_hashed()
     }
 
-    /// What vertices share entries by, where they do.
+    /// The unit that shares entries, for hashed tables.
     #[must_use]
     pub const fn hash_unit(&self) -> Option<HashUnit> {
         self.shape.hash_unit()
     }
 
-    /// The nodes of a tree.
+    /// The nodes, for trees.
     pub(super) const fn nodes(&self) -> Option<&Nodes> {
         self.shape.nodes()
     }
 
-    /// Rows of values.
+    /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.shape.rows()
     }
 
-    /// Vertices along each axis.
+    /// Number of vertices along each axis.
     #[must_use]
     pub const fn points(&self) -> [usize; 3] {
         self.shape.points()
     }
 
-    /// Values a vertex.
+    /// Number of values a vertex.
     #[must_use]
     pub const fn channels(&self) -> usize {
         self.shape.channels()
     }
 
-    /// All values, channels fastest, then x, y, z, or entries.
+    /// All values: channels fastest, then x, y, z, or entries.
     #[must_use]
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
-    /// Vertices that a sample reads: 2, 4 or 8, or the only one.
+    /// Number of vertices that a sample reads: 2, 4 or 8, or 1 without interpolation.
     #[must_use]
     pub fn vertices(&self) -> usize {
         self.shape.vertices()
     }
 
-    /// Gathering: the multilinear interpolation at a place in vertices, held
-    /// within the table, one value a channel.
+    /// Gathering: multilinear interpolation at a position in vertices, clamped to the table; one
+    /// value a channel.
     pub fn gather(&self, place: DVec3, out: &mut [f64]) {
         out.fill(0.0);
         let channels = self.channels();
@@ -166,7 +164,7 @@ impl Table {
         });
     }
 
-    /// Tells each row that a sample at a place reads, and its weight.
+    /// Calls `read` with each row that a sample at a position reads, and its weight.
     pub fn corners(&self, place: DVec3, read: impl FnMut(usize, f64)) {
         self.shape.corners(place, read);
     }

@@ -1,18 +1,17 @@
-//! A two-level tree over a volume: coarse cells, of which those that are not
-//! empty have a cube of fine ones each.
+//! A two-level tree over a volume: each non-empty coarse cell has a node, a cube of fine cells.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// No node.
+/// Marks a coarse cell without a node.
 const NONE: u32 = u32::MAX;
 
-/// Which coarse cells have a node, and where its fine cells are.
+/// The nodes of coarse cells, and the order of their fine cells.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Nodes {
-    /// Coarse cells along each axis.
+    /// Number of coarse cells along each axis.
     cells: [usize; 3],
-    /// Fine cells an edge of a coarse one.
+    /// Fine cells an edge of a coarse cell.
     fine: usize,
     /// The node of each coarse cell, x fastest.
     node: Vec<u32>,
@@ -20,7 +19,7 @@ pub struct Nodes {
 }
 
 impl Nodes {
-    /// Nodes for the coarse cells that are `filled`, x fastest, in that order.
+    /// Nodes for the coarse cells that are `filled`, in their order, x fastest.
     #[must_use]
     pub fn new(cells: [usize; 3], fine: usize, filled: impl Fn([usize; 3]) -> bool + Sync) -> Self {
         let all = (0..cells.iter().product::<usize>()).into_par_iter();
@@ -46,31 +45,31 @@ impl Nodes {
         }
     }
 
-    /// Coarse cells along each axis.
+    /// Number of coarse cells along each axis.
     #[must_use]
     pub const fn cells(&self) -> [usize; 3] {
         self.cells
     }
 
-    /// Fine cells an edge of a coarse one.
+    /// Fine cells an edge of a coarse cell.
     #[must_use]
     pub const fn fine(&self) -> usize {
         self.fine
     }
 
-    /// Fine cells along each axis of the volume.
+    /// Number of fine cells of the volume along each axis.
     #[must_use]
     pub fn points(&self) -> [usize; 3] {
         self.cells.map(|cells| cells * self.fine)
     }
 
-    /// Rows: fine cells of all nodes.
+    /// Number of rows: fine cells of all nodes.
     #[must_use]
     pub const fn rows(&self) -> usize {
         self.count * self.fine.pow(3)
     }
 
-    /// The first row of a coarse cell's node.
+    /// The first row of a coarse cell's node, if it has one.
     #[must_use]
     pub fn first(&self, [x, y, z]: [usize; 3]) -> Option<usize> {
         let node = self.node[x + self.cells[0] * (y + self.cells[1] * z)];
@@ -84,15 +83,15 @@ impl Nodes {
         x + self.fine * (y + self.fine * z)
     }
 
-    /// The row of a fine cell, if its coarse one has a node.
+    /// The row of a fine cell, if its coarse cell has a node.
     #[must_use]
     pub fn row(&self, fine: [usize; 3]) -> Option<usize> {
         let first = self.first(fine.map(|i| i / self.fine))?;
         Some(first + self.local(fine))
     }
 
-    /// The fine cell of a place in fine cells, rounded to 12 fraction bits first
-    /// and held within the volume.
+    /// The fine cell that contains a position, which is first rounded to 12 fraction bits and
+    /// clamped to the volume.
     #[must_use]
     pub fn cell(&self, place: DVec3) -> [usize; 3] {
         let points = self.points();

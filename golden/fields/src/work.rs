@@ -1,22 +1,21 @@
-//! How a field is rendered in the hardware's formats, and how much of it.
+//! Options of fixed-point rendering, and optional parts of the work.
 
 use super::batches::BatchSize;
 
-/// What is done to render a field: by default everything. Less gives the same bits where nothing
-/// calls for more.
+/// Optional parts of the work, by default all. Leaving out a part that the field does not need
+/// gives the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FieldWork {
-    /// Codes of a direction that are kept, from the first on; the others are 0.
+    /// Number of direction codes kept, from the first on; the others are 0.
     pub direction_codes: usize,
-    /// Tables whose vertices share rows that are gathered from, the first of them; the features of
-    /// the others are 0.
+    /// Number of hashed tables gathered, from the first on; the features of the others are 0.
     pub hashed: usize,
-    /// Whether samples are left out where the field is known to be empty.
+    /// Whether samples are skipped where the field is known to be empty.
     pub void_test: bool,
 }
 
 impl FieldWork {
-    /// Everything.
+    /// All parts.
     pub const ALL: Self = Self {
         direction_codes: usize::MAX,
         hashed: usize::MAX,
@@ -30,20 +29,19 @@ impl Default for FieldWork {
     }
 }
 
-/// How to render.
+/// Options of the fixed-point renderer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedOptions {
-    /// Whether rays stop where the field says.
+    /// Whether rays terminate early, at the field's threshold.
     pub terminate: bool,
-    /// Linear RGB behind everything, rounded to 12 fraction bits.
+    /// Background, linear RGB, rounded to 12 fraction bits.
     pub background: [f32; 3],
-    /// Pixels a side of a ray group; by default the largest whose rays are at
-    /// most [`potamoi_march::GROUP_RAYS`].
+    /// Side of a ray group in pixels; by default the largest with at most
+    /// [`potamoi_march::GROUP_RAYS`] rays.
     pub group_side: Option<u32>,
-    /// Samples that are gathered at a time; by default as many as
-    /// [`BatchSize::of`] says.
+    /// Limits of a batch; by default those of [`BatchSize::of`].
     pub batch: Option<BatchSize>,
-    /// What is done of the direction and of hashed tables.
+    /// Optional parts of the work.
     pub work: FieldWork,
 }
 

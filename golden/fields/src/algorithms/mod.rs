@@ -1,5 +1,5 @@
-//! The fields: a folder and a line of [`FIELDS`] each. Stored voxels are in [`crate::voxels`], with
-//! the road of all fields in one volume.
+//! The algorithms, each with a folder and a line in [`FIELDS`]. Stored voxels are in
+//! [`crate::voxels`], with the renderer of all fields in one volume.
 
 pub mod dvgo;
 pub mod efficient;
@@ -18,12 +18,12 @@ pub static FIELDS: [&Algorithm; 6] = [
     &efficient::ALGORITHM,
 ];
 
-/// The files that fields are read from.
+/// The file formats of all fields.
 pub fn files() -> impl Iterator<Item = &'static FieldFile> {
     FIELDS.iter().filter_map(|field| field.file.as_ref())
 }
 
-/// The files whose names end so.
+/// The file format with this extension.
 #[must_use]
 pub fn file_of_ending(ending: &str) -> Option<&'static FieldFile> {
     files().find(|file| file.endings.contains(&ending))

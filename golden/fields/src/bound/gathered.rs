@@ -1,4 +1,4 @@
-//! What a gathered feature is off by.
+//! Error bounds of gathered features.
 
 use glam::DVec3;
 
@@ -7,10 +7,10 @@ use crate::Table;
 use potamoi_march::tiling::cell;
 use potamoi_reference::weights;
 
-/// Of the features of a table at a place, in the hardware's formats, beside `features`.
+/// Appends the errors of a table's features at a position, in fixed point, relative to `features`.
 ///
-/// The weights follow from the place, so that what they change is known. A code is off by half a
-/// unit, and so is a sum whose weights add up to 1; where it comes out it is rounded again.
+/// The weights follow from the position, so their effect is known. Codes are off by up to half a
+/// unit, and so is a sum whose weights add up to 1; its result is rounded once more.
 pub(crate) fn gathered(
     table: &Table,
     frac_bits: &[u32],

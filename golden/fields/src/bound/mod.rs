@@ -1,8 +1,8 @@
-//! How far a field in the hardware's formats may be from floating point, derived.
+//! Error bounds of fixed-point pictures of a field against floating-point ones.
 //!
-//! What is known of a sample before it is rendered, where it lies and which weights that place
-//! gives, is computed; every rounding behind it is taken as the worst that it may be: of codes,
-//! of gathered features, of each layer's weights and sums, of each result of the vector unit.
+//! The position of a sample and the weights that follow from it are known before rendering, so
+//! their effect is computed. All later roundings are taken at their worst: of codes, gathered
+//! features, weights and sums of each layer, and results of the vector unit.
 
 mod gathered;
 mod off;
@@ -27,41 +27,41 @@ pub use off::Off;
 pub(super) use perceptron::{Outputs, Pair};
 pub(super) use units::UnitErrors;
 
-/// What opacity and colour of a field's samples may be off by, in the formats of a configuration.
+/// Error bounds of opacity and colour of a field's samples, for a configuration.
 pub trait Bounds: Sync {
     /// Fraction bits of the codes of each table, channel by channel.
     fn frac_bits(&self) -> &[Vec<u32>];
 
-    /// By how much the opacity may be off at features that are off by so much.
+    /// Upper bound of the opacity's error for features with errors `off`.
     fn alpha(&self, features: &[f64], off: &[Off]) -> f64;
 
-    /// The same of the colour towards a direction: the most of a channel.
+    /// Upper bound of the colour's error, the largest of a channel, seen along a direction.
     fn colour(&self, features: &[f64], off: &[Off], direction: DVec3) -> f64;
 
-    /// The ray of a pixel as the hardware's renderer follows it, in vertices of the only table,
-    /// where it is not the float one's.
+    /// The ray of a pixel in the fixed-point renderer, in vertices of the only table, if it
+    /// differs from the floating-point ray.
     fn ray(&self, _: [u32; 2]) -> Option<Ray> {
         None
     }
 
-    /// Whether a place of such a ray may be anything.
+    /// Whether the field may be non-empty at a position on such a ray.
     fn holds(&self, _: DVec3) -> bool {
         true
     }
 }
 
-/// What each pixel's channels may be off by at most beside [`render_float`](super::render_float),
-/// row after row; nothing of fields for which none is derived, or where the exponential is of a
-/// form whose logistic functions have no bound.
+/// Upper bounds of the error of each pixel's channels against
+/// [`render_float`](super::render_float), row after row. `None` if the field has no bounds, or if
+/// the form of the exponential has none for its logistic functions.
 ///
-/// The picture is affine in each opacity: replacing one of them, those before it replaced already,
-/// moves it by the light that reaches the sample times the difference, times at most 1 or the
-/// background. A colour moves it by the sample's weight. A sample that may be left out in one of
-/// the two pictures alone counts as if it were, and where rays may stop at different samples they
-/// differ by what is left there.
+/// The picture is affine in each opacity. Replacing one opacity, with those before it replaced
+/// already, changes the picture by the transmittance in front of the sample, times the difference,
+/// times at most 1 or the background. A colour changes it by the sample's weight. A sample that
+/// only one of the pictures may skip counts as skipped in it. If rays may stop at different
+/// samples, the remaining transmittance counts.
 ///
 /// # Errors
-/// A field or a camera that does not fit.
+/// The field or the camera is invalid.
 pub fn error_bounds(
     field: &dyn Field,
     config: &Config,

@@ -1,6 +1,6 @@
-//! Differences of which a part is known.
+//! Errors with a known part.
 
-/// How far a value of the hardware's lies above that of floating point: `known`, give or take
+/// The difference of a fixed-point value from the floating-point one: `known`, plus or minus
 /// `most`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Off {
@@ -9,23 +9,23 @@ pub struct Off {
 }
 
 impl Off {
-    /// Of a code whose value is known.
+    /// A difference that is known exactly.
     pub(crate) const fn exactly(known: f64) -> Self {
         Self { known, most: 0.0 }
     }
 
-    /// At most so far on either side.
+    /// A difference of at most `most` in either direction.
     pub(crate) const fn within(most: f64) -> Self {
         Self { known: 0.0, most }
     }
 
-    /// The largest difference.
+    /// Upper bound of the magnitude.
     #[must_use]
     pub const fn largest(self) -> f64 {
         self.known.abs() + self.most
     }
 
-    /// With another rounding.
+    /// The same difference after a further rounding of at most `most`.
     pub(crate) const fn rounded(self, most: f64) -> Self {
         Self {
             known: self.known,
@@ -33,7 +33,7 @@ impl Off {
         }
     }
 
-    /// Of the product of two values that are off.
+    /// The difference of the product of two values, from those of the factors.
     pub(crate) const fn product([a, b]: [f64; 2], [of_a, of_b]: [Self; 2]) -> Self {
         Self {
             known: a * of_b.known + b * of_a.known + of_a.known * of_b.known,

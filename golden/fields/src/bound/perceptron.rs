@@ -1,51 +1,51 @@
-//! What the outputs of a perceptron in codes are off by.
+//! Error bounds of a perceptron's outputs in fixed point.
 
 use super::Off;
 use crate::Mlp;
 use crate::mac::MacMlp;
 
-/// A perceptron, and the same in codes.
+/// A perceptron in floating point and in fixed point.
 ///
-/// With `z' = W' x' + b'`, rounded, beside `z = W x + b`, outputs differ by `W' d + v + r`: `d` by
-/// which inputs do, `v = (W' - W) x + b' - b`, which is known, and `r` of at most half a code. ReLU
-/// hands a difference on where both are positive, none where neither is, and a part of it where
-/// that is not certain.
+/// With `z' = W' x' + b'`, rounded, against `z = W x + b`, outputs differ by `W' d + v + r`: `d`
+/// is the difference of the inputs, `v = (W' - W) x + b' - b` is known, and `r` is at most half a
+/// code. ReLU passes a difference on if both values are positive, removes it if neither is, and
+/// otherwise passes a part of it.
 pub(crate) struct Pair {
     layers: Vec<Layer>,
 }
 
 struct Layer {
     inputs: usize,
-    /// Of the float one, a row an output.
+    /// Weights in floating point, a row an output.
     weights: Vec<f64>,
     bias: Vec<f64>,
-    /// Of the codes.
+    /// Weights of the codes.
     coded: Vec<f64>,
     coded_bias: Vec<f64>,
-    /// Half a code of the outputs, and the farthest that they are held at.
+    /// Half a code of the outputs, and the value at which they saturate.
     half: f64,
     farthest: f64,
 }
 
-/// What ReLU does to an output of a layer.
+/// The effect of ReLU on the error of an output.
 #[derive(Clone, Copy, PartialEq)]
 enum Passes {
-    /// Both values.
+    /// Both values are positive.
     All,
-    /// Neither.
+    /// Neither value is positive.
     Nothing,
-    /// Not known: what comes is off by this at most.
+    /// Unknown: the error after ReLU is at most this.
     Perhaps(f64),
 }
 
-/// A layer at inputs.
+/// A layer evaluated at inputs.
 struct Seen {
-    /// What its outputs are off by for its own weights and bias.
+    /// Errors of its outputs from its own weights and bias.
     own: Vec<f64>,
     passes: Vec<Passes>,
 }
 
-/// Values and what is known of them as they go through.
+/// Values, and their errors, between layers.
 #[derive(Default)]
 pub(crate) struct Outputs {
     pub(crate) values: Vec<f64>,
@@ -80,8 +80,8 @@ impl Pair {
         }
     }
 
-    /// The float outputs at `inputs`, and what those in codes are off by where the inputs are off
-    /// by so much.
+    /// The floating-point outputs at `inputs`, and the errors of the fixed-point ones for inputs
+    /// with errors `off`.
     pub(crate) fn outputs(&self, inputs: &[f64], off: &[Off]) -> Outputs {
         let mut values = inputs.to_vec();
         let mut largest: Vec<f64> = off.iter().map(|off| off.largest()).collect();
@@ -97,7 +97,7 @@ impl Pair {
         Outputs { values, off }
     }
 
-    /// What an output is off by, from what each layer does to it.
+    /// The error of an output, propagated back through the layers.
     fn back(&self, output: usize, seen: &[Seen], off: &[Off]) -> Off {
         let last = self.layers.len() - 1;
         let mut slopes = vec![0.0; self.layers[last].bias.len()];
@@ -147,7 +147,7 @@ impl Pair {
 }
 
 impl Layer {
-    /// Takes values from inputs to outputs, and the largest differences with them.
+    /// Propagates values, with upper bounds of their errors, from inputs to outputs.
     fn see(&self, values: &mut Vec<f64>, largest: &mut Vec<f64>, is_last: bool) -> Seen {
         let outputs = self.bias.len();
         let mut seen = Seen {

@@ -1,4 +1,4 @@
-//! A pixel's bound, from those of its samples.
+//! Error bounds of pixels from those of their samples.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use crate::voxels::Ray;
 use crate::{Field, FixedOptions, Sampling};
 use potamoi_march::{BACKGROUND, TRANSMITTANCE, pixel_bits};
 
-/// What pixels are followed with.
+/// The data for following a pixel's ray.
 pub(super) struct Follower<'a> {
     pub(super) field: &'a dyn Field,
     pub(super) bounds: &'a dyn Bounds,
@@ -19,23 +19,23 @@ pub(super) struct Follower<'a> {
     pub(super) options: &'a FixedOptions,
 }
 
-/// A ray as far as it was followed.
+/// A ray, followed up to some sample.
 struct Followed {
-    /// What is left of it in floating point.
+    /// Transmittance in floating point.
     left: f64,
-    /// By how much opacities may have moved the pixel, or what is left.
+    /// Upper bound of the effect of opacity errors on the pixel, or on the transmittance.
     reach: f64,
-    /// The same of what is left being rounded.
+    /// Upper bound of the effect of rounding the transmittance.
     rounded: f64,
-    /// By how much colours may have.
+    /// Upper bound of the effect of colour errors.
     colours: f64,
-    /// Weights of samples that give no colour: in floating point, and in the hardware perhaps.
+    /// Weights of samples without colour: in floating point, and possible ones in fixed point.
     hidden: [f64; 2],
-    /// Samples that are composited, perhaps.
+    /// Upper bound of the number of composited samples.
     seen: u32,
 }
 
-/// Features of a sample, and what they are off by.
+/// Features of a sample with their errors.
 struct Sample {
     places: Vec<DVec3>,
     features: Vec<f64>,
@@ -43,8 +43,8 @@ struct Sample {
 }
 
 impl Follower<'_> {
-    /// What a pixel's channels may be off by, along a ray and what the hardware's renderer makes
-    /// of it.
+    /// Upper bound of the error of a pixel's channels, for a ray and its counterpart in the
+    /// fixed-point renderer.
     pub(super) fn bound(&self, ray: &Samples, other: Option<Ray>) -> f64 {
         let mut own = Followed {
             left: 1.0,
@@ -96,7 +96,7 @@ impl Follower<'_> {
         moved.min(brightest) + products + written
     }
 
-    /// Takes the next sample, which one of the renderers may not have.
+    /// Adds the next sample, which one of the renderers may skip.
     fn add(
         &self,
         sample: &Sample,
@@ -137,8 +137,8 @@ impl Follower<'_> {
         own.left *= 1.0 - alpha;
     }
 
-    /// Features at a point of the world, and what they are off by where the hardware's renderer
-    /// takes them.
+    /// Gathers features at a world point, with their errors at the fixed-point renderer's
+    /// position.
     fn gather(&self, at: DVec3, there: Option<DVec3>, sample: &mut Sample) {
         let Sample {
             places,

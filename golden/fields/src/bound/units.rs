@@ -1,4 +1,4 @@
-//! What the vector unit adds to what a field's opacities and colours are off by.
+//! Error bounds of the vector unit's part in opacities and colours.
 
 use potamoi_formats::config::Config;
 
@@ -7,21 +7,21 @@ use crate::opacity::{Curve, INTERVAL_BITS, Opacity, THICKEST};
 use crate::softplus;
 use potamoi_reference::bounds::VectorBounds;
 
-/// Operands of softplus and sigmoid are held at plus and minus this.
+/// Operands of softplus and sigmoid saturate at plus and minus this.
 const LOGISTIC_HOLDS: f64 = 16.0;
 
-/// Bounds of a configuration's vector unit, as differences of values.
+/// Error bounds of a configuration's vector unit, as differences of values.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct UnitErrors {
-    /// Of exp and 1 - exp(-s).
+    /// Error of exp and 1 - exp(-s).
     pub(super) power: f64,
     pub(super) softplus: f64,
     pub(super) sigmoid: f64,
-    /// Half a code of operands.
+    /// Half a code of the operands.
     pub(super) operand: f64,
     /// Half a code of optical depths.
     pub(super) depth: f64,
-    /// exp(-u) at the largest operand, where larger ones are held.
+    /// exp(-u) at the largest operand, at which larger ones saturate.
     least: f64,
     /// Fraction bits of operands.
     operand_bits: i32,
@@ -48,7 +48,7 @@ impl UnitErrors {
         }
     }
 
-    /// Of a code as an operand: of fewer bits it is rounded.
+    /// The difference of a code as an operand, which may be rounded to fewer bits.
     fn as_operand(&self, off: Off, frac_bits: i32) -> Off {
         match frac_bits > self.operand_bits {
             true => off.rounded(self.operand),
@@ -56,7 +56,7 @@ impl UnitErrors {
         }
     }
 
-    /// Of the logistic function of codes of so many fraction bits.
+    /// Upper bound of the error of the logistic function, for codes of `frac_bits` fraction bits.
     pub(crate) fn logistic(&self, logit: f64, off: Off, frac_bits: i32) -> f64 {
         let off = self.as_operand(off, frac_bits);
         let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
@@ -65,7 +65,8 @@ impl UnitErrors {
         ends[0].max(ends[1]) + self.sigmoid + (-LOGISTIC_HOLDS).exp()
     }
 
-    /// Of colours from logits of so many fraction bits: the most of a channel.
+    /// Upper bound of the error of colours, the largest of a channel, from logits of `frac_bits`
+    /// fraction bits.
     pub(crate) fn colours(&self, logits: &Outputs, frac_bits: i32) -> f64 {
         let each = logits.values.iter().zip(&logits.off);
         let each = each.map(|(logit, off)| self.logistic(*logit, *off, frac_bits));
@@ -74,7 +75,8 @@ impl UnitErrors {
 }
 
 impl Opacity {
-    /// What an opacity is off by, of a number whose code of so many fraction bits is.
+    /// Upper bound of an opacity's error, from the difference of a number with `frac_bits`
+    /// fraction bits.
     pub(crate) fn off(&self, errors: &UnitErrors, number: f64, off: Off, frac_bits: i32) -> f64 {
         let [low, high] = match self.curve {
             Curve::Softplus { shift } => {
@@ -101,7 +103,7 @@ impl Opacity {
         (through[0] - own).max(own - through[1]).max(0.0) + held + errors.power
     }
 
-    /// The optical depth of a number.
+    /// The optical depth for a number.
     fn depth(&self, number: f64) -> f64 {
         self.interval
             * match self.curve {
@@ -111,7 +113,7 @@ impl Opacity {
             }
     }
 
-    /// Of densities, times the interval's code.
+    /// The range of optical depths for a range of densities, multiplied by the interval's code.
     fn depths(&self, [low, high]: [f64; 2], errors: &UnitErrors) -> [f64; 2] {
         let high = high.max(0.0);
         let off = high * 2f64.powi(-(INTERVAL_BITS as i32) - 1) + errors.depth;
@@ -121,7 +123,8 @@ impl Opacity {
         ]
     }
 
-    /// Of 16 exp(-u)^2, u half of what ln 16 is above the number and the interval's logarithm.
+    /// The range of 16 exp(-u)^2, where u is half of ln 16 less the number and the interval's
+    /// logarithm.
     fn exponential_depths(&self, errors: &UnitErrors, number: f64, off: Off) -> [f64; 2] {
         let u = (THICKEST.ln() - self.interval.ln() - number - off.known) / 2.0;
         // Half of the number is rounded, and so is what it is taken from.

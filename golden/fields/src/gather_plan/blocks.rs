@@ -1,13 +1,12 @@
-//! A table hashed by MVoxel: each entry of the hash is a block of vertices, which
-//! is an MVoxel, so that the table streams (paper, Sec. "Memory Optimizations",
-//! hierarchical encodings).
+//! A table hashed by MVoxel: each entry of the hash is a block of vertices, which is an MVoxel, so
+//! that the table streams (paper, Sec. "Memory Optimizations", hierarchical encodings).
 //!
-//! Blocks that share an entry lie apart and have other neighbours, so that no
-//! entry can hold its neighbours' faces: its halo is always split.
+//! Blocks that share an entry lie apart and have different neighbours, so no entry can hold its
+//! neighbours' faces: the halo is always split.
 //!
-//! Where MVoxels are *under-used* the table reverts to the order of samples: where
-//! a batch's MVoxels, each loaded once and up to the last row that is used, are
-//! more rows than its samples fetch row by row.
+//! If MVoxels are *under-used* the table reverts to the order of samples. This is the case where
+//! the MVoxels of a batch, each loaded once and up to the last row used, have more rows than its
+//! samples fetch row by row.
 
 use std::sync::Arc;
 
@@ -19,16 +18,15 @@ use super::{Located, ScatteredTable, Tally};
 use crate::{FieldError, HashUnit};
 use potamoi_march::tiling::{Halo, Tiling, cell};
 
-/// A table hashed by MVoxel as codes.
+/// A quantised table hashed by MVoxel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockTable {
     points: [usize; 3],
-    /// Of whole blocks.
+    /// Tiling in whole blocks.
     tiling: Tiling,
     shape: Shape,
     codes: Arc<[i16]>,
-    /// The other order, and the only one where an MVoxel has fewer rows than a
-    /// block.
+    /// The order of samples; the only order if an MVoxel has fewer rows than a block.
     scattered: ScatteredTable,
     streams: bool,
 }
@@ -56,17 +54,17 @@ impl BlockTable {
         })
     }
 
-    /// Whether an MVoxel holds a block.
+    /// Whether an MVoxel can hold a block.
     pub(super) const fn streams(&self) -> bool {
         self.streams
     }
 
-    /// The other order.
+    /// The table in the order of samples.
     pub(super) const fn scattered(&self) -> &ScatteredTable {
         &self.scattered
     }
 
-    /// Notes what a sample at a place reads MVoxel by MVoxel.
+    /// Counts what a sample reads MVoxel by MVoxel.
     pub(super) fn touch(&self, place: DVec3, tally: &mut Tally) {
         let (low, fraction) = cell(self.points, place.to_array());
         tally.touch(&self.tiling, &self.tiling.place(low, fraction));
@@ -84,7 +82,7 @@ impl BlockTable {
         }
     }
 
-    /// Both: MVoxel by MVoxel, and in the order of the samples.
+    /// The gathers in both orders: MVoxel by MVoxel, and in the order of the samples.
     #[must_use]
     pub fn orders(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> [Gathers; 2] {
         [
@@ -93,7 +91,7 @@ impl BlockTable {
         ]
     }
 
-    /// MVoxel by MVoxel, however few of their rows are used.
+    /// The gathers MVoxel by MVoxel, however few of their rows are used.
     fn streamed(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> Gathers {
         let placed = placed(
             &self.tiling,

@@ -1,4 +1,4 @@
-//! What a table's gathers exchange with memory, without the gathers.
+//! Memory traffic of a table's gathers, counted without building them.
 
 use std::collections::HashMap;
 
@@ -9,29 +9,29 @@ use super::scattered::{Held, ScatteredTable};
 use potamoi_march::streams::{Streams, Visit};
 use potamoi_march::tiling::{Place, Tiling};
 
-/// Samples of a batch, counted as they come.
+/// The count of a batch, sample by sample.
 pub struct BatchCount<'a> {
     table: &'a CodedTable,
-    /// MVoxels that are loaded once, where the table streams.
+    /// MVoxels loaded once, if the table streams.
     loaded: Option<Tally>,
-    /// Rows that samples need, where the table may be gathered so.
+    /// Rows fetched as samples need them, if the table may be gathered in that order.
     fetched: Option<Fetched<'a>>,
 }
 
-/// What the gathers of a batch come to.
+/// Counts of a batch.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counted {
-    /// MVoxels, or tasks where rows are fetched as samples need them.
+    /// MVoxels, or tasks if rows are fetched as samples need them.
     pub tasks: u64,
-    /// Entries, of a sample one in each MVoxel that holds vertices of it.
+    /// Entries: one for each sample and MVoxel that holds vertices of its cell.
     pub entries: u64,
-    /// Their bytes.
+    /// Bytes by stream.
     pub streams: Streams,
-    /// Of the bytes of MVoxels, those that are fetched row by row.
+    /// MVoxel bytes that are fetched row by row.
     pub scattered: u64,
 }
 
-/// A task whose samples join it as they come, and those before it.
+/// The current task, which samples join as they come, and the counts of earlier tasks.
 struct Fetched<'a> {
     table: &'a ScatteredTable,
     held: Held,
@@ -39,27 +39,26 @@ struct Fetched<'a> {
     counted: Counted,
 }
 
-/// What samples do to MVoxels, by the number of each. Those of a ray mostly follow
-/// one another in one MVoxel.
+/// Reads of each MVoxel by number. Successive samples of a ray are mostly in the same MVoxel.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tally {
     touched: HashMap<usize, Touched>,
     current: Option<(usize, Touched)>,
 }
 
-/// What samples do to one MVoxel.
+/// Reads of one MVoxel.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Touched {
-    /// The last row that is read.
+    /// The last row read.
     pub(crate) last: u64,
-    /// Entries of samples that have all their vertices here.
+    /// Entries of samples with all vertices in this MVoxel.
     pub(crate) whole: u64,
-    /// Entries of samples that do not.
+    /// Entries of samples with only some vertices in it.
     pub(crate) split: u64,
 }
 
 impl Touched {
-    /// One entry that has all its vertices.
+    /// One entry with all its vertices.
     pub(super) const fn whole(last: u64) -> Self {
         Self {
             last,
@@ -78,7 +77,7 @@ impl Touched {
 }
 
 impl Tally {
-    /// Notes entries in an MVoxel.
+    /// Adds entries to an MVoxel.
     pub(crate) fn add(&mut self, mvoxel: usize, more: Touched) {
         match &mut self.current {
             Some((key, sum)) if *key == mvoxel => *sum = sum.and(more),
@@ -89,8 +88,7 @@ impl Tally {
         }
     }
 
-    /// Notes the entries of a sample: one in each MVoxel that holds vertices of
-    /// it.
+    /// Adds the entries of a sample: one in each MVoxel that holds vertices of its cell.
     pub(crate) fn touch(&mut self, tiling: &Tiling, place: &Place) {
         let split = u64::from(tiling.straddles(place) != 0);
         for holder in tiling.holders(place) {
@@ -110,7 +108,7 @@ impl Tally {
         }
     }
 
-    /// All MVoxels, in no order.
+    /// All MVoxels, in no particular order.
     pub(crate) fn done(mut self) -> HashMap<usize, Touched> {
         let last = self.current.take();
         self.put(last);
@@ -131,7 +129,7 @@ impl Fetched<'_> {
         self.entries += 1;
     }
 
-    /// Ends the task of the rows that are held.
+    /// Ends the current task.
     fn end(&mut self, of: &CodedTable) {
         if self.entries == 0 {
             return;
@@ -159,7 +157,7 @@ impl Counted {
 }
 
 impl<'a> BatchCount<'a> {
-    /// A batch without samples of a table.
+    /// An empty batch.
     #[must_use]
     pub fn new(table: &'a CodedTable) -> Self {
         Self {
@@ -174,7 +172,7 @@ impl<'a> BatchCount<'a> {
         }
     }
 
-    /// Takes the next sample, at a place in vertices.
+    /// Adds the next sample, at a position in vertices.
     pub fn sample(&mut self, place: DVec3) {
         if let Some(tally) = &mut self.loaded {
             self.table.touch(place, tally);
@@ -184,7 +182,7 @@ impl<'a> BatchCount<'a> {
         }
     }
 
-    /// What the batch came to, in the order of fewer rows where there are two
+    /// The counts of the batch, in the order with fewer rows if there are two
     /// ([`BlockTable`](super::BlockTable)).
     #[must_use]
     pub fn done(self) -> Counted {

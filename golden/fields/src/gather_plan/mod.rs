@@ -1,12 +1,10 @@
-//! Tables as codes, and the gathering of samples from them in the
-//! memory-centric order.
+//! Quantised tables, and the gathering of samples from them in the memory-centric order.
 //!
-//! Tables whose vertices have an entry each are cut into MVoxels
-//! ([`MVoxelTable`]), each loaded once for all samples of a batch, and so are
-//! those that are hashed by MVoxel ([`BlockTable`]), as long as that pays. Those
-//! that are hashed by vertex keep the order of the samples ([`ScatteredTable`]):
-//! their vertices lie anywhere (paper, Sec. "Memory Optimizations", hierarchical
-//! encodings).
+//! Tables whose vertices have an entry each are cut into MVoxels ([`MVoxelTable`]), each of which
+//! is loaded once for all samples of a batch. So are tables hashed by MVoxel ([`BlockTable`]), as
+//! long as that saves traffic. Tables hashed by vertex keep the order of the samples
+//! ([`ScatteredTable`]), since their vertices lie anywhere (paper, Sec. "Memory Optimizations",
+//! hierarchical encodings).
 
 mod blocks;
 mod count;
@@ -38,55 +36,53 @@ pub use tree::TreeTable;
 pub use visit::Gathers;
 use visit::Shape;
 
-/// A table as codes.
+/// A quantised table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CodedTable {
     order: Order,
     shape: Shape,
     unit_streams: UnitStreams,
-    /// Of an MVoxel at most, or that are held at a time.
+    /// Maximum number of rows in an MVoxel, or in memory at a time.
     rows: usize,
 }
 
-/// How samples are gathered from a table.
+/// The order in which samples are gathered from a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Order {
-    /// Each MVoxel is loaded once for all samples of a batch.
+    /// MVoxel by MVoxel, each loaded once for all samples of a batch.
     Streaming(MVoxelTable),
-    /// The same of entries of a hash, or rows as samples need them.
+    /// By hash entries, each an MVoxel loaded once, or by rows as samples need them.
     Blocks(BlockTable),
-    /// Rows are loaded as samples need them.
+    /// By rows as samples need them.
     Scattered(ScatteredTable),
-    /// MVoxels of coarse cells whose nodes follow one another.
+    /// By MVoxels of coarse cells whose nodes are consecutive.
     Tree(TreeTable),
 }
 
 /// A sample of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Located {
-    /// Of its ray in its group.
+    /// Slot of its ray in the group.
     pub slot: u32,
-    /// In the table, in vertices.
+    /// Position in the table, in vertices.
     pub place: DVec3,
 }
 
 impl CodedTable {
-    /// A table as codes of so many fraction bits, one number a channel, in
-    /// MVoxels that share their faces.
+    /// Quantises a table with `frac_bits` fraction bits a channel, in MVoxels with a shared halo.
     ///
     /// # Errors
-    /// A configuration whose gathering unit has no entries of the table's
-    /// vertices, too few segments or too few rows.
+    /// The configuration's gathering unit does not support entries of the table's vertices, or has
+    /// too few segments or rows.
     pub fn new(table: &Table, frac_bits: &[u32], config: &Config) -> Result<Self, FieldError> {
         Self::with_halo(table, frac_bits, config, Halo::Shared)
     }
 
-    /// The same in MVoxels that share vertices as `halo` says. Those of a table
-    /// hashed by MVoxel store nothing twice, and those of a tree have nothing to
-    /// share.
+    /// As [`CodedTable::new`], with a choice of halo. Tables hashed by MVoxel always split it, and
+    /// trees have none.
     ///
     /// # Errors
-    /// As [`CodedTable::new`].
+    /// Those of [`CodedTable::new`].
     pub fn with_halo(
         table: &Table,
         frac_bits: &[u32],
@@ -144,21 +140,21 @@ impl CodedTable {
         })
     }
 
-    /// How samples are gathered from it.
+    /// The order in which samples are gathered.
     #[must_use]
     pub const fn order(&self) -> &Order {
         &self.order
     }
 
-    /// Channels of a row.
+    /// Channels a row.
     #[must_use]
     pub const fn channels(&self) -> usize {
         self.shape.channels
     }
 
-    /// The tasks of a batch of samples, each ray's front to back, seen from
-    /// `eye` in vertices. Every sample has an entry in each MVoxel that holds
-    /// vertices of it; in a tree, every sample in a node has one.
+    /// The tasks of a batch of samples, each ray's front to back, seen from `eye` in vertices.
+    /// Every sample has an entry in each MVoxel that holds vertices of its cell; in a tree, every
+    /// sample in a node has one.
     #[must_use]
     pub fn gathers(&self, eye: DVec3, samples: &[Located]) -> Gathers {
         let weight_bits = self.shape.reducer.weight_bits();
@@ -170,7 +166,7 @@ impl CodedTable {
         }
     }
 
-    /// Whether samples are gathered MVoxel by MVoxel where that pays.
+    /// Whether samples may be gathered MVoxel by MVoxel.
     const fn streams(&self) -> bool {
         match &self.order {
             Order::Streaming(_) | Order::Tree(_) => true,
@@ -179,26 +175,25 @@ impl CodedTable {
         }
     }
 
-    /// Bytes of a full MVoxel, or of the rows that are held at a time.
+    /// Bytes of a full MVoxel, or of the rows in memory at a time.
     #[must_use]
     pub const fn mvoxel_bytes(&self) -> u64 {
         2 * (self.rows * self.shape.channels) as u64
     }
 
-    /// Bytes that a sample moves with one entry: it is written and read, and its
-    /// features are.
+    /// Bytes moved by a sample with one entry: the entry written and read, and its features.
     #[must_use]
     pub(crate) const fn sample_bytes(&self) -> u64 {
         self.unit_streams.moved_bytes(self.shape.vertices) + 2 * self.shape.channels as u64
     }
 
-    /// Whether its MVoxels can share vertices, so that a halo makes a difference.
+    /// Whether its MVoxels can share vertices.
     #[must_use]
     pub const fn has_halo(&self) -> bool {
         matches!(self.order, Order::Streaming(_))
     }
 
-    /// Notes what a sample reads MVoxel by MVoxel.
+    /// Counts what a sample reads MVoxel by MVoxel.
     fn touch(&self, place: DVec3, tally: &mut Tally) {
         match &self.order {
             Order::Streaming(table) => table.touch(place, tally),
@@ -208,7 +203,7 @@ impl CodedTable {
         }
     }
 
-    /// Its rows as samples need them, where it may be gathered so.
+    /// The table in the order of samples, if it may be gathered so.
     const fn scattered(&self) -> Option<&ScatteredTable> {
         match &self.order {
             Order::Streaming(_) | Order::Tree(_) => None,
@@ -217,8 +212,8 @@ impl CodedTable {
         }
     }
 
-    /// Carries out what was planned of a batch, counts it, and hands over the
-    /// codes of every sample that has an entry.
+    /// Executes the planned tasks of a batch, counts them, and passes on the codes of every sample
+    /// that has an entry.
     pub(super) fn carry_out(
         &self,
         gathers: &Gathers,
@@ -264,10 +259,10 @@ impl CodedTable {
     }
 }
 
-/// The most fraction bits that hold every value of some channels of tables.
+/// The largest number of fraction bits that holds every value of some channels of tables.
 ///
 /// # Errors
-/// Values that no format holds.
+/// A value fits no format.
 pub(super) fn finest_of<'a>(
     tables: impl IntoIterator<Item = &'a Table>,
     channels: impl Fn(usize) -> bool,
@@ -299,7 +294,7 @@ fn vertices(table: &Table) -> Vertices {
     }
 }
 
-/// An entry whose corners lie along the axes that have more than one vertex.
+/// An entry whose corners differ along the axes of several vertices.
 fn entry(
     slot: u32,
     vertices: Vertices,

@@ -9,8 +9,7 @@ use super::{Located, Tally, entry, part};
 use crate::FieldError;
 use potamoi_march::tiling::{Halo, Tiling, cell, edges};
 
-/// A dense table as codes in MVoxels. Flat tables have one vertex along their
-/// last axes.
+/// A quantised dense table in MVoxels. Flat tables have one vertex along their last axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MVoxelTable {
     tiling: Tiling,
@@ -58,7 +57,7 @@ impl MVoxelTable {
         &self.rows[mvoxel]
     }
 
-    /// Notes what a sample at a place reads.
+    /// Counts what a sample at a position reads.
     pub(super) fn touch(&self, place: DVec3, tally: &mut Tally) {
         let (low, fraction) = cell(self.tiling.points(), place.to_array());
         tally.touch(&self.tiling, &self.tiling.place(low, fraction));
@@ -71,8 +70,8 @@ impl MVoxelTable {
     }
 }
 
-/// The entries of samples in each MVoxel that holds vertices of theirs. Places
-/// are held to `points`, which the MVoxels may exceed.
+/// The entries of samples in each MVoxel that holds vertices of their cells. Positions are clamped
+/// to `points`, which the MVoxels may exceed.
 pub(super) fn placed(
     tiling: &Tiling,
     points: [usize; 3],

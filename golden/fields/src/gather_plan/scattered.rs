@@ -1,5 +1,5 @@
-//! A hashed table, whose vertices lie anywhere: the order of the samples is
-//! kept, and rows are fetched one by one as samples need them.
+//! A hashed table whose vertices lie anywhere: samples keep their order, and rows are fetched one
+//! by one as samples need them.
 
 use std::sync::Arc;
 
@@ -12,14 +12,14 @@ use crate::{FieldError, HashUnit};
 use potamoi_march::tiling::cell;
 use potamoi_reference::GatherTask;
 
-/// A hashed table as codes.
+/// A quantised hashed table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScatteredTable {
     points: [usize; 3],
     unit: HashUnit,
     shape: Shape,
     codes: Arc<[i16]>,
-    /// Rows that are held at a time.
+    /// Number of rows in memory at a time.
     held: usize,
 }
 
@@ -45,13 +45,12 @@ impl ScatteredTable {
         })
     }
 
-    /// Rows that vertices share.
+    /// Number of rows that vertices share.
     fn entries(&self) -> usize {
         self.codes.len() / self.shape.channels
     }
 
-    /// The rows of a sample, corner after corner, and how far through its cell it
-    /// is.
+    /// The rows of a sample, corner after corner, and its position within the cell.
     pub(super) fn rows(&self, place: DVec3) -> ([usize; MAX_VERTICES], [u16; 3]) {
         let (low, fraction) = cell(self.points, place.to_array());
         let (count, entries) = (self.shape.vertices.count(), self.entries());
@@ -63,13 +62,13 @@ impl ScatteredTable {
         (rows, fraction)
     }
 
-    /// Nothing held.
+    /// An empty set of rows.
     pub(super) fn held(&self) -> Held {
         Held::new(self.held)
     }
 
-    /// Samples join a task as long as the rows that they need fit the MVoxel
-    /// feature table; a row is fetched once a task.
+    /// The tasks of samples. A sample joins the current task if its rows fit the MVoxel feature
+    /// table; each row is fetched once a task.
     pub(super) fn gathers(&self, samples: &[Located], weight_bits: u32) -> Gathers {
         let (count, channels) = (self.shape.vertices.count(), self.shape.channels);
         let mut tasks = vec![];
@@ -107,20 +106,19 @@ impl ScatteredTable {
     }
 }
 
-/// Rows of a table that a task holds.
+/// Rows of a table held by a task.
 pub(super) struct Held {
     most: usize,
-    /// The number of the task.
+    /// Number of the task.
     task: u32,
-    /// Twice as many as rows and more, a power of two: each the last task that
-    /// used it, a row, and where the row is held. A row is in the first free one
-    /// from its own on.
+    /// A hash table with linear probing, of more than twice as many slots as rows, a power of two.
+    /// A slot holds the last task that used it, a row, and the position of the row.
     slots: Vec<(u32, u32, u16)>,
     count: usize,
 }
 
 impl Held {
-    /// At most so many rows.
+    /// A set of at most `most` rows.
     fn new(most: usize) -> Self {
         Self {
             most,
@@ -130,7 +128,7 @@ impl Held {
         }
     }
 
-    /// Rows held.
+    /// Number of rows held.
     pub(super) const fn count(&self) -> usize {
         self.count
     }
@@ -147,7 +145,7 @@ impl Held {
         at
     }
 
-    /// Whether those of these rows that are not held fit, too.
+    /// Whether all rows that are not held fit, too.
     pub(super) fn fits(&self, rows: &[usize]) -> bool {
         let is_new = |i: &usize| {
             self.slots[self.slot(rows[*i])].0 != self.task && !rows[..*i].contains(&rows[*i])
@@ -155,7 +153,7 @@ impl Held {
         self.count + (0..rows.len()).filter(is_new).count() <= self.most
     }
 
-    /// Where a row is held; `fetch` is told if it was not.
+    /// The position of a row; `fetch` is called if it was not held.
     pub(super) fn local(&mut self, row: usize, fetch: impl FnOnce(usize)) -> u16 {
         let slot = self.slot(row);
         if self.slots[slot].0 != self.task {
@@ -166,7 +164,7 @@ impl Held {
         self.slots[slot].2
     }
 
-    /// Lets go of all rows, for the next task.
+    /// Releases all rows for the next task.
     pub(super) fn clear(&mut self) {
         self.task += 1;
         self.count = 0;

@@ -1,5 +1,5 @@
-//! The fine cells of a tree in MVoxels: cubes of as many coarse cells as have
-//! their rows in one, of which those without a node take none.
+//! The fine cells of a tree in MVoxels: cubes of as many coarse cells as fit. Coarse cells without
+//! a node take no rows.
 
 use glam::DVec3;
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry};
@@ -9,16 +9,16 @@ use super::{Located, Tally, Touched, part};
 use crate::{FieldError, Nodes};
 use potamoi_march::tiling::{Halo, Tiling};
 
-/// A tree as codes in MVoxels.
+/// A quantised tree in MVoxels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeTable {
     nodes: Nodes,
     shape: Shape,
-    /// Of fine cells, of which none is shared.
+    /// Tiling of fine cells, none of which is shared.
     tiling: Tiling,
-    /// Rows of each MVoxel: of the nodes of its coarse cells, x fastest.
+    /// Rows of each MVoxel: the nodes of its coarse cells, x fastest.
     rows: Vec<Vec<i16>>,
-    /// The first row in its MVoxel of each coarse cell's node, x fastest.
+    /// For each coarse cell, the first row of its node in the MVoxel, x fastest.
     first: Vec<u16>,
 }
 
@@ -65,8 +65,7 @@ impl TreeTable {
         Ok(made)
     }
 
-    /// The MVoxel of a place in fine cells, and the row that is read; nothing
-    /// where there is no node.
+    /// The MVoxel of a position in fine cells, and the row that is read; `None` without a node.
     fn reach(&self, place: DVec3) -> Option<(usize, u16)> {
         let fine = self.nodes.cell(place);
         let cell = fine.map(|i| i / self.nodes.fine());
@@ -77,7 +76,7 @@ impl TreeTable {
         Some((mvoxel, first + self.nodes.local(fine) as u16))
     }
 
-    /// Notes what a sample at a place reads.
+    /// Counts what a sample at a position reads.
     pub(super) fn touch(&self, place: DVec3, tally: &mut Tally) {
         if let Some((mvoxel, row)) = self.reach(place) {
             tally.add(mvoxel, Touched::whole(row.into()));

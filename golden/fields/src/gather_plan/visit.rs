@@ -1,11 +1,10 @@
-//! Entries in the order in which their MVoxels are visited, and the sums of
-//! samples that several MVoxels share.
+//! Entries in the visiting order of their MVoxels, and the sums of samples that several MVoxels
+//! share.
 //!
-//! The unrounded sums of the parts of a sample whose vertices lie in several MVoxels
-//! are added up and rounded once. Where the unit returns unrounded sums
-//! (`gu.sums = "exact"`), all entries go through it; an absent vertex weighs 0.
-//! Otherwise those that have all their vertices do, and the others go through its
-//! arithmetic in Rust ([`Reducer`]).
+//! A sample whose vertices lie in several MVoxels has an entry in each. Their unrounded sums are
+//! added and rounded once. If the unit returns unrounded sums (`gu.sums = "exact"`), all entries
+//! go through it, and an absent vertex has weight 0. Otherwise only entries with all their
+//! vertices do, and the others are computed by its arithmetic in Rust ([`Reducer`]).
 
 use std::collections::HashMap;
 
@@ -18,13 +17,13 @@ use potamoi_reference::gather::Reducer;
 /// Gathering tasks of one table.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Gathers {
-    /// In the order in which they are carried out.
+    /// Tasks in order of execution.
     pub tasks: Vec<GatherTask>,
-    /// The sample of every entry of every task, in order.
+    /// For each entry of each task, its sample.
     pub samples: Vec<u32>,
-    /// What each MVoxel moves.
+    /// Traffic of each MVoxel.
     pub(crate) visits: Vec<Visit>,
-    /// Samples whose entries, or some of them, are parts.
+    /// Samples with entries in several MVoxels.
     pub(crate) parted: Parted,
     /// Whether rows are fetched as samples need them.
     pub row_by_row: bool,
@@ -33,27 +32,27 @@ pub struct Gathers {
 /// Samples whose vertices lie in several MVoxels.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Parted {
-    /// In the order in which they were begun.
+    /// Their numbers, in the order in which they were begun.
     pub(crate) samples: Vec<u32>,
-    /// Of each, a channel after another: what the tasks do not gather.
+    /// For each of them, channel after channel, the sums that the tasks do not gather.
     pub(crate) sums: Vec<i64>,
-    /// The most that were begun and not complete at a time.
+    /// Peak number of incomplete ones.
     pub(crate) waiting: u64,
 }
 
-/// An entry, its MVoxel, and how far that is from the camera's.
+/// An entry, its MVoxel, and the distance of that from the camera's.
 pub(super) struct Placed {
     pub(super) distance: u64,
     pub(super) mvoxel: usize,
     pub(super) sample: u32,
-    /// The corners that are here, by bit.
+    /// The corners in this MVoxel, by bit.
     pub(super) held: u8,
     pub(super) entry: RitEntry,
 }
 
 impl Placed {
-    /// The entry as the unit gathers it: a corner that is not here weighs 0, and its
-    /// row is one that is here.
+    /// The entry for the unit: a corner outside the MVoxel has weight 0 and some row of the
+    /// MVoxel.
     fn part(&self, vertices: Vertices) -> RitEntry {
         let held = |v: usize| self.held >> v & 1 == 1;
         let mut entry = self.entry;
@@ -76,14 +75,14 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// The bits of an entry that has all its corners.
+    /// The corner bits of a complete entry.
     pub(super) const fn whole(&self) -> u8 {
         u8::MAX >> (8 - self.vertices.count())
     }
 }
 
 impl Gathers {
-    /// Of tasks that have all their vertices, in the order of the samples.
+    /// Gathers of tasks with complete entries, in the order of the samples.
     pub(super) fn row_by_row(tasks: Vec<GatherTask>, samples: usize) -> Self {
         Self {
             visits: tasks.iter().map(Visit::of).collect(),
@@ -94,20 +93,20 @@ impl Gathers {
         }
     }
 
-    /// MVoxels, or tasks where rows are fetched as samples need them.
+    /// Number of MVoxels, or of tasks if rows are fetched as samples need them.
     #[must_use]
     pub fn mvoxels(&self) -> usize {
         self.visits.len()
     }
 
-    /// Rows that are loaded.
+    /// Number of rows loaded.
     #[must_use]
     pub fn rows(&self) -> u64 {
         self.visits.iter().map(|visit| visit.rows).sum()
     }
 
-    /// Adds what the unit gave of the tasks' entries, unrounded, to the `sums` of the
-    /// samples that are parted; hands over those of the others.
+    /// Adds the unit's unrounded results to the `sums` of samples in several MVoxels; passes on
+    /// those of the others.
     pub(super) fn add_up(
         &self,
         exact: &[i32],
@@ -132,9 +131,8 @@ impl Gathers {
         }
     }
 
-    /// Puts entries in the order of their MVoxels, whose rows are `rows`: the
-    /// nearest first, and in each that of the samples. An MVoxel is loaded up to
-    /// the last row that is used.
+    /// Orders entries by their MVoxels, whose rows are `rows`: the nearest first, and within each
+    /// by sample. An MVoxel is loaded up to the last row used.
     pub(super) fn visiting<'r>(
         mut placed: Vec<Placed>,
         shape: Shape,
@@ -186,15 +184,15 @@ impl Gathers {
     }
 }
 
-/// Sums while MVoxels are visited.
+/// State of the sums while MVoxels are visited.
 struct Sums {
     shape: Shape,
     parted: Parted,
-    /// Of each sample of the batch, its number among those that are parted.
+    /// For each sample of the batch, its number among those in several MVoxels.
     number: Vec<Option<u32>>,
-    /// Of each that is parted, the corners that came.
+    /// For each of those, the corners received.
     came: Vec<u8>,
-    /// Begun and not complete.
+    /// Number of incomplete ones.
     open: u64,
 }
 
@@ -240,7 +238,7 @@ impl Sums {
         }
     }
 
-    /// An MVoxel was visited.
+    /// Updates the peak after an MVoxel was visited.
     fn rest(&mut self) {
         self.parted.waiting = self.parted.waiting.max(self.open);
     }

@@ -1,4 +1,4 @@
-//! What colours of Compact-3DGS in the hardware's formats may be off by.
+//! Error bounds of Compact-3DGS colours in fixed point.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -11,12 +11,12 @@ use crate::bound::{Off, Outputs, Pair, gathered};
 use crate::codes::held;
 
 impl HashedColour {
-    /// The most by which the constant harmonic's coefficient of a channel is off, of Gaussians at
-    /// `centres` seen from `eye`: of what is gathered and computed, every rounding is the worst that
-    /// it may be.
+    /// Upper bound of the error of a channel's coefficient of the constant harmonic, for Gaussians
+    /// at `centres` seen from `eye`. Every rounding of gathered and computed values is taken at
+    /// its worst.
     ///
     /// # Errors
-    /// As [`FixedColour::new`].
+    /// Those of [`FixedColour::new`].
     pub fn off(&self, centres: &[DVec3], eye: DVec3, config: &Config) -> Result<f64, FieldError> {
         let codes = FixedColour::new(self, centres, config)?;
         let down = codes.feature_bits as i32 - codes.harmonic_bits;
@@ -47,7 +47,7 @@ impl HashedColour {
         Ok(centres.par_iter().map(of_one).reduce(|| 0.0, f64::max))
     }
 
-    /// The features at a point.
+    /// The features at a point, with their errors.
     fn inputs_off(&self, at: DVec3, feature_bits: u32, weight_bits: u32) -> Outputs {
         let mut places = [DVec3::ZERO; LEVELS as usize];
         self.index(at, &mut places);

@@ -1,13 +1,12 @@
-//! Colours of Compact-3DGS in the hardware's formats, asked for before splat
-//! records are written.
+//! Colours of Compact-3DGS in fixed point, computed before splat records are written.
 //!
 //! | step | unit | result |
 //! |---|---|---|
 //! | features | gathering, level after level | one format, the finest that holds them |
 //! | colour | MAC array, ReLU between layers | 16 bits with a scale a layer |
 //!
-//! Harmonics, and the ones that are a bias, are larger than features: they enter
-//! the first layer divided by a power of two, which its weights make good.
+//! Harmonics, and the ones that act as a bias, are larger than features. They enter the first
+//! layer divided by a power of two, which its weights compensate.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -23,34 +22,32 @@ use crate::{FieldError, FieldWork, Layer, Mlp};
 use potamoi_march::{FixedStats, Lanes, Work};
 use potamoi_reference::Units;
 
-/// Features of a Gaussian.
+/// Number of features of a Gaussian.
 const WIDTH: usize = (LEVELS * FEATURES) as usize;
-/// Harmonics are below two to this.
+/// Harmonics are below two to this power.
 const HARMONICS_INT_BITS: i32 = 4;
-/// Gaussians and directions with which the perceptron's scales are found.
+/// Number of Gaussians and directions from which the perceptron's scales are determined.
 const CALIBRATION: usize = 4096;
 
-/// The field as codes.
+/// The quantised field.
 pub struct FixedColour<'a> {
     field: &'a HashedColour,
     tables: Vec<CodedTable>,
     pub(super) head: MacMlp,
-    /// Fraction bits of features, and of harmonics as they enter the first layer.
+    /// Fraction bits of features, and of harmonics at the first layer.
     pub(super) feature_bits: u32,
     pub(super) harmonic_bits: i32,
 }
 
 impl<'a> FixedColour<'a> {
-    /// Gaussians that are gathered at a time.
+    /// Number of Gaussians gathered at a time.
     pub const BATCH: usize = 1 << 15;
 
-    /// Rounds the field to the formats of a configuration, for Gaussians at
-    /// `centres`; some of them, seen from all sides, give the perceptron's
-    /// scales.
+    /// Quantises the field for a configuration and for Gaussians at `centres`. Some of them, seen
+    /// from all sides, determine the perceptron's scales.
     ///
     /// # Errors
-    /// A configuration whose units lack what it needs, or values that no format
-    /// holds.
+    /// The configuration's units lack an operation or format, or a value fits no format.
     pub fn new(
         field: &'a HashedColour,
         centres: &[DVec3],
@@ -74,11 +71,11 @@ impl<'a> FixedColour<'a> {
         })
     }
 
-    /// The constant harmonic's coefficients of every Gaussian, seen from `eye`.
-    /// `stats` counts what is done.
+    /// Coefficients of the constant harmonic of every Gaussian, seen from `eye`. `stats` receives
+    /// the counts.
     ///
     /// # Errors
-    /// A unit that fails.
+    /// A unit fails.
     pub fn seen_from(
         &self,
         eye: DVec3,
@@ -122,7 +119,7 @@ impl<'a> FixedColour<'a> {
         Ok(colours)
     }
 
-    /// Gathers the features of a batch to where its inputs begin.
+    /// Gathers the features of a batch into the inputs of the perceptron.
     fn gather(
         &self,
         seen: &Seen<'_>,
@@ -160,15 +157,15 @@ impl<'a> FixedColour<'a> {
     }
 }
 
-/// Centres of a batch, from where they are seen, and the place of the first among all.
+/// The centres of a batch, the position of the camera, and the index of the first centre.
 struct Seen<'a> {
     eye: DVec3,
     first: usize,
     batch: &'a [DVec3],
 }
 
-/// The network with the first layer's weights of harmonics and ones times two
-/// to `up`.
+/// The network with the first layer's weights of harmonics and ones multiplied by two to the power
+/// of `up`.
 pub(super) fn with_first_columns(head: &Mlp, up: i32) -> Result<Mlp, FieldError> {
     let scale = 2f32.powi(up);
     let layers = head.layers().iter().enumerate().map(|(i, layer)| {
@@ -183,8 +180,8 @@ pub(super) fn with_first_columns(head: &Mlp, up: i32) -> Result<Mlp, FieldError>
     Mlp::new(layers.collect::<Result<_, _>>()?)
 }
 
-/// The largest magnitude of each layer's outputs over some of the Gaussians,
-/// each from a direction of its own.
+/// The largest magnitude of each layer's outputs over some of the Gaussians, each seen from a
+/// direction of its own.
 fn magnitudes(field: &HashedColour, centres: &[DVec3]) -> Vec<f64> {
     let mut largest = vec![0f64; field.head.layers().len()];
     let mut values = vec![];

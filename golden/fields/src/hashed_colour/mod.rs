@@ -1,10 +1,9 @@
-//! The colour of Compact-3DGS (Lee et al., CVPR 2024): features of a hash grid
-//! at a Gaussian's centre and harmonics of the direction, through a perceptron.
+//! The colour of Compact-3DGS (Lee et al., CVPR 2024): a perceptron of hash-grid features at a
+//! Gaussian's centre and harmonics of the viewing direction.
 //!
-//! In the stages of a [`Field`](super::Field), but for density, which a Gaussian
-//! brings itself: [`HashedColour::index`] gives the place in each table, the
-//! tables are gathered from as any, and [`HashedColour::colour`] makes a colour
-//! of what was gathered.
+//! It has the stages of a [`Field`](super::Field), without density, which a Gaussian has itself.
+//! [`HashedColour::index`] returns the position in each table, the tables are gathered as any
+//! others, and [`HashedColour::colour`] computes a colour from the features.
 
 mod bound;
 mod fixed;
@@ -18,29 +17,28 @@ use potamoi_base::sh;
 
 pub use fixed::FixedColour;
 
-/// Levels of the grid.
+/// Number of levels.
 const LEVELS: u32 = 16;
 /// Features an entry.
 const FEATURES: u32 = 2;
-/// Harmonics: bands 0 to 2, which tiny-cuda-nn names degree 3.
+/// Number of harmonics: bands 0 to 2, which tiny-cuda-nn calls degree 3.
 const HARMONICS: usize = 9;
-/// Outputs and inputs of the network's matrices as tiny-cuda-nn stores them:
-/// inputs and outputs are rounded up to 16.
+/// Outputs and inputs of the network's matrices as tiny-cuda-nn stores them, rounded up to 16.
 const MATRICES: [[usize; 2]; 3] = [[64, 48], [64, 64], [16, 64]];
-/// Inputs that are rounded up to are 1, and so have the effect of a bias.
+/// Number of padding inputs. They are 1, and so act as a bias.
 const ONES: usize = MATRICES[0][1] - (LEVELS * FEATURES) as usize - HARMONICS;
-/// The largest table that is looked for, log2 of its entries a level.
+/// Logarithm to base 2 of the largest supported number of entries in a level.
 const MAX_LOG2: u32 = 24;
 
-/// Parameters of the network, as stored.
+/// Number of stored parameters of the network.
 const NETWORK: usize = 64 * 48 + 64 * 64 + 16 * 64;
 
-/// A colour that depends on place and direction.
+/// A colour that depends on position and direction.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct HashedColour {
     shape: GridShape,
     tables: Vec<Table>,
-    /// Of each level.
+    /// The scale of each level.
     scales: Vec<f64>,
     head: Mlp,
 }
@@ -61,12 +59,12 @@ fn stored(shape: &GridShape) -> usize {
 }
 
 impl HashedColour {
-    /// From parameters as tiny-cuda-nn stores them: `grid` level after level,
-    /// whose length says how large the tables are, and `network` matrix after
-    /// matrix, a row an output: 64 x 48, 64 x 64, 16 x 64.
+    /// Builds the field from parameters as tiny-cuda-nn stores them: `grid` level after level,
+    /// whose length determines the size of the tables, and `network` matrix after matrix, a row an
+    /// output: 64 x 48, 64 x 64, 16 x 64.
     ///
     /// # Errors
-    /// Another number of parameters, or one that is not finite.
+    /// The number of parameters is wrong, or one is not finite.
     pub fn new(grid: &[f32], network: &[f32]) -> Result<Self, FieldError> {
         let refuse = |part, found: usize, expected: String| {
             Err(FieldError::Part {
@@ -117,34 +115,33 @@ impl HashedColour {
         })
     }
 
-    /// Sizes of the grid.
+    /// Sizes of the hash grid.
     #[must_use]
     pub const fn shape(&self) -> &GridShape {
         &self.shape
     }
 
-    /// One a level.
+    /// The tables, one a level.
     #[must_use]
     pub fn tables(&self) -> &[Table] {
         &self.tables
     }
 
-    /// The network, of 32 features, 9 harmonics and 7 ones.
+    /// The network, with 32 features, 9 harmonics and 7 ones as inputs.
     #[must_use]
     pub const fn head(&self) -> &Mlp {
         &self.head
     }
 
-    /// Inputs of the network that are the direction's: harmonics, from degree 0 on.
+    /// Inputs of the network that encode the direction: harmonics, from degree 0 on.
     #[must_use]
     pub fn direction_inputs() -> Vec<usize> {
         let first = (LEVELS * FEATURES) as usize;
         (first..first + HARMONICS).collect()
     }
 
-    /// Where a point of the world lies in each table, in vertices. All of space
-    /// is brought into the unit cube: what is within 1 of the origin into the
-    /// middle half, what is farther around it.
+    /// The position of a world point in each table, in vertices. All of space is mapped to the
+    /// unit cube: points within 1 of the origin to the middle half, the others around it.
     pub fn index(&self, at: DVec3, places: &mut [DVec3]) {
         let within = contracted(at) / 4.0 + 0.5;
         for (place, scale) in places.iter_mut().zip(&self.scales) {
@@ -152,9 +149,8 @@ impl HashedColour {
         }
     }
 
-    /// The constant harmonic's coefficient of each channel, of gathered
-    /// features and the unit direction from the camera. `scratch` is kept from
-    /// one to the next.
+    /// The coefficient of the constant harmonic of each channel, from gathered features and the
+    /// unit direction from the camera. `scratch` is a buffer that is reused from call to call.
     pub fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
         scratch.clear();
         scratch.extend_from_slice(features);
@@ -164,7 +160,7 @@ impl HashedColour {
         DVec3::new(scratch[0], scratch[1], scratch[2])
     }
 
-    /// [`HashedColour::colour`] at a point, gathered from all tables.
+    /// [`HashedColour::colour`] at a world point, gathered from all tables.
     pub fn at(&self, at: DVec3, direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
         let mut features = Vec::with_capacity((LEVELS * FEATURES) as usize);
         self.gathered(at, &mut features);
@@ -183,8 +179,8 @@ impl HashedColour {
     }
 }
 
-/// Into a ball of radius 2: `(2 - 1/|x|) x/|x|` beyond 1 (Barron et al.,
-/// Mip-NeRF 360, CVPR 2022).
+/// Contracts space into a ball of radius 2: `(2 - 1/|x|) x/|x|` beyond 1 (Barron et al., Mip-NeRF
+/// 360, CVPR 2022).
 fn contracted(at: DVec3) -> DVec3 {
     let length = at.length();
     if length <= 1.0 {
@@ -193,9 +189,9 @@ fn contracted(at: DVec3) -> DVec3 {
     (2.0 - 1.0 / length) * (at / length)
 }
 
-/// The encoding of tiny-cuda-nn takes directions moved into the unit cube and
-/// moves them back, 2 d - 1. Compact-3DGS gives it the direction itself, and is
-/// trained so. On what is then no unit vector, its polynomial of order 0 in band
+/// Harmonics of a direction as Compact-3DGS evaluates them. The encoding of tiny-cuda-nn expects
+/// directions in the unit cube and maps them by 2 d - 1. Compact-3DGS passes the direction itself,
+/// and is trained that way. The result is not a unit vector, so the polynomial of order 0 in band
 /// 2 differs from the homogeneous one.
 fn harmonics(direction: DVec3) -> [f64; HARMONICS] {
     let moved = 2.0 * direction - 1.0;

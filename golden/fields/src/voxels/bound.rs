@@ -1,4 +1,4 @@
-//! How far the fixed renderer may be from the float one, derived.
+//! Error bounds of the fixed-point renderer of voxel grids.
 
 use super::fixed::FixedOptions;
 use super::formats::Formats;
@@ -8,8 +8,8 @@ use potamoi_base::camera::Camera;
 use potamoi_march::BACKGROUND;
 use potamoi_reference::bounds::VectorBounds;
 
-/// Differences within a grid, by channel: the most between vertices of a cell,
-/// and between neighbours along each axis.
+/// Largest differences within a grid, by channel: between vertices of a cell, and between
+/// neighbours along each axis.
 struct Ranges {
     cell: Vec<f64>,
     slope: Vec<f64>,
@@ -51,7 +51,7 @@ impl Ranges {
 }
 
 impl Ranges {
-    /// What a gathered feature may be off by.
+    /// Upper bound of a gathered feature's error.
     fn off(&self, formats: &Formats, channel: usize) -> f64 {
         let format = match channel {
             0 => formats.density,
@@ -62,27 +62,25 @@ impl Ranges {
     }
 }
 
-/// What an opacity may be off by of a density that is off by its format alone.
+/// Upper bound of an opacity's error, if the density is off only by its format.
 #[must_use]
 pub fn opacity_off(formats: &Formats, powers: &VectorBounds, step: f64) -> f64 {
     let unit = powers.one_minus_exp * formats.alpha.ulp();
     step * formats.density.ulp() + formats.depth.ulp() + unit
 }
 
-/// What each pixel's colour and transmittance may be off by.
+/// Upper bounds of the errors of each pixel's colour and transmittance.
 ///
-/// A feature is off by half a unit where it is coded and half where it comes
-/// out of the gathering unit; by half of `sum |dw|` times the range in its
-/// cell, where `1 + 2 + 4` splits that are off by 2^-W / 2 on both sides make
-/// `sum |dw|` at most 7 x 2^-W; and by 2^-13 of its slope along each axis, where
-/// its position is rounded. An opacity is off
-/// by as much as its optical depth, and by its unit's error. The picture is
-/// affine in each opacity, and replacing one of them, those behind it replaced
-/// already, moves it by the light that still reaches it times the difference,
-/// times at most the brightest colour.
+/// A feature is off by half a unit where it is coded and half a unit where it leaves the gathering
+/// unit; by half of `sum |dw|` times the range in its cell, where `1 + 2 + 4` splits that are off
+/// by 2^-W / 2 on both sides make `sum |dw|` at most 7 x 2^-W; and by 2^-13 of its slope along
+/// each axis, where its position is rounded. An opacity is off by as much as its optical depth,
+/// and by its unit's error. The picture is affine in each opacity. Replacing one opacity, with
+/// those behind it replaced already, changes the picture by the transmittance in front of it,
+/// times the difference, times at most the brightest colour.
 ///
-/// Where rays stop, each of the two leaves out what less than its limit lets through: `stop_below` in
-/// floating point.
+/// Where rays stop, each renderer leaves out at most the transmittance of its threshold:
+/// `stop_below` in floating point.
 #[must_use]
 pub fn error_bounds(
     grid: &Grid,

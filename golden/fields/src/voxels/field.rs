@@ -1,4 +1,4 @@
-//! A grid as a field: density and colours that are stored as they are.
+//! A voxel grid as a field: density and colours are stored, not computed.
 
 use glam::DVec3;
 
@@ -6,10 +6,10 @@ use super::grid::Grid;
 use crate::{Algorithm, Along, Field, Sampling, Table, outside};
 use potamoi_march::tiling::cell;
 
-/// A ray stops once less than this of the light behind would be seen, unless told otherwise.
+/// Default early-termination threshold (transmittance).
 pub const STOP_BELOW: f64 = 1e-3;
 
-/// As reports tell it.
+/// Description of the algorithm for reports.
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "stored voxels",
     outside: &[outside::INDEXING, outside::RIT, outside::COMPOSITING],
@@ -18,14 +18,14 @@ pub static ALGORITHM: Algorithm = Algorithm {
     file: None,
 };
 
-/// A grid in its own vertices: vertex (x, y, z) lies at (x, y, z), and lengths are in voxel edges.
+/// A grid in vertex units: vertex (x, y, z) lies at (x, y, z), and lengths are in voxel edges.
 pub(super) struct InVertices<'a> {
     pub(super) grid: &'a Grid,
-    /// From sample to sample.
+    /// Step in voxel edges.
     pub(super) step: f64,
-    /// Transmittance below which rays stop.
+    /// Early-termination threshold (transmittance).
     pub(super) stop: f64,
-    /// Whether colours that are linear in the direction are seen from it.
+    /// Whether linear colours depend on the viewing direction.
     pub(super) directions: bool,
 }
 
@@ -81,15 +81,15 @@ impl Field for InVertices<'_> {
     }
 }
 
-/// A grid in the world, whose samples are left out where no vertex of their cell has a density:
-/// those that are gathered. Cells are those of positions in the hardware's format.
+/// A grid in world coordinates. Samples are gathered unless no vertex of their cell has a density.
+/// Cells are found from positions in the hardware's format.
 pub struct StoredField<'a> {
     vertices: InVertices<'a>,
-    /// Whether a vertex of each cell has a positive density, x fastest.
+    /// For each cell, whether one of its vertices has a positive density, x fastest.
     filled: Vec<bool>,
 }
 
-/// Cells with a vertex of positive density.
+/// For each cell, whether one of its vertices has a positive density.
 fn filled(grid: &Grid) -> Vec<bool> {
     let [nx, ny, nz] = grid.points();
     let mut filled = vec![false; (nx - 1) * (ny - 1) * (nz - 1)];
@@ -108,7 +108,7 @@ fn filled(grid: &Grid) -> Vec<bool> {
 }
 
 impl<'a> StoredField<'a> {
-    /// A grid that is sampled every `step` voxel edges.
+    /// A grid sampled every `step` voxel edges.
     #[must_use]
     pub fn new(grid: &'a Grid, step: f64) -> Self {
         Self {

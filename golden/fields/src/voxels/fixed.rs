@@ -1,5 +1,5 @@
-//! The renderer in the hardware's formats: every gather and every vector
-//! operation goes through the units.
+//! The fixed-point renderer of voxel grids: every gather and every vector operation goes through
+//! the units.
 
 use glam::DVec3;
 use potamoi_base::camera::Camera;
@@ -21,25 +21,25 @@ use super::schedule::{Group, Schedule, Skip};
 use super::shading::Stored;
 use super::split_halo::SplitGroup;
 
-/// How to render.
+/// Options of the fixed-point renderer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedOptions {
-    /// Voxel edges from sample to sample.
+    /// Step in voxel edges.
     pub step: f64,
-    /// Whether rays stop.
+    /// Whether rays terminate early.
     pub terminate: bool,
-    /// Where, of stored voxels.
+    /// Early-termination threshold (transmittance) of stored voxels.
     pub stop_below: f64,
-    /// Fraction bits of transmittances that are carried, of stored voxels.
+    /// Fraction bits of the transmittance of stored voxels.
     pub transmittance_bits: u32,
-    /// Linear RGB behind everything, rounded to 12 fraction bits.
+    /// Background, linear RGB, rounded to 12 fraction bits.
     pub background: [f32; 3],
-    /// Pixels a side of a ray group; by default the largest whose rays are at
-    /// most [`potamoi_march::GROUP_RAYS`].
+    /// Side of a ray group in pixels; by default the largest with at most
+    /// [`potamoi_march::GROUP_RAYS`] rays.
     pub group_side: Option<u32>,
-    /// Which samples of opacity 0 are left out.
+    /// Samples of opacity 0 to skip.
     pub skip: Skip,
-    /// Entries after which no more MVoxels join a batch.
+    /// Number of entries after which no more MVoxels join a batch.
     pub batch_entries: usize,
 }
 
@@ -58,15 +58,14 @@ impl Default for FixedOptions {
     }
 }
 
-/// Renders a grid in the hardware's formats. `mvoxels` are the grid's. Sample
-/// positions are found in floating point, as the GPU does, and rounded to 12
-/// fraction bits; everything from there on goes through `units`, but for sums
-/// of products (MAC array) and additions to a pixel. The picture depends neither
-/// on ray groups, nor on batches, nor on [`Skip`], nor on [`Halo`].
+/// Renders a grid in the hardware's formats. `mvoxels` must be those of the grid. Sample positions
+/// are computed in floating point, as on the GPU, and rounded to 12 fraction bits. Everything else
+/// goes through `units`, except sums of products (MAC array) and additions to a pixel. The picture
+/// depends on none of ray groups, batches, [`Skip`] and [`Halo`].
 ///
 /// # Errors
-/// A camera or an option that is not sensible, MVoxels of another grid, a unit
-/// that fails or returns another number of features than was asked for.
+/// The camera or an option is out of range, the MVoxels are of another grid, or a unit fails or
+/// returns a wrong number of features.
 pub fn render_fixed(
     grid: &Grid,
     mvoxels: &MVoxels,
@@ -82,7 +81,7 @@ pub fn render_fixed(
     render_volume(&volume, camera, options, units)
 }
 
-/// What makes opacity and colour of a grid that is sampled as options say.
+/// The feature computation of a grid for the given options.
 pub fn stored(
     grid: &Grid,
     mvoxels: &MVoxels,
@@ -97,10 +96,10 @@ pub fn stored(
     })
 }
 
-/// [`FixedFrame::stops`] of a frame, for which no colour is computed.
+/// [`FixedFrame::stops`] of a frame. No colour is computed.
 ///
 /// # Errors
-/// As [`render_fixed`].
+/// Those of [`render_fixed`].
 pub fn stops(
     volume: &Volume<'_>,
     camera: &Camera,
@@ -118,17 +117,16 @@ pub fn stops(
 pub struct Volume<'a> {
     /// Its MVoxels.
     pub mvoxels: &'a MVoxels,
-    /// Where they lie.
+    /// Their position in the world.
     pub placement: Placement,
-    /// What makes opacity and colour of their features.
+    /// Computes opacity and colour from their features.
     pub head: &'a dyn Head,
 }
 
-/// Renders a field in one volume in the hardware's formats, as [`render_fixed`]
-/// does.
+/// Renders a field in one volume in the hardware's formats, as [`render_fixed`] does.
 ///
 /// # Errors
-/// As [`render_fixed`].
+/// Those of [`render_fixed`].
 pub fn render_volume(
     volume: &Volume<'_>,
     camera: &Camera,
@@ -138,11 +136,11 @@ pub fn render_volume(
     render_volume_masked(volume, camera, options, None, units)
 }
 
-/// The same of some pixels, the others being background; their bits are those of the whole
-/// frame.
+/// As [`render_volume`], but renders only the pixels of a mask, bit for bit as in the whole frame;
+/// the others are background.
 ///
 /// # Errors
-/// As [`render_fixed`], and for a mask of another size than the camera's.
+/// Those of [`render_fixed`], or the mask does not have the camera's size.
 pub fn render_volume_masked(
     volume: &Volume<'_>,
     camera: &Camera,
@@ -187,13 +185,13 @@ pub fn render_volume_masked(
     )
 }
 
-/// The rays of a group through MVoxels that share vertices: MVoxels of one distance at a time.
+/// The rays of a group in MVoxels with a shared halo, which are visited one distance at a time.
 struct SharedGroup<'a> {
     schedule: &'a Schedule<'a>,
     group: Group,
-    /// Entries after which no more MVoxels join a batch.
+    /// Number of entries after which no more MVoxels join a batch.
     most: usize,
-    /// Crossings that were visited.
+    /// Number of visited crossings.
     next: usize,
     tasks: Vec<GatherTask>,
 }
@@ -242,11 +240,11 @@ impl RayGroup<MarchError> for SharedGroup<'_> {
     }
 }
 
-/// The gathering tasks of a frame in the order in which they are visited, as if
-/// no ray stopped early, up to `most` entries (the last task may exceed it).
+/// The gathering tasks of a frame in visiting order, without early termination, up to `most`
+/// entries (the last task may exceed it).
 ///
 /// # Errors
-/// As [`render_fixed`], and for MVoxels whose halo is split.
+/// Those of [`render_fixed`], or the MVoxels have a split halo.
 pub fn tasks(
     grid: &Grid,
     mvoxels: &MVoxels,
@@ -280,7 +278,7 @@ pub fn tasks(
     Ok(all)
 }
 
-/// The formats of a grid's MVoxels, if they are that grid's.
+/// The formats of the MVoxels; an error if they are not those of the grid.
 fn fits(grid: &Grid, mvoxels: &MVoxels) -> Result<Formats, MarchError> {
     let same = mvoxels.points() == grid.points() && mvoxels.channels() == grid.layout().channels();
     mvoxels

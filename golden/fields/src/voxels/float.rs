@@ -1,4 +1,4 @@
-//! A grid in 64-bit floating point: its rays are followed in its own vertices.
+//! The floating-point renderer of voxel grids, with rays in vertex units.
 
 use super::field::{InVertices, STOP_BELOW};
 use super::grid::Grid;
@@ -9,18 +9,18 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_march::MarchError;
 
-/// How to render in floating point.
+/// Options of the floating-point renderer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FloatOptions {
-    /// Voxel edges from sample to sample.
+    /// Step in voxel edges.
     pub step: f64,
-    /// Whether rays stop.
+    /// Whether rays terminate early.
     pub terminate: bool,
-    /// Where.
+    /// Early-termination threshold (transmittance).
     pub stop_below: f64,
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     pub background: [f32; 3],
-    /// Whether colours that are linear in the direction are seen from it.
+    /// Whether linear colours depend on the viewing direction.
     pub directions: bool,
 }
 
@@ -36,11 +36,11 @@ impl Default for FloatOptions {
     }
 }
 
-/// Renders a grid: `alpha = 1 - exp(-density step)` of the interpolated density
-/// after its ReLU, front to back from where a ray enters the volume.
+/// Renders a grid front to back from the entry of each ray into the volume: `alpha = 1 -
+/// exp(-density step)`, with the interpolated density after its ReLU.
 ///
 /// # Errors
-/// A camera or a step that is not sensible.
+/// The camera or the step is out of range.
 pub fn render_float(
     grid: &Grid,
     camera: &Camera,
@@ -49,11 +49,10 @@ pub fn render_float(
     render_masked(grid, camera, options, None)
 }
 
-/// As [`render_float`], but of a mask its pixels alone; the others are
-/// background.
+/// As [`render_float`], but renders only the pixels of a mask; the others are background.
 ///
 /// # Errors
-/// As [`render_float`], and for a mask of another size than the camera's.
+/// Those of [`render_float`], or the mask does not have the camera's size.
 pub fn render_masked(
     grid: &Grid,
     camera: &Camera,

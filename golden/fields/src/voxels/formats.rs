@@ -1,4 +1,4 @@
-//! The fixed-point formats of a scene and of the arithmetic on its samples.
+//! Fixed-point formats of voxel grids and of the arithmetic on samples.
 
 use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::fixed::{Format, Rounding};
@@ -12,8 +12,7 @@ use potamoi_march::MarchError;
 pub(super) const STEP_BITS: u32 = 24;
 /// Fraction bits of a viewing direction.
 pub(super) const DIRECTION_BITS: u32 = 14;
-/// The formats that follow from a grid and a configuration: power-of-two scales
-/// alone.
+/// The formats for a grid and a configuration. All scales are powers of two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Formats {
     /// Density codes: optical depth per voxel edge.
@@ -29,11 +28,11 @@ pub struct Formats {
 }
 
 impl Formats {
-    /// The finest scales that hold every value of the grid.
+    /// The finest formats that hold every value of the grid.
     ///
     /// # Errors
-    /// A grid whose values need more integer bits than the formats leave, or a
-    /// configuration whose units lack what rendering needs.
+    /// The grid's values need more integer bits than the formats have, or the configuration's
+    /// units lack an operation.
     pub fn new(grid: &Grid, config: &Config) -> Result<Self, MarchError> {
         let needs = |field, value: String, expected: &str| {
             Err(MarchError::Config {
@@ -102,7 +101,7 @@ impl Formats {
         })
     }
 
-    /// Fraction bits that are dropped from density times step.
+    /// Number of fraction bits dropped from density times step.
     #[must_use]
     pub(crate) fn depth_shift(&self) -> u32 {
         // At most 24 fraction bits of depth: rules of the configuration.
@@ -123,7 +122,7 @@ impl Formats {
     }
 }
 
-/// The finest signed format of `bits` bits that holds `largest` once rounded.
+/// The finest signed format of `bits` bits that holds the rounded `largest`.
 fn fit(largest: f32, bits: u32, most_int_bits: u32) -> Option<Format> {
     (0..=most_int_bits.min(bits - 1))
         .map(|int| Format::signed(int, bits - 1 - int))
@@ -133,7 +132,7 @@ fn fit(largest: f32, bits: u32, most_int_bits: u32) -> Option<Format> {
         })
 }
 
-/// A value's code; values are finite and fit by the format's choice.
+/// The code of a value, which is finite and fits by the choice of format.
 pub(crate) fn code(format: Format, value: f32) -> i16 {
     let code = format.quantise(f64::from(value), Rounding::HalfEven);
     code.unwrap_or_default() as i16

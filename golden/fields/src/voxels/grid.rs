@@ -1,16 +1,16 @@
-//! Vertex grids of a radiance field.
+//! Grids of vertices with density and colour features.
 
 use glam::DVec3;
 
 use crate::Table;
 use potamoi_march::MarchError;
 
-/// The most vertices along an axis.
+/// Maximum number of vertices along an axis.
 pub const MAX_POINTS: usize = 2048;
-/// The most feature values of a grid.
+/// Maximum number of feature values in a grid.
 pub const MAX_VALUES: usize = 1 << 30;
 
-/// How the channels of a vertex are laid out.
+/// Layout of the channels of a vertex.
 ///
 /// Channel 0 is the density, an optical depth per voxel edge before its ReLU.
 /// Then, for red, green and blue in turn, the coefficients of the colour seen
@@ -25,14 +25,14 @@ pub const MAX_VALUES: usize = 1 << 30;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
-    /// The same colour from everywhere.
+    /// The same colour from every direction.
     Constant,
     /// A colour that is linear in the viewing direction.
     Linear,
 }
 
 impl Layout {
-    /// Coefficients of one colour.
+    /// Number of coefficients of one colour channel.
     #[must_use]
     pub const fn coefficients(self) -> usize {
         match self {
@@ -41,7 +41,7 @@ impl Layout {
         }
     }
 
-    /// Channels `C` of a vertex.
+    /// Number of channels `C` of a vertex.
     #[must_use]
     pub const fn channels(self) -> usize {
         1 + 3 * self.coefficients()
@@ -58,14 +58,14 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid of `points` vertices along x, y, z. Vertex (0, 0, 0) lies at
-    /// `corner`; cubic voxels have edges of `voxel`. `features` holds all
-    /// channels of a vertex side by side, vertices with x fastest, z slowest.
+    /// A grid of `points` vertices along x, y, z. Vertex (0, 0, 0) lies at `corner`; cubic voxels
+    /// have edges of `voxel`. `features` holds all channels of a vertex side by side, vertices
+    /// with x fastest, z slowest.
     ///
     /// # Errors
-    /// Fewer than 2 or more than [`MAX_POINTS`] vertices along an axis, more
-    /// than [`MAX_VALUES`] values, a wrong number of values, a voxel that is not
-    /// positive, or a value that is not finite.
+    /// There are fewer than 2 or more than [`MAX_POINTS`] vertices along an axis or more than
+    /// [`MAX_VALUES`] values, the number of values is wrong, the voxel edge is not positive, or a
+    /// value is not finite.
     pub fn new(
         points: [usize; 3],
         corner: DVec3,
@@ -119,11 +119,11 @@ impl Grid {
         })
     }
 
-    /// A grid sampled from a field: `field` writes the channels of the vertex at
-    /// a world position.
+    /// Samples a grid from a function. `field` writes the channels of the vertex at a world
+    /// position.
     ///
     /// # Errors
-    /// As [`Grid::new`].
+    /// Those of [`Grid::new`].
     pub fn bake(
         points: [usize; 3],
         corner: DVec3,
@@ -151,7 +151,7 @@ impl Grid {
         Self::new(points, corner, voxel, layout, features)
     }
 
-    /// Vertices along x, y, z.
+    /// Number of vertices along x, y, z.
     #[must_use]
     pub fn points(&self) -> [usize; 3] {
         self.table.points()
@@ -163,7 +163,7 @@ impl Grid {
         self.corner
     }
 
-    /// Edge of a voxel in the world.
+    /// Edge of a voxel in world units.
     #[must_use]
     pub fn voxel(&self) -> f64 {
         self.voxel
@@ -181,27 +181,27 @@ impl Grid {
         self.table.values()
     }
 
-    /// The same as a table, a row a vertex.
+    /// The features as a table with a row for each vertex.
     #[must_use]
     pub fn table(&self) -> &Table {
         &self.table
     }
 
-    /// The corners of the box on whose faces its outer vertices lie, in the world.
+    /// Corners of the box whose faces contain the outer vertices, in world coordinates.
     #[must_use]
     pub fn bounds(&self) -> [DVec3; 2] {
         let last = DVec3::from(self.points().map(|p| (p - 1) as f64));
         [self.corner, self.corner + last * self.voxel]
     }
 
-    /// A world position in vertex units, where vertex (x, y, z) lies at (x, y, z).
+    /// Converts a world position to vertex units, where vertex (x, y, z) lies at (x, y, z).
     #[must_use]
     pub fn to_grid(&self, world: DVec3) -> DVec3 {
         (world - self.corner) / self.voxel
     }
 
-    /// Interpolates all channels at a position in vertex units, held to the
-    /// volume, in 64-bit floating point.
+    /// Interpolates all channels in 64-bit floating point at a position in vertex units, clamped
+    /// to the volume.
     pub fn sample(&self, at: DVec3, out: &mut [f64]) {
         self.table.gather(at, out);
     }

@@ -1,8 +1,8 @@
-//! Voxel grids, and every other field in one volume of vertices.
+//! Voxel grids, and the renderer of all fields in one volume of vertices.
 //!
-//! A [`Grid`] of vertex features is rendered in 64-bit floating point, pixel by
-//! pixel ([`render_float`]), or through the units in their own formats, MVoxel
-//! by MVoxel ([`render_fixed`]). A [`Volume`] of another field is rendered the same way.
+//! A [`Grid`] of vertex features is rendered in 64-bit floating point, pixel by pixel
+//! ([`render_float`]), or in fixed point through the units, MVoxel by MVoxel ([`render_fixed`]). A
+//! [`Volume`] of another field is rendered the same way.
 
 mod bound;
 mod field;

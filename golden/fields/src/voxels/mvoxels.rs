@@ -1,5 +1,4 @@
-//! A grid's features as codes in MVoxels ([`potamoi_march::tiling`]), and which of them
-//! can give opacity.
+//! Quantised features in MVoxels ([`potamoi_march::tiling`]), with an occupancy bit for each cell.
 
 use glam::DVec3;
 use potamoi_formats::config::{Config, Sums};
@@ -11,7 +10,7 @@ use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::{Halo, Place, Tiling, edges};
 use potamoi_reference::gather::Reducer;
 
-/// A grid's features as codes, cut into MVoxels.
+/// A volume of quantised features, cut into MVoxels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MVoxels {
     tiling: Tiling,
@@ -20,31 +19,31 @@ pub struct MVoxels {
     unit_streams: UnitStreams,
     /// Whether the unit returns unrounded sums.
     exact_sums: bool,
-    /// Of codes that are a grid's.
+    /// The formats, if the codes are those of a grid.
     formats: Option<Formats>,
     mask: Option<Mask>,
     /// Rows of each MVoxel, x fastest.
     rows: Vec<Vec<i16>>,
-    /// A bit a cell: whether a vertex of it can give opacity.
+    /// One bit a cell: whether any of its vertices can yield opacity.
     cells: Vec<u64>,
     occupied: Vec<bool>,
 }
 
-/// A grid of its own that says where anything may be.
+/// A separate grid that marks where the field may be non-empty.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Mask {
-    /// Vertices along x, y, z.
+    /// Number of vertices along x, y, z.
     pub points: [usize; 3],
-    /// One a vertex, x fastest.
+    /// One flag a vertex, x fastest.
     pub filled: Vec<bool>,
-    /// From a place in vertices of the field to one in vertices of the mask.
+    /// Scale from field vertices to mask vertices.
     pub scale: DVec3,
-    /// Added after scaling.
+    /// Offset added after scaling.
     pub shift: DVec3,
 }
 
 impl Mask {
-    /// Whether the nearest vertex is filled; outside, nothing is.
+    /// Whether the nearest vertex is filled; `false` outside the mask.
     #[must_use]
     pub fn holds(&self, at: DVec3) -> bool {
         let near = (at * self.scale + self.shift).round();
@@ -59,11 +58,11 @@ impl Mask {
 }
 
 impl MVoxels {
-    /// Rounds a grid's features to codes and cuts it into the largest cubic
-    /// MVoxels that the configuration's rows hold.
+    /// Quantises a grid and cuts it into the largest cubic MVoxels that the configuration's rows
+    /// hold.
     ///
     /// # Errors
-    /// As [`Formats::new`], or rows for less than 2 x 2 x 2 vertices.
+    /// Those of [`Formats::new`], or there are rows for less than 2 x 2 x 2 vertices.
     pub fn new(grid: &Grid, config: &Config) -> Result<Self, MarchError> {
         let formats = Formats::new(grid, config)?;
         let channels = grid.layout().channels();
@@ -78,13 +77,12 @@ impl MVoxels {
         Ok(made)
     }
 
-    /// Cuts `codes`, `channels` a vertex and x fastest, into the largest cubic
-    /// MVoxels that the configuration's rows hold. `counts` says whether a
-    /// vertex can give opacity.
+    /// Cuts `codes`, `channels` a vertex and x fastest, into the largest cubic MVoxels that the
+    /// configuration's rows hold. `counts` returns whether a vertex can yield opacity.
     ///
     /// # Errors
-    /// Rows for less than 2 x 2 x 2 vertices, or codes that are not one a
-    /// vertex and channel.
+    /// There are rows for less than 2 x 2 x 2 vertices, or the number of codes is not that of
+    /// vertices times channels.
     pub(crate) fn of_codes(
         points: [usize; 3],
         channels: usize,
@@ -130,7 +128,7 @@ impl MVoxels {
         self.rows = all.map(|m| tiling.cut(m, codes, channels)).collect();
     }
 
-    /// The same vertices, cut with another halo.
+    /// The same vertices with another halo.
     #[must_use]
     pub fn with_halo(&self, halo: Halo) -> Self {
         let mut made = Self {
@@ -163,7 +161,7 @@ impl MVoxels {
         codes
     }
 
-    /// The same, with a mask outside which no sample is.
+    /// Adds a mask. Samples outside it are skipped.
     #[must_use]
     pub fn masked(mut self, mask: Mask) -> Self {
         self.mask = Some(mask);
@@ -201,48 +199,48 @@ impl MVoxels {
         x + (wide - 1) * (y + (high - 1) * z)
     }
 
-    /// How vertices are cut.
+    /// The division into MVoxels.
     pub(crate) fn tiling(&self) -> &Tiling {
         &self.tiling
     }
 
-    /// How MVoxels share vertices.
+    /// The kind of halo.
     #[must_use]
     pub fn halo(&self) -> Halo {
         self.tiling.halo()
     }
 
-    /// The arithmetic of sums.
+    /// The arithmetic of one reducer.
     #[must_use]
     pub fn reducer(&self) -> &Reducer {
         &self.reducer
     }
 
-    /// How often the ray index table is read.
+    /// Sizes and passes of the gathering unit's streams.
     #[must_use]
     pub fn unit_streams(&self) -> UnitStreams {
         self.unit_streams
     }
 
-    /// Whether the unit returns unrounded sums, of parts of cells too.
+    /// Whether the unit returns unrounded sums, also of partial entries.
     #[must_use]
     pub(crate) fn has_exact_sums(&self) -> bool {
         self.exact_sums
     }
 
-    /// Vertices of the grid along x, y, z.
+    /// Number of vertices along x, y, z.
     #[must_use]
     pub fn points(&self) -> [usize; 3] {
         self.tiling.points()
     }
 
-    /// Channels `C` of a vertex.
+    /// Number of channels `C` of a vertex.
     #[must_use]
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// The formats of the codes, where they are a grid's.
+    /// The formats of the codes, if they are those of a grid.
     #[must_use]
     pub fn formats(&self) -> Option<&Formats> {
         self.formats.as_ref()
@@ -254,26 +252,27 @@ impl MVoxels {
         self.reducer.weight_bits()
     }
 
-    /// Whether anything may be at a place in vertices: the mask's word, or yes.
+    /// Whether the field may be non-empty at a position in vertices: as the mask states, or `true`
+    /// without one.
     #[must_use]
     pub fn holds(&self, at: DVec3) -> bool {
         self.mask.as_ref().is_none_or(|mask| mask.holds(at))
     }
 
-    /// Rows of an MVoxel, channel codes side by side, x fastest.
+    /// Rows of an MVoxel, channels side by side, x fastest.
     #[must_use]
     pub fn rows(&self, mvoxel: usize) -> &[i16] {
         &self.rows[mvoxel]
     }
 
-    /// Whether a sample in this MVoxel can have an opacity above 0: a vertex of
-    /// one of its cells can give it.
+    /// Whether any cell of this MVoxel is occupied, so that samples in it may have an opacity
+    /// above 0.
     #[must_use]
     pub(crate) fn is_occupied(&self, mvoxel: usize) -> bool {
         self.occupied[mvoxel]
     }
 
-    /// The same of the cell of a sample.
+    /// Whether the cell of a sample is occupied.
     #[must_use]
     pub(crate) fn is_cell_occupied(&self, place: &Place) -> bool {
         let first = self.tiling.first(place.mvoxel);
@@ -281,7 +280,7 @@ impl MVoxels {
         self.cells[index / 64] >> (index % 64) & 1 == 1
     }
 
-    /// Cells of which no vertex can give opacity, and all.
+    /// Number of empty cells, and of all cells.
     #[must_use]
     pub fn void_cells(&self) -> [u64; 2] {
         let all: usize = self.points().iter().map(|p| p - 1).product();
@@ -289,22 +288,22 @@ impl MVoxels {
         [all as u64 - occupied, all as u64]
     }
 
-    /// The same without a mask.
+    /// Removes the mask.
     #[must_use]
     pub(crate) fn unmasked(mut self) -> Self {
         self.mask = None;
         self
     }
 
-    /// Vertices stored over vertices of the grid: what the halo costs.
+    /// Ratio of stored vertices to vertices of the grid: the cost of the halo.
     #[must_use]
     pub fn duplication(&self) -> f64 {
         let stored: usize = self.rows.iter().map(|r| r.len() / self.channels).sum();
         stored as f64 / self.points().iter().product::<usize>() as f64
     }
 
-    /// For every MVoxel, how far it is from that of the camera, at `camera` in
-    /// vertex units, less the least of all.
+    /// Distance of every MVoxel from that of the camera, which is at `camera` in vertex units,
+    /// less the smallest distance.
     #[must_use]
     pub fn distances(&self, camera: [f64; 3]) -> Vec<u32> {
         let seen = self.tiling.seen_from(camera);

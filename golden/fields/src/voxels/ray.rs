@@ -1,4 +1,4 @@
-//! Rays through a grid and the samples along them.
+//! Rays through a grid, and their samples.
 
 use glam::DVec3;
 
@@ -6,38 +6,38 @@ use super::grid::Grid;
 use potamoi_base::camera::{Camera, crossing};
 use potamoi_march::MarchError;
 
-/// The most pixels of a picture.
+/// Maximum number of pixels in a picture.
 pub(super) const MAX_PIXELS: u64 = 1 << 26;
 
 /// A ray in vertex units. Sample `k` lies at `start + k step` along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
-    /// The camera.
+    /// Position of the camera.
     pub origin: DVec3,
-    /// Vertices a voxel edge along it: the unit vector where voxels are cubes.
+    /// Vertices along the ray in a voxel edge; a unit vector if voxels are cubes.
     pub direction: DVec3,
-    /// The unit direction in the world.
+    /// Unit direction in world coordinates.
     pub towards: DVec3,
-    /// Where it enters the volume, or 0 if it starts inside.
+    /// Distance at which it enters the volume; 0 if it starts inside.
     pub start: f64,
-    /// Voxel edges from sample to sample.
+    /// Step in voxel edges.
     pub step: f64,
-    /// Samples from there to where it leaves; 0 if it misses.
+    /// Number of samples in the volume; 0 if the ray misses it.
     pub samples: u32,
 }
 
 impl Ray {
-    /// A ray from `origin` along the unit vector `direction`, both in vertex
-    /// units, through a volume of `points` vertices.
+    /// A ray from `origin` along the unit vector `direction`, both in vertex units, through a
+    /// volume of `points` vertices.
     #[must_use]
     pub fn new(points: [usize; 3], origin: DVec3, direction: DVec3, step: f64) -> Self {
         let all = [0.0, f64::INFINITY];
         Self::within(points, origin, direction, direction, step, all)
     }
 
-    /// The same of voxels that need not be cubes: `direction` in vertices a
-    /// voxel edge, `towards` the unit vector in the world. Nothing nearer or
-    /// farther than `range`, in voxel edges, is sampled.
+    /// A ray through voxels that need not be cubes. `direction` is in vertices a voxel edge,
+    /// `towards` is the unit vector in world coordinates. Samples are restricted to distances in
+    /// `range`, in voxel edges.
     fn within(
         points: [usize; 3],
         origin: DVec3,
@@ -63,37 +63,37 @@ impl Ray {
         }
     }
 
-    /// How far along it a sample lies, in voxel edges.
+    /// Distance of a sample along the ray, in voxel edges.
     #[must_use]
     pub fn distance(&self, k: u32) -> f64 {
         self.start + f64::from(k) * self.step
     }
 
-    /// Position of a sample in vertex units. Every coordinate is monotone in
-    /// `k`, rounding included.
+    /// Position of a sample in vertex units. Every coordinate is monotone in `k`, including
+    /// rounding.
     #[must_use]
     pub fn at(&self, k: u32) -> DVec3 {
         self.origin + self.direction * self.distance(k)
     }
 }
 
-/// Where a volume of vertices lies in the world.
+/// Position of a volume of vertices in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// Vertices along x, y, z.
+    /// Number of vertices along x, y, z.
     pub points: [usize; 3],
-    /// The first vertex.
+    /// Position of the first vertex.
     pub corner: DVec3,
-    /// From vertex to vertex along each axis.
+    /// Distance between vertices along each axis.
     pub spacing: DVec3,
-    /// A voxel edge, the unit of steps; the spacing where voxels are cubes.
+    /// Voxel edge, the unit of steps; equal to the spacing if voxels are cubes.
     pub edge: f64,
-    /// Nearest and farthest sample, along the camera's axis, in the world.
+    /// Distances of the nearest and the farthest sample along the camera's axis, in world units.
     pub range: [f64; 2],
 }
 
 impl Placement {
-    /// Of a grid of cubes.
+    /// The placement of a grid of cubes.
     #[must_use]
     pub fn of(grid: &Grid) -> Self {
         Self {
@@ -106,7 +106,7 @@ impl Placement {
     }
 }
 
-/// The rays of a camera, checked once.
+/// The rays of a camera that has been checked.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rays {
     camera: Camera,
@@ -120,7 +120,7 @@ impl Rays {
         Self::placed(&Placement::of(grid), camera, step)
     }
 
-    /// Checks a camera and a step, in voxel edges.
+    /// Checks a camera and a step in voxel edges.
     pub(crate) fn placed(
         placement: &Placement,
         camera: &Camera,

@@ -1,10 +1,9 @@
-//! The memory-centric order: which ray samples need which MVoxel, and when.
+//! The memory-centric order: which samples need which MVoxel, and when.
 //!
-//! A frame is cut into square ray groups. Within a group, MVoxels are visited
-//! in the order of their distance from the camera's
-//! ([`MVoxels::distances`]), each once. Every ray meets them front to back, and
-//! none meets two at one distance, so that all MVoxels at one distance can be
-//! gathered together and rays still stop exactly where they would alone.
+//! A frame is cut into square ray groups. Within a group, MVoxels are visited in the order of
+//! their distance from the camera's ([`MVoxels::distances`]), each once. Every ray meets them
+//! front to back and never two at the same distance. So all MVoxels at one distance can be
+//! gathered together, and rays still stop at exactly the same sample as on their own.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,8 +16,7 @@ use potamoi_march::tiling::{Holder, Place};
 use potamoi_march::{MarchError, Span, default_group_side};
 use potamoi_reference::{GatherTask, weights};
 
-/// Which samples are left out because their opacity is 0. None of these changes
-/// a bit of the picture.
+/// The samples of opacity 0 that are skipped. The picture is the same in every case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Skip {
@@ -26,7 +24,7 @@ pub enum Skip {
     Nothing,
     /// Those in MVoxels without a positive density.
     MVoxels,
-    /// Those in cells without one.
+    /// Those in cells without a positive density.
     Cells,
 }
 
@@ -50,7 +48,7 @@ pub(crate) struct Schedule<'a> {
     skip: Skip,
 }
 
-/// A ray group and where its rays go.
+/// A ray group with its crossings.
 #[derive(Debug)]
 pub(crate) struct Group {
     pub(crate) rays: Vec<Ray>,
@@ -58,17 +56,17 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// Crossings of all rays, the units of [`Schedule::batch`].
+    /// Number of crossings of all rays, the units of [`Schedule::batch`].
     pub(crate) fn crossings(&self) -> usize {
         self.crossings.len()
     }
 
-    /// Unit directions of the rays, in the world.
+    /// Unit directions of the rays in world coordinates.
     pub(crate) fn directions(&self) -> Vec<DVec3> {
         self.rays.iter().map(|ray| ray.towards).collect()
     }
 
-    /// Samples along the rays, those left out included.
+    /// Samples along the rays, including skipped ones.
     pub(crate) fn samples(&self) -> u64 {
         self.rays.iter().map(|r| u64::from(r.samples)).sum()
     }
@@ -103,7 +101,7 @@ impl<'a> Schedule<'a> {
         potamoi_march::groups(self.rays.size(), self.side, None)
     }
 
-    /// Finds the rays of some pixels and all their crossings, in visiting order.
+    /// Computes the rays of some pixels and all their crossings, in visiting order.
     pub(crate) fn group(&self, pixels: &[[u32; 2]]) -> Group {
         let rays: Vec<Ray> = pixels
             .par_iter()
@@ -118,7 +116,7 @@ impl<'a> Schedule<'a> {
         Group { rays, crossings }
     }
 
-    /// Where a sample is, unless it is left out.
+    /// Location of a sample, unless it is skipped.
     pub(super) fn place(&self, ray: &Ray, k: u32) -> Option<Place> {
         let at = ray.at(k);
         let place = self.mvoxels.tiling().locate(at.to_array());
@@ -131,7 +129,7 @@ impl<'a> Schedule<'a> {
         called_for.then_some(place)
     }
 
-    /// The MVoxels that the samples of a ray need which are not left out.
+    /// The MVoxels that a ray's samples need, without skipped samples.
     fn cross(&self, slot: u32, ray: &Ray) -> Vec<Crossing> {
         let mut crossings: Vec<Crossing> = Vec::new();
         for k in 0..ray.samples {
@@ -156,9 +154,9 @@ impl<'a> Schedule<'a> {
         crossings
     }
 
-    /// Cuts, with shared faces, the next tasks of a group from crossing `next` on, for the rays that
-    /// are `alive`: MVoxels of one distance, one at least, and no more once
-    /// there are `most` entries. Returns the crossing to go on with.
+    /// Builds the next tasks of a group with a shared halo, from crossing `next` on, for the rays
+    /// that are `alive`: all MVoxels of at least one distance, and of further ones until there are
+    /// `most` entries. Returns the crossing to continue with.
     pub(crate) fn batch(
         &self,
         group: &Group,
@@ -199,7 +197,7 @@ impl<'a> Schedule<'a> {
         next + done
     }
 
-    /// The entries of one ray in one MVoxel.
+    /// Appends the entries of one ray in one MVoxel.
     fn entries(&self, group: &Group, crossing: &Crossing, out: &mut Vec<RitEntry>) {
         let ray = &group.rays[crossing.ray as usize];
         for k in crossing.first..crossing.end {
@@ -220,7 +218,7 @@ impl<'a> Schedule<'a> {
         self.loading(mvoxel, usize::from(last) + 1, entries)
     }
 
-    /// A task that loads so many rows.
+    /// A task that loads `rows` rows.
     pub(super) fn loading(&self, mvoxel: usize, rows: usize, entries: Vec<RitEntry>) -> GatherTask {
         let channels = self.mvoxels.channels();
         GatherTask {

@@ -1,4 +1,5 @@
-//! Shading of a voxel grid: a density, and colours that are linear in the direction.
+//! Shading of a voxel grid: stored density, and colours that are constant or linear in the
+//! direction.
 
 use std::borrow::Cow;
 
@@ -11,8 +12,7 @@ use potamoi_reference::Product;
 use super::formats::{DIRECTION_BITS, Formats, STEP_BITS};
 use super::grid::Layout;
 
-/// Density and colours that are stored as they are, or linear in the viewing
-/// direction.
+/// The feature computation of stored densities and colours.
 ///
 /// | step | operation | result |
 /// |---|---|---|
@@ -21,15 +21,15 @@ use super::grid::Layout;
 /// | alpha | 1 - exp(-s) | U0.F, exactly 0 at 0 |
 /// | colour | ReLU of each channel | its own format |
 ///
-/// Colours that are linear in the viewing direction take one exact sum of four
-/// 16-bit products a channel, rounded half-even: work of the MAC array.
+/// A colour that is linear in the viewing direction takes one exact sum of four 16-bit products a
+/// channel, rounded half-even, in the MAC array.
 #[derive(Debug, Clone, Copy)]
 pub struct Stored {
     pub(crate) layout: Layout,
     pub(crate) formats: Formats,
-    /// In voxel edges, as [`Formats::step_code`].
+    /// Step in voxel edges, as [`Formats::step_code`].
     pub(crate) step: i32,
-    /// Whether colours that are linear in the direction are seen from it.
+    /// Whether linear colours depend on the viewing direction.
     pub directions: bool,
     pub(crate) transmittance_bits: u32,
 }

@@ -1,17 +1,16 @@
-//! Ray groups of MVoxels between which no vertex is stored twice.
+//! Ray groups in MVoxels with a split halo, where no vertex is stored twice.
 //!
-//! A sample whose vertices lie in several MVoxels has an entry in each. The
-//! unrounded sums of its entries are added up and rounded once, which gives what
-//! one entry of all eight gives. Where the unit returns unrounded sums
-//! (`gu.sums = "exact"`), all entries go through it; an absent vertex weighs 0.
-//! Otherwise those that have all their vertices do, and the others go through its
-//! arithmetic in Rust ([`Reducer`](potamoi_reference::gather::Reducer)).
+//! A sample whose vertices lie in several MVoxels has an entry in each. Their unrounded sums are
+//! added and rounded once, which equals the result of one entry of all eight vertices. If the unit
+//! returns unrounded sums (`gu.sums = "exact"`), all entries go through it, and an absent vertex
+//! has weight 0. Otherwise only entries with all their vertices do, and the others are computed by
+//! its arithmetic in Rust ([`Reducer`](potamoi_reference::gather::Reducer)).
 //!
-//! MVoxels are visited by distance, as with shared faces. A sample is complete
-//! behind the farthest of its MVoxels, but that does not follow the order along
-//! a ray: near the camera a later sample can be complete first. So a sample is
-//! composited once it and all before it on its ray are complete, which is known
-//! before anything is gathered, and a ray stops exactly where it would alone.
+//! MVoxels are visited by distance, as with a shared halo. A sample is complete after the farthest
+//! of its MVoxels, but this order is not the order along a ray: near the camera a later sample can
+//! be complete first. So a sample is composited once it and all samples before it on its ray are
+//! complete. This is known before gathering, and a ray stops at exactly the same sample as on its
+//! own.
 
 use glam::DVec3;
 use potamoi_formats::rit::{RitEntry, Vertices};
@@ -23,7 +22,7 @@ use potamoi_march::streams::Visit;
 use potamoi_march::{Batch, Compositor, Next, RayGroup, Span, gather};
 use potamoi_reference::{GatherTask, Units, weights};
 
-/// A sample that waits: its place along the ray and that of its sums.
+/// A waiting sample: its number on the ray and the index of its sums.
 #[derive(Debug, Clone, Copy)]
 struct Waiting {
     k: u32,
@@ -32,28 +31,28 @@ struct Waiting {
     whole: bool,
 }
 
-/// Until which sample a ray can be composited once MVoxels up to a distance
-/// were visited.
+/// The sample up to which a ray can be composited after all MVoxels up to a distance have been
+/// visited.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ready {
     pub(super) distance: u32,
     end: u32,
-    /// Samples before `end` that are gathered.
+    /// Number of gathered samples before `end`.
     pub(super) samples: u32,
 }
 
-/// What waits in one ray group.
+/// Waiting samples of one ray group.
 struct Pool {
     channels: usize,
-    /// Sums of each place, `channels` side by side.
+    /// Sums of each waiting sample, `channels` side by side.
     sums: Vec<i64>,
     free: Vec<u32>,
-    /// By ray, each by sample.
+    /// Waiting samples by ray, each list ordered by sample.
     waiting: Vec<Vec<Waiting>>,
 }
 
 impl Pool {
-    /// The sums of a sample, 0 where it is new.
+    /// The sums of a sample, 0 if it is new.
     fn sums(&mut self, ray: u32, k: u32, whole: bool) -> &mut [i64] {
         let list = &mut self.waiting[ray as usize];
         let at = match list.binary_search_by_key(&k, |w| w.k) {
@@ -73,7 +72,7 @@ impl Pool {
         &mut self.sums[at * self.channels..][..self.channels]
     }
 
-    /// Takes the first samples of a ray, those below `end`.
+    /// Removes the first samples of a ray, those below `end`.
     fn take(&mut self, ray: u32, end: u32, mut each: impl FnMut(bool, &[i64])) -> u32 {
         let list = &mut self.waiting[ray as usize];
         let count = list.partition_point(|w| w.k < end);
@@ -90,21 +89,21 @@ impl Pool {
     }
 }
 
-/// The rays of a group through MVoxels that share no vertex: MVoxels of one distance at a time.
+/// The rays of a group in MVoxels with a split halo, which are visited one distance at a time.
 pub(super) struct SplitGroup<'a> {
     schedule: &'a Schedule<'a>,
     group: Group,
-    /// Entries after which a batch is gathered.
+    /// Number of entries after which a batch is gathered.
     most: usize,
-    /// Crossings that were visited.
+    /// Number of visited crossings.
     next: usize,
-    /// Of each ray, by distance.
+    /// For each ray, in the order of distance.
     ready: Vec<Vec<Ready>>,
     pool: Pool,
     tasks: Vec<GatherTask>,
     /// Ray and sample of each entry.
     targets: Vec<(u32, u32)>,
-    /// Rays of the MVoxels that were visited last.
+    /// Rays of the MVoxels visited last.
     rays: Vec<u32>,
 }
 
@@ -129,7 +128,7 @@ impl<'a> SplitGroup<'a> {
         }
     }
 
-    /// Gathers in the MVoxels of the next distance, for the rays that go on.
+    /// Gathers in the MVoxels of the next distance, for the rays that have not stopped.
     fn visit_next(
         &mut self,
         done: &Compositor<'_>,
@@ -217,7 +216,7 @@ impl RayGroup<MarchError> for SplitGroup<'_> {
     }
 }
 
-/// For each ray, by distance.
+/// For each ray, in the order of distance.
 pub(super) fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
     use rayon::prelude::*;
     let of = |ray: &super::ray::Ray| {
@@ -247,7 +246,7 @@ pub(super) fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
     group.rays.par_iter().map(of).collect()
 }
 
-/// Cuts the task of one MVoxel and adds what it knows of parted samples.
+/// Builds the task of one MVoxel and adds the partial sums that it does not gather.
 fn visit<'c>(
     schedule: &Schedule<'_>,
     group: &Group,
@@ -334,7 +333,7 @@ fn visit<'c>(
     }
 }
 
-/// Gathers, and puts the features where their rays wait for them.
+/// Gathers, and stores the features with their waiting samples.
 fn settle(
     units: &mut dyn Units,
     tasks: &mut Vec<GatherTask>,

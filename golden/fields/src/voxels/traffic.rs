@@ -1,5 +1,4 @@
-//! What ray groups move, counted without gathers where it is known where rays
-//! stop.
+//! Memory traffic of ray groups, counted without gathering if it is known where rays stop.
 
 use potamoi_formats::rit::Vertices;
 
@@ -11,12 +10,11 @@ use potamoi_march::FixedStats;
 use potamoi_march::MarchError;
 use potamoi_march::streams::Visit;
 
-/// Groups, MVoxels, entries and streams of what [`super::render_volume`] does with
-/// the same options for a frame whose rays stop behind so many gathered samples
-/// ([`potamoi_march::FixedFrame::stops`]).
+/// Counts and traffic of [`super::render_volume`] with the same options, for a frame whose rays
+/// stop after the given numbers of gathered samples ([`potamoi_march::FixedFrame::stops`]).
 ///
 /// # Errors
-/// As [`super::render_volume`], or stops that are not one a pixel.
+/// Those of [`super::render_volume`], or the number of stops is not that of pixels.
 pub fn traffic(
     volume: &Volume<'_>,
     camera: &Camera,
@@ -46,8 +44,8 @@ pub fn traffic(
     Ok(stats)
 }
 
-/// Counts the MVoxels of a group: of each ray those up to the distance at which it
-/// stops, to their ends.
+/// Counts the MVoxels of a group: for each ray all those up to and including the distance at which
+/// it stops.
 fn count(schedule: &Schedule<'_>, group: &Group, stops: &[u32], stats: &mut FixedStats) {
     let (mvoxels, tiling) = (schedule.mvoxels, schedule.mvoxels.tiling());
     let last: Vec<u32> = ready(schedule, group)

@@ -27,7 +27,7 @@ pub(super) fn of<'a>(readers: &[&'a Reader], path: &Path) -> Option<&'a Reader> 
     readers.find(|reader| reader.ending == ending)
 }
 
-/// All bytes of a file of at most [`LARGEST`] bytes.
+/// All bytes of a file of at most 4 GiB.
 ///
 /// # Errors
 /// The file cannot be read or is larger.

@@ -1,4 +1,4 @@
-//! What DirectVoxGO in the hardware's formats may be off by.
+//! Error bounds of DirectVoxGO in fixed point.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;

@@ -7,8 +7,8 @@
 //! | layers | MAC array, ReLU between them | 16 bits with a scale a layer |
 //! | colour | sigmoid | U0.F |
 //!
-//! A direction and its sines and cosines are found once a ray, in floating
-//! point, and rounded to the features' format.
+//! A direction and its sines and cosines are computed once a ray in floating point, and rounded to
+//! the features' format.
 
 use std::borrow::Cow;
 
@@ -24,19 +24,19 @@ use crate::voxels::{MVoxels, Placement};
 use crate::{CodedVolume, Field, FieldError, calibrate};
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 
-/// A model in codes.
+/// A quantised model.
 #[derive(Debug)]
 pub(super) struct FixedDvgo {
     pub(super) volume: CodedVolume,
     pub(super) head: DvgoHead,
 }
 
-/// Feature computation of DirectVoxGO in codes.
+/// Fixed-point feature computation of DirectVoxGO.
 #[derive(Debug)]
 pub(super) struct DvgoHead {
     pub(super) channels: usize,
     pub(super) density_bits: u32,
-    /// Fraction bits of features and directions, the perceptron's input.
+    /// Fraction bits of features and directions, the inputs of the perceptron.
     pub(super) input_bits: u32,
     pub(super) opacity: Opacity,
     /// Fraction bits of the exponential's input.
@@ -47,13 +47,13 @@ pub(super) struct DvgoHead {
 }
 
 impl Dvgo {
-    /// Rounds the model to the formats of a configuration. The perceptron's
-    /// scales come from a fixed set of places and directions, spread evenly
-    /// over the box and the sphere, at which the model is not empty.
+    /// Quantises the model for a configuration. The perceptron's scales come from a fixed set of
+    /// positions and directions, spread evenly over the non-empty part of the box and over the
+    /// sphere.
     ///
     /// # Errors
-    /// A configuration whose units lack an operation or have other formats than
-    /// rendering needs, or values that no format holds.
+    /// The configuration's units lack an operation or have unsuitable formats, or a value fits no
+    /// format.
     pub(super) fn fixed(&self, config: &Config) -> Result<FixedDvgo, FieldError> {
         need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
         let curve = Curve::Softplus { shift: self.shift };

@@ -1,6 +1,6 @@
-//! What a checkpoint of DirectVoxGO may say, by the code that writes it
-//! (`DirectVoxGO.get_kwargs` and its `state_dict`; those of `DirectMPIGO` and
-//! `DirectContractedVoxGO` too, which are refused).
+//! Keys of DirectVoxGO checkpoints, after the code that writes them (`DirectVoxGO.get_kwargs` and
+//! its `state_dict`). The keys of `DirectMPIGO` and `DirectContractedVoxGO` are included and
+//! refused.
 
 use potamoi_base::record::Fate::{Honoured, Listed, Refused};
 use potamoi_base::record::{Fate, Format, Key};
@@ -16,7 +16,7 @@ const IMAGES: &str = "multiplane images of forward-facing scenes are not rendere
 const IMPLICIT: &str = "colours come from the grid and the perceptron, not from places alone; False is \
                         accepted";
 
-/// Keys, with that of the dictionary that they are in.
+/// Keys with the name of their dictionary.
 pub static DVGO: Format = Format {
     name: "DirectVoxGO",
     files: "`.tar`: `fine_last.tar` of its authors' code, read as data. Numbers of tensors have to be \

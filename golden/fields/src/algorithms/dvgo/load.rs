@@ -10,8 +10,8 @@ use crate::{FieldError, Layer, Mlp, Table};
 use potamoi_base::record::Notes;
 use potamoi_containers::torch::{Checkpoint, Tensor};
 
-/// Nearest and farthest depth of samples in checkpoints, which do not say: those
-/// of NeRF's synthetic scenes.
+/// Nearest and farthest depth of samples, which checkpoints do not state: those of NeRF's
+/// synthetic scenes.
 const RANGE: [f64; 2] = [2.0, 6.0];
 
 fn state(name: &str) -> [&str; 2] {
@@ -19,12 +19,12 @@ fn state(name: &str) -> [&str; 2] {
 }
 
 impl Dvgo {
-    /// Loads `fine_last.tar` of that code base's own layout. `step` is the
-    /// distance of samples in voxels, 0.5 as it was trained.
+    /// Loads a `fine_last.tar` of the authors' code. `step` is the distance of samples in voxels;
+    /// models are trained with 0.5.
     ///
     /// # Errors
-    /// No such checkpoint, a part that is missing or does not fit, or a variant
-    /// that is not read (compressed grids, an implicit colour network).
+    /// The file is not such a checkpoint, a part is missing or inconsistent, or the variant is not
+    /// supported (compressed grids, an implicit colour network).
     pub fn load(path: &Path, step: f64) -> Result<Self, FieldError> {
         let mut file = Checkpoint::open(path)?;
         Self::read(&mut file, step).map_err(|e| e.of_file(path))
@@ -96,7 +96,7 @@ struct Grids {
     points: [usize; 3],
     density: Tensor,
     features: Tensor,
-    /// Features of a vertex.
+    /// Features a vertex.
     count: usize,
 }
 
@@ -132,7 +132,7 @@ impl Grids {
     }
 }
 
-/// The box on whose faces the outer vertices lie.
+/// Corners of the box whose faces contain the outer vertices.
 fn corners(file: &mut Checkpoint) -> Result<[DVec3; 2], FieldError> {
     let corner = |file: &mut Checkpoint, name| -> Result<DVec3, FieldError> {
         let values = file.floats_of(&state(name), &[3])?.values;
@@ -148,7 +148,7 @@ fn corners(file: &mut Checkpoint) -> Result<[DVec3; 2], FieldError> {
     Ok(bounds)
 }
 
-/// Factors of the direction.
+/// Frequencies of the direction's encoding.
 fn frequencies(file: &mut Checkpoint) -> Result<Vec<f64>, FieldError> {
     let frequencies: Vec<f64> = match file.floats(&state("viewfreq"))?.values {
         list if list.len() <= MAX_FREQUENCIES => list.iter().map(|v| f64::from(*v)).collect(),
@@ -166,7 +166,7 @@ fn frequencies(file: &mut Checkpoint) -> Result<Vec<f64>, FieldError> {
     Ok(frequencies)
 }
 
-/// A range that a number may be in, and how that is said. Not a number is in none.
+/// A range of allowed numbers, and its description. NaN is in no range.
 type Allowed = (fn(f64) -> bool, &'static str);
 const ABOVE_0: Allowed = (|v| v > 0.0 && v.is_finite(), "a number above 0");
 const SHARE: Allowed = (|v| (0.0..1.0).contains(&v), "0 and up, below 1");
@@ -184,8 +184,7 @@ fn within(
     Err(file.field(keys, value.to_string(), expected).into())
 }
 
-/// Layers `rgbnet.0`, `rgbnet.2.0`, ..., `rgbnet.N`, as that code base nests
-/// them.
+/// Layers `rgbnet.0`, `rgbnet.2.0`, ..., `rgbnet.N`, as the authors' code nests them.
 fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
     let mut layers = vec![];
     for i in 0..16 {
@@ -208,7 +207,7 @@ fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
     Mlp::new(layers)
 }
 
-/// The mask, its places told from vertices of the grid, the first of which is at
+/// The mask. Its positions are relative to vertices of the grid, the first of which is at
 /// `corner`.
 fn mask(file: &mut Checkpoint, corner: DVec3, spacing: DVec3) -> Result<Option<Mask>, FieldError> {
     if !file.has(&state("mask_cache.mask")) {
@@ -245,7 +244,7 @@ fn mask(file: &mut Checkpoint, corner: DVec3, spacing: DVec3) -> Result<Option<M
     }))
 }
 
-/// Values that are stored z fastest, x fastest.
+/// Reorders values from z fastest to x fastest.
 fn transposed(points: [usize; 3], values: &[f32]) -> impl Iterator<Item = f32> {
     let [x, y, z] = points;
     (0..x * y * z).map(move |i| {

@@ -1,6 +1,5 @@
-//! DirectVoxGO (Sun, Sun, Chen, CVPR 2022): a dense grid of densities, one of
-//! twelve features, and a small perceptron that turns features and viewing
-//! direction into colour.
+//! DirectVoxGO (Sun, Sun, Chen, CVPR 2022): a dense grid of densities, one of twelve features, and
+//! a small perceptron that computes colour from features and viewing direction.
 //!
 //! Densities are interpolated before their activation, `alpha = 1 - (1 +
 //! exp(d + shift))^-interval`, which is `1 - exp(-interval softplus(d +
@@ -28,71 +27,68 @@ use potamoi_reference::bounds::VectorBounds;
 use fixed::FixedDvgo;
 pub use keys::DVGO;
 
-/// Rounds of sines and cosines of the direction, by the factor 2.
+/// Maximum number of frequencies in the encoding of the direction.
 const MAX_FREQUENCIES: usize = 16;
-/// Samples and weights below are left out, unless a file says otherwise.
+/// Default alpha and weight threshold.
 const LEAST: f64 = 1e-4;
-/// A ray ends where less than this is left.
+/// Early-termination threshold (transmittance).
 const STOP: f64 = 1e-3;
 
-/// Voxels from sample to sample as its authors train it.
+/// Step in voxels with which the authors train it.
 const TRAINED_STEP: f64 = 0.5;
 
-/// A DirectVoxGO model of its fine stage.
+/// The fine stage of a DirectVoxGO model.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Dvgo {
-    /// Channel 0 is the density, the features follow.
+    /// The table: channel 0 is the density, the features follow.
     tables: [Table; 1],
     bounds: [DVec3; 2],
-    /// Where something may be, at the vertices of a grid of its own.
+    /// Vertices of a separate grid around which the field may be non-empty.
     mask: Option<Mask>,
     shift: f64,
     interval: f64,
     step: f64,
-    /// The step in voxels.
+    /// Step in voxels.
     spacing_of_steps: f64,
     /// Depths of the nearest and the farthest sample.
     range: [f64; 2],
     least: f64,
-    /// Factors of the direction whose sines and cosines are inputs.
+    /// Frequencies of the direction's encoding.
     frequencies: Vec<f64>,
     mlp: Mlp,
-    /// What a checkpoint says that is not used.
+    /// Unused parts of the checkpoint.
     #[serde(skip)]
     notes: Notes,
 }
 
-/// What a model is made of, besides a checkpoint.
+/// The parts of a model that does not come from a checkpoint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parts {
-    /// A volume whose channel 0 is the density before its activation; features
-    /// follow.
+    /// A volume whose channel 0 is the density before its activation; features follow.
     pub table: Table,
-    /// Vertices of the table about which something may be, x fastest.
+    /// Vertices of the table around which the field may be non-empty, x fastest.
     pub filled: Vec<bool>,
-    /// The corners of the box on whose faces its outer vertices lie.
+    /// Corners of the box whose faces contain the outer vertices.
     pub bounds: [DVec3; 2],
-    /// Added to densities.
+    /// Shift added to densities.
     pub shift: f64,
-    /// Optical depth of a mean voxel edge where softplus gives 1.
+    /// Optical depth of a mean voxel edge where softplus returns 1.
     pub scale: f64,
-    /// Mean voxel edges from sample to sample.
+    /// Step in mean voxel edges.
     pub step: f64,
-    /// Depths of the nearest and the farthest sample; the latter may be
-    /// infinite.
+    /// Depths of the nearest and the farthest sample; the latter may be infinite.
     pub range: [f64; 2],
-    /// Rounds of sines and cosines of the direction, by the factor 2.
+    /// Number of frequencies in the encoding of the direction, powers of two.
     pub frequencies: usize,
-    /// From features and the direction to logits of colour.
+    /// Perceptron from features and direction to colour logits.
     pub mlp: Mlp,
 }
 
 impl Dvgo {
-    /// A model of its parts.
+    /// Builds a model from its parts.
     ///
     /// # Errors
-    /// A perceptron or a mask that does not fit the table, or numbers out of
-    /// range.
+    /// The perceptron or the mask does not fit the table, or a number is out of range.
     pub fn new(parts: Parts) -> Result<Self, FieldError> {
         let [low, high] = parts.bounds;
         let inputs = parts.table.channels() + 2 + 6 * parts.frequencies;
@@ -155,8 +151,8 @@ impl Dvgo {
     }
 }
 
-/// A direction, and the sines and then the cosines of its parts times each
-/// frequency.
+/// Encodes a direction: its components, then the sines and then the cosines of each component
+/// times each frequency.
 fn encode(direction: DVec3, frequencies: &[f64], out: &mut Vec<f64>) {
     let parts = direction.to_array();
     out.extend(parts);
@@ -168,7 +164,7 @@ fn encode(direction: DVec3, frequencies: &[f64], out: &mut Vec<f64>) {
 }
 
 impl Dvgo {
-    /// Where a point of the world lies, in vertices.
+    /// The position of a world point, in vertices.
     fn vertex(&self, at: DVec3) -> DVec3 {
         let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
         (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last
@@ -182,7 +178,7 @@ impl Dvgo {
     }
 }
 
-/// As reports tell it.
+/// Description of the algorithm for reports.
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "DirectVoxGO",
     outside: &[

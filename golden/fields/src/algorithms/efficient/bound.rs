@@ -1,4 +1,4 @@
-//! What EfficientNeRF in the hardware's formats may be off by.
+//! Error bounds of EfficientNeRF in fixed point.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;

@@ -26,7 +26,7 @@ use potamoi_reference::Product;
 /// Fraction bits of spherical harmonics, which are below 2.
 pub(super) const BASIS_BITS: u32 = 14;
 
-/// Feature computation of EfficientNeRF in codes.
+/// Fixed-point feature computation of EfficientNeRF.
 pub(super) struct EfficientHead {
     pub(super) density_bits: u32,
     pub(super) coefficient_bits: u32,

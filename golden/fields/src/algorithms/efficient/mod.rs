@@ -1,13 +1,11 @@
-//! EfficientNeRF (Hu, Liu, Chen, Shen, Jia, CVPR 2022) as it is rendered: a dense
-//! coarse grid says where anything is, and a tree gives each of its cells that
-//! are not empty a cube of 3 x 3 x 3 fine ones. A fine cell holds a density
-//! before its softplus and the spherical harmonics of degree 2 of three colours
-//! before their sigmoid; nothing is interpolated.
+//! EfficientNeRF (Hu, Liu, Chen, Shen, Jia, CVPR 2022), rendering only: a dense coarse grid marks
+//! empty cells, and a tree gives each other cell a cube of 3 x 3 x 3 fine cells. A fine cell holds
+//! a density before its softplus, and spherical-harmonics coefficients of degree 2 of three
+//! colours before their sigmoid. Nothing is interpolated.
 //!
-//! The geometry is that of the authors' code (a coarse grid of 384^3, here as
-//! large as asked for); samples lie half a fine cell apart, in coarse cells that
-//! have a node. For the paper's characterisation and for verification: no claim
-//! is made for its quality.
+//! The geometry is that of the authors' code (a coarse grid of 384^3, here of any size). Samples
+//! lie half a fine cell apart, in coarse cells that have a node. The models serve the paper's
+//! characterisation and verification; no claim is made about their picture quality.
 
 mod bound;
 mod fixed;
@@ -25,20 +23,19 @@ use potamoi_base::camera::Camera;
 use potamoi_base::sh;
 use potamoi_reference::bounds::VectorBounds;
 
-/// Fine cells an edge of a coarse one.
+/// Fine cells an edge of a coarse cell.
 pub const FINE: usize = 3;
-/// Spherical harmonics of a colour: degree 2.
+/// Spherical-harmonics coefficients a colour: degree 2.
 pub const COEFFICIENTS: usize = 9;
-/// Channels of a fine cell: the density, then the coefficients of red, of green
-/// and of blue.
+/// Channels of a fine cell: the density, then the coefficients of red, green and blue.
 pub const CHANNELS: usize = 1 + 3 * COEFFICIENTS;
-/// The density of fine cells in which nothing is, before its softplus.
+/// The density of empty fine cells, before its softplus.
 pub(crate) const EMPTY: f32 = -20.0;
-/// From sample to sample, in fine cells.
+/// Step in fine cells.
 const STEP: f64 = 0.5;
-/// Samples of at most this weight give no colour.
+/// Weight threshold of colours.
 const LEAST_WEIGHT: f64 = 1e-4;
-/// A ray ends where less than this is left.
+/// Early-termination threshold (transmittance).
 const STOP: f64 = 1e-3;
 
 /// An EfficientNeRF model. Densities are optical depths of a fine cell's edge.
@@ -47,18 +44,17 @@ pub struct EfficientNerf {
     tables: [Table; 1],
     nodes: Nodes,
     corner: DVec3,
-    /// Edge of a fine cell in the world.
+    /// Edge of a fine cell in world units.
     cell: f64,
 }
 
 impl EfficientNerf {
-    /// A model of `cells` coarse cells along each axis from `corner` on, fine
-    /// ones `cell` wide, sampled at the centres of these. `fill` writes the
-    /// channels of a fine cell and tells whether anything is there; coarse cells
-    /// in which nothing is have no node.
+    /// Samples a model of `cells` coarse cells along each axis from `corner` on, at the centres of
+    /// fine cells of edge `cell`. `fill` writes the channels of a fine cell and returns whether it
+    /// is non-empty. Coarse cells without such a fine cell have no node.
     ///
     /// # Errors
-    /// Sizes that no table has, or a value that is not finite.
+    /// The sizes are out of range for a table, or a value is not finite.
     pub fn sampled(
         cells: [usize; 3],
         corner: DVec3,
@@ -94,7 +90,7 @@ impl EfficientNerf {
         })
     }
 
-    /// Coarse cells with a node, and all of them.
+    /// Number of coarse cells with a node, and of all coarse cells.
     #[must_use]
     pub fn occupancy(&self) -> [usize; 2] {
         let filled = self.nodes.rows() / FINE.pow(3);
@@ -102,7 +98,7 @@ impl EfficientNerf {
     }
 }
 
-/// As reports tell it.
+/// Description of the algorithm for reports.
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "EfficientNeRF",
     outside: &[

@@ -1,5 +1,4 @@
-//! The fields of a snapshot that are read. What is left out here is skipped as
-//! it comes.
+//! The fields that are read from a snapshot. All others are skipped while parsing.
 
 use std::fmt;
 
@@ -8,7 +7,7 @@ use serde::Deserialize;
 use super::whole::{maybe_whole, whole};
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 
-/// The whole.
+/// The whole document.
 #[derive(Debug, Deserialize)]
 pub(super) struct Document {
     pub(super) encoding: Encoding,
@@ -37,7 +36,7 @@ pub(super) struct Encoding {
     #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) base_resolution: Option<u32>,
     pub(super) per_level_scale: Option<f32>,
-    /// Not of Instant-NGP: what of a hashed level has an entry.
+    /// An extension of this project: what shares an entry of a hashed level.
     pub(super) hash_unit: Option<String>,
 }
 
@@ -52,7 +51,7 @@ pub(super) struct Direction {
     pub(super) nested: Option<First>,
 }
 
-/// The first part of a composite; the others are skipped, however many.
+/// The first part of a composite encoding; the others are skipped, however many.
 #[derive(Debug)]
 pub(super) struct First(pub(super) Box<Direction>);
 
@@ -91,7 +90,7 @@ pub(super) struct Network {
     pub(super) n_output_dims: Option<u32>,
 }
 
-/// What was trained.
+/// The trained parameters.
 #[derive(Debug, Deserialize)]
 pub(super) struct Snapshot {
     #[serde(deserialize_with = "whole")]
@@ -110,7 +109,7 @@ pub(super) struct Snapshot {
     pub(super) linear_colors: Option<bool>,
 }
 
-/// What is told of the scene.
+/// The description of the scene.
 #[derive(Debug, Deserialize)]
 pub(super) struct Nerf {
     #[serde(deserialize_with = "whole")]
@@ -119,7 +118,7 @@ pub(super) struct Nerf {
     pub(super) linear_colors: Option<bool>,
 }
 
-/// The pictures that it was trained on.
+/// The training pictures.
 #[derive(Debug, Deserialize)]
 pub(super) struct Dataset {
     pub(super) scale: Option<f64>,
@@ -139,7 +138,7 @@ pub(super) struct Bounds {
     pub(super) max: [f64; 3],
 }
 
-/// Bytes, as MessagePack tells them apart from lists of numbers.
+/// Bytes, which MessagePack distinguishes from lists of numbers.
 pub(super) struct Binary(pub(super) Vec<u8>);
 
 impl fmt::Debug for Binary {

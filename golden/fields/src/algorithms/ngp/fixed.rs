@@ -7,8 +7,8 @@
 //! | alpha | exp of the first latent, 1 - exp(-s) (`fields::opacity`) | U0.F |
 //! | colour | MAC array, sigmoid | U0.F |
 //!
-//! The spherical harmonics of a direction are found once a ray, in floating
-//! point, and rounded to the format of the latents.
+//! The spherical harmonics of a direction are computed once a ray in floating point, and rounded
+//! to the format of the latents.
 
 use std::borrow::Cow;
 
@@ -25,10 +25,10 @@ use crate::{Coded, Field as _, FieldError, calibrate};
 use potamoi_base::sh;
 use potamoi_march::{Head, Lanes, MarchError, Opacities};
 
-/// Latents share their format with the spherical harmonics, below 2.
+/// Minimum range of the latents' format, which they share with the spherical harmonics, below 2.
 const LEAST_RANGE: f64 = 2.0;
 
-/// Feature computation of Instant-NGP in codes.
+/// Fixed-point feature computation of Instant-NGP.
 pub(super) struct NgpHead {
     channels: usize,
     pub(super) density: MacMlp,
@@ -38,7 +38,7 @@ pub(super) struct NgpHead {
     logit_bits: u32,
 }
 
-/// A field with its head and its formats.
+/// A field with its fixed-point feature computation and formats.
 pub(super) fn coded<'a>(field: &Ngp, config: &Config) -> Result<Coded<'a>, FieldError> {
     let (frac_bits, head) = head(field, config)?;
     Ok(Coded::in_tables(frac_bits, Box::new(head)))
@@ -62,8 +62,7 @@ pub(super) fn head(field: &Ngp, config: &Config) -> Result<(Vec<Vec<u32>>, NgpHe
     Ok((vec![vec![frac; channels]; field.tables.len()], head))
 }
 
-/// The largest magnitude of each layer's outputs, of both perceptrons, on the
-/// calibration set.
+/// The largest magnitude of each layer's outputs on the calibration set, for both perceptrons.
 fn magnitudes(field: &Ngp) -> (Vec<f64>, Vec<f64>) {
     let mut density = vec![0f64; field.density.layers().len()];
     let mut colour = vec![0f64; field.colour.layers().len()];

@@ -1,35 +1,34 @@
-//! The levels of a hash grid: how fine each is, how many entries it has, and
-//! whether its vertices have one each.
+//! The levels of a hash grid: resolution, number of entries, and whether they are hashed.
 
 /// Sizes of a hash grid.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct GridShape {
-    /// Levels, coarse to fine.
+    /// Number of levels, coarse to fine.
     pub levels: u32,
     /// Features an entry.
     pub features: u32,
-    /// Entries of a level are at most 2 to this.
+    /// Logarithm to base 2 of the maximum number of entries in a level.
     pub log2_entries: u32,
     /// Vertices along an axis of the coarsest level.
     pub base: u32,
-    /// From a level's scale to the next finer one's, 1 and up.
+    /// Factor from a level's scale to that of the next finer one, at least 1.
     pub growth: f32,
 }
 
 /// One level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
-    /// Vertices along the unit cube: `x` in it lies `scale x + 0.5` from the
-    /// first vertex.
+    /// Vertices along the unit cube. The position `x` in the cube is vertex position `scale x +
+    /// 0.5`.
     pub scale: f64,
-    /// Vertices along an axis, as the level's index counts them.
+    /// Vertices along an axis in the level's index.
     pub resolution: u64,
-    /// Entries: a multiple of 8, or the most that there may be.
+    /// Number of entries: a multiple of 8, or the maximum.
     pub entries: usize,
 }
 
 impl Level {
-    /// Whether vertices share entries: there are fewer than vertices.
+    /// Whether vertices share entries because there are fewer entries than vertices.
     #[must_use]
     pub fn is_hashed(&self) -> bool {
         u128::from(self.resolution).pow(3) > self.entries as u128
@@ -37,8 +36,8 @@ impl Level {
 }
 
 impl GridShape {
-    /// The growth with which the finest of `levels` has 2048 vertices along
-    /// the unit cube, and `aabb_scale` times as many along a box that large.
+    /// The growth at which the finest of `levels` has 2048 vertices along the unit cube, and
+    /// `aabb_scale` times as many along a box of that size.
     #[must_use]
     pub(crate) fn growth_to(levels: u32, base: u32, aabb_scale: u32) -> f32 {
         if levels < 2 {
@@ -49,8 +48,8 @@ impl GridShape {
         (ratio.ln() / (levels - 1) as f32).exp()
     }
 
-    /// A level, from 0, the coarsest. In 32-bit arithmetic, since the
-    /// resolution is rounded up from it.
+    /// A level, counted from 0, the coarsest. Computed in 32-bit arithmetic, since the resolution
+    /// is rounded up from it.
     #[must_use]
     pub fn level(&self, level: u32) -> Level {
         let scale = (level as f32 * self.growth.log2()).exp2() * self.base as f32 - 1.0;
@@ -64,10 +63,9 @@ impl GridShape {
         }
     }
 
-    /// Whether a level can be gathered from MVoxels, each loaded once: its
-    /// vertices have an entry each, so that those near one another in space
-    /// form blocks in memory. The vertices of a hashed level lie anywhere in
-    /// its table: it is gathered in the order of samples.
+    /// Whether a level can be gathered from MVoxels that are each loaded once. This needs an entry
+    /// for each vertex, so that neighbouring vertices form blocks in memory. The vertices of a
+    /// hashed level lie anywhere in its table, so it is gathered in the order of samples.
     #[must_use]
     pub fn streams(&self, level: u32) -> bool {
         !self.level(level).is_hashed()

@@ -1,6 +1,5 @@
-//! What a snapshot of Instant-NGP may say, by the code that writes it
-//! (`Testbed::save_snapshot`, the configurations of its networks, and
-//! `Trainer::serialize` of tiny-cuda-nn).
+//! Keys of Instant-NGP snapshots, after the code that writes them (`Testbed::save_snapshot`, the
+//! configurations of its networks, and `Trainer::serialize` of tiny-cuda-nn).
 
 use potamoi_base::record::Fate::{Honoured, Listed, Refused};
 use potamoi_base::record::{Fate, Format, Key};

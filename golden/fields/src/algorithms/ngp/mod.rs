@@ -1,17 +1,15 @@
-//! Instant-NGP (Müller, Evans, Schied, Keller, SIGGRAPH 2022): levels of a hash
-//! grid, a small perceptron for density, one for colour, and a grid of cells
-//! that are not empty.
+//! Instant-NGP (Müller, Evans, Schied, Keller, SIGGRAPH 2022): levels of a hash grid, one small
+//! perceptron for density and one for colour, and an occupancy grid.
 //!
-//! A place of the world, the frame of `transforms.json`, is scaled by 0.33,
-//! moved by 0.5 and its axes are cycled, (x, y, z) to (y, z, x): what is at
-//! most 1.5 from the origin lands in the unit cube. The snapshot's own scale
-//! and offset are taken where it has them. The model lives in a box around the
-//! middle of that cube, `aabb_scale` as large, and the grid spans the box.
+//! A world point, in the frame of `transforms.json`, is scaled by 0.33, shifted by 0.5, and its
+//! axes are cycled, (x, y, z) to (y, z, x), so that points at most 1.5 from the origin lie in the
+//! unit cube. A snapshot's own scale and offset have precedence. The model fills a box of side
+//! `aabb_scale` around the middle of the cube, and the grid spans the box.
 //!
-//! Two things differ from that renderer. Steps are sqrt(3)/1024 of the unit
-//! cube everywhere: it widens them with the distance where `aabb_scale` is
-//! above 1. A ray that stops, at 1 % left, keeps the 1 %; it scales the colour
-//! up. Colours are those of the training pictures, and composited as such.
+//! Two things differ from the authors' renderer. Steps are sqrt(3)/1024 of the unit cube
+//! everywhere, whereas that renderer widens them with the distance if `aabb_scale` is above 1. A
+//! ray that stops at a transmittance of 1 % keeps it, whereas that renderer scales the colour up.
+//! Colours are those of the training pictures, and composited as such.
 
 mod bound;
 mod document;
@@ -43,18 +41,18 @@ use potamoi_reference::bounds::VectorBounds;
 pub use keys::NGP;
 pub(crate) use parameters::table as level_table;
 
-/// From sample to sample, in the unit cube: its diagonal in 1024.
+/// Step in the unit cube: its diagonal divided by 1024.
 const STEP: f64 = 1.732_050_807_568_877_2 / 1024.0;
-/// A ray ends where less than this is left.
+/// Early-termination threshold (transmittance).
 const STOP: f64 = 0.01;
-/// Samples behind the camera do not count; none is too far.
+/// Range of samples: in front of the camera, at any distance.
 const RANGE: [f64; 2] = [0.0, 1e9];
 
-/// From the world to the frame of the unit cube.
+/// The transform from the world to the frame of the unit cube.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 struct Placement {
     scale: f64,
-    /// Before axes are cycled.
+    /// Offset before axes are cycled.
     offset: DVec3,
 }
 
@@ -77,31 +75,31 @@ impl Placement {
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Ngp {
     shape: GridShape,
-    /// What has an entry of a hashed level.
+    /// What shares an entry of a hashed level.
     unit: HashUnit,
-    /// One a level.
+    /// The tables, one a level.
     tables: Vec<Table>,
-    /// Of each level.
+    /// The scale of each level.
     scales: Vec<f64>,
-    /// Features to latents, the first of which is the logarithm of the density.
+    /// Perceptron from features to latents, the first of which is the logarithm of the density.
     density: Mlp,
-    /// Latents and spherical harmonics of the direction to logits of colour.
+    /// Perceptron from latents and spherical harmonics of the direction to colour logits.
     colour: Mlp,
     occupancy: Option<Occupancy>,
     placement: Placement,
-    /// The first corner of the box that the grid spans, and its side, in the
-    /// unit cube's frame.
+    /// The first corner of the box that the grid spans, and its side, in the frame of the unit
+    /// cube.
     corner: f64,
     side: f64,
-    /// What is shown of it, in the world.
+    /// The visible part of the field, in world coordinates.
     bounds: [DVec3; 2],
-    /// What the snapshot says that is not used.
+    /// Unused parts of the snapshot.
     #[serde(skip)]
     notes: Notes,
 }
 
 impl Ngp {
-    /// What its file says that is not used.
+    /// Unused parts of the file.
     #[must_use]
     pub const fn notes(&self) -> &Notes {
         &self.notes
@@ -110,40 +108,40 @@ impl Ngp {
     /// Loads a snapshot, `.ingp` or `.msgpack`.
     ///
     /// # Errors
-    /// No such snapshot, a part that is missing or does not fit, or a variant
-    /// that is not read.
+    /// The file is not a snapshot, a part is missing or inconsistent, or the variant is not
+    /// supported.
     pub fn load(path: &Path) -> Result<Self, FieldError> {
         snapshot::load(path)
     }
 
-    /// Takes the bytes of a snapshot; `name` stands for the file in errors.
+    /// Loads a snapshot from its bytes; `name` is the file name in errors.
     ///
     /// # Errors
-    /// As [`Ngp::load`].
+    /// Those of [`Ngp::load`].
     pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, FieldError> {
         snapshot::from_reader(Path::new(name), bytes, bytes.len() as u64)
     }
 
-    /// Sizes of its grid.
+    /// Sizes of the hash grid.
     #[must_use]
     pub fn shape(&self) -> &GridShape {
         &self.shape
     }
 
-    /// What has an entry of a hashed level: a vertex in what Instant-NGP saves.
+    /// What shares an entry of a hashed level; a vertex in snapshots that Instant-NGP writes.
     #[must_use]
     pub const fn hash_unit(&self) -> HashUnit {
         self.unit
     }
 
-    /// Latents of gathered features, the first the logarithm of the density.
+    /// Latents of gathered features; the first is the logarithm of the density.
     fn latents(&self, features: &[f64], out: &mut Vec<f64>) {
         out.clear();
         out.extend_from_slice(features);
         self.density.run(out);
     }
 
-    /// The density at gathered features, a unit of length of the unit cube.
+    /// The density at gathered features, per unit of length of the unit cube.
     #[must_use]
     pub fn density(&self, features: &[f64]) -> f64 {
         let mut latents = vec![];
@@ -152,8 +150,7 @@ impl Ngp {
     }
 }
 
-/// A unit that is asked for has to be what the snapshot was fitted with: it says which vertices
-/// share an entry.
+/// A requested hash unit must be that of the snapshot: it decides which vertices share an entry.
 fn load(path: &Path, options: &FileOptions) -> Result<LoadedField, FieldError> {
     let snapshot = Ngp::load(path)?;
     let fitted = snapshot.unit;
@@ -175,7 +172,8 @@ fn load(path: &Path, options: &FileOptions) -> Result<LoadedField, FieldError> {
     })
 }
 
-/// As reports tell it; the size is that of a level of its base configuration.
+/// Description of the algorithm for reports; the size is that of a level in its base
+/// configuration.
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "Instant-NGP",
     outside: &[
@@ -199,7 +197,7 @@ pub static ALGORITHM: Algorithm = Algorithm {
     }),
 };
 
-/// The same with an entry a MVoxel; such MVoxels share no vertices.
+/// The variant with one entry an MVoxel; such MVoxels share no vertices.
 pub static BY_MVOXEL: Algorithm = Algorithm {
     name: "Instant-NGP, hashed by MVoxel",
     outside: &[

@@ -1,26 +1,25 @@
-//! The occupancy grid of Instant-NGP: cells of a cube, and of cubes of twice
-//! the side around it, in which something may be.
+//! The occupancy grid of Instant-NGP: cells of the unit cube, and of cubes around it of twice the
+//! side each, that may be non-empty.
 
 use glam::DVec3;
 
 /// Cells along an axis of each cube.
 pub(super) const CELLS: u32 = 128;
-/// Cells of a cube.
+/// Cells in a cube.
 pub(super) const VOLUME: usize = (CELLS as usize).pow(3);
-/// A cell counts from this optical thickness of one step, or from the mean of
-/// the innermost cube if that is less.
+/// Optical thickness of one step from which on a cell is occupied, unless the mean of the
+/// innermost cube is less.
 const THINNEST: f64 = 0.01;
 
-/// Occupied cells, one bit each, cube after cube from the innermost, the unit
-/// cube.
+/// Occupied cells, one bit each, cube after cube from the innermost, the unit cube.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(super) struct Occupancy {
-    /// In Morton order.
+    /// Bits in Morton order.
     bits: Vec<u64>,
     cubes: usize,
 }
 
-/// The place of a cell in Morton order: bits of x, y and z in turn, x lowest.
+/// The index of a cell in Morton order: interleaved bits of x, y and z, x lowest.
 pub(super) fn morton(cell: [u32; 3]) -> usize {
     let spread = |part: u32| (0..7).fold(0, |sum, bit| sum | (part >> bit & 1) << (3 * bit));
     let [x, y, z] = cell.map(spread);
@@ -28,7 +27,7 @@ pub(super) fn morton(cell: [u32; 3]) -> usize {
 }
 
 impl Occupancy {
-    /// From the optical thickness of each cell in Morton order, whole cubes.
+    /// Builds the grid from the optical thickness of each cell in Morton order, in whole cubes.
     pub(super) fn new(thickness: &[f32]) -> Self {
         let inner = &thickness[..VOLUME.min(thickness.len())];
         let sum: f64 = inner.iter().map(|v| f64::from(v.max(0.0))).sum();
@@ -44,7 +43,7 @@ impl Occupancy {
         }
     }
 
-    /// Cells in which nothing is, and all.
+    /// Number of empty cells, and of all cells.
     pub(super) fn void(&self) -> [u64; 2] {
         let cells = (self.cubes * VOLUME) as u64;
         let filled: u64 = self
@@ -55,8 +54,8 @@ impl Occupancy {
         [cells - filled.min(cells), cells]
     }
 
-    /// Whether something may be at a place, told in the unit cube's frame: the
-    /// innermost cube that holds it says.
+    /// Whether the field may be non-empty at a position in the unit cube's frame. The innermost
+    /// cube that contains it decides.
     pub(super) fn holds(&self, at: DVec3) -> bool {
         let middle = at - 0.5;
         let reach = middle.abs().max_element();

@@ -1,4 +1,4 @@
-//! The parameters of a snapshot, one after another, as matrices and tables.
+//! The consecutive parameters of a snapshot, as matrices and tables.
 
 use half::f16;
 
@@ -7,12 +7,12 @@ use super::grid::Level;
 use super::wrong::{Wrong, check, finite, is};
 use crate::{FieldError, HashUnit, Layer, Mlp, Table};
 
-/// What widths of a fully fused network are rounded up to.
+/// Widths of a fully fused network are rounded up to a multiple of this.
 pub(super) const ALIGNMENT: usize = 16;
-/// The most hidden layers of a network.
+/// Maximum number of hidden layers.
 const MAX_HIDDEN: usize = 8;
 
-/// A network's matrices: as stored, and how many inputs the first one has.
+/// A network's matrices as stored, and the inputs of the first one.
 pub(super) struct Widths {
     inputs: usize,
     /// Outputs and inputs.
@@ -59,7 +59,7 @@ pub(super) fn parameters(widths: &Widths) -> usize {
         .sum()
 }
 
-/// The parameters, in 16 or 32 bits, and how many were taken.
+/// The parameters, in 16 or 32 bits, and the number read so far.
 pub(super) struct Numbers<'a> {
     bytes: &'a [u8],
     half: bool,
@@ -86,7 +86,7 @@ impl<'a> Numbers<'a> {
         Ok(all)
     }
 
-    /// The next `count`, of which there are as many: the sum was checked.
+    /// The next `count` numbers, which must exist: the sum has been checked.
     pub(super) fn take(&mut self, count: usize) -> Vec<f32> {
         let width = if self.half { 2 } else { 4 };
         let (own, rest) = self.bytes.split_at(count * width);
@@ -105,7 +105,7 @@ pub(super) fn halves(bytes: &[u8]) -> impl Iterator<Item = f32> + '_ {
     words.iter().map(|b| f16::from_le_bytes(*b).to_f32())
 }
 
-/// Layers without bias; of the last, the first `outputs`.
+/// Layers without bias; only the first `outputs` of the last layer.
 pub(super) fn perceptron(
     widths: &Widths,
     outputs: usize,
@@ -127,9 +127,9 @@ pub(super) fn perceptron(
     Mlp::new(layers.collect::<Result<_, _>>()?)
 }
 
-/// A level's table. The reference numbers the vertices of a dense level modulo
-/// its entries, and reads one vertex past the last along an axis; a table of
-/// one vertex more, filled by that rule, gives what it reads.
+/// A level's table. The reference numbers the vertices of a dense level modulo its entries and
+/// reads one vertex past the last along an axis. A table with one more vertex, filled by that
+/// rule, returns the same values.
 pub(crate) fn table(
     level: &Level,
     unit: HashUnit,

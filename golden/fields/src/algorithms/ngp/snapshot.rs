@@ -1,11 +1,11 @@
-//! Snapshots of Instant-NGP, version 1: a MessagePack document, plain or within
-//! zlib or gzip, told apart by their first bytes. Only what is used of it is
-//! built, so that memory is bounded by the numbers that it holds.
+//! Snapshots of Instant-NGP, version 1: a MessagePack document, plain or compressed by zlib or
+//! gzip, recognised by its first bytes. Only the parts that are used are built, so that memory is
+//! bounded by the numbers in the file.
 //!
-//! Parameters follow one another as in tiny-cuda-nn: density network, colour
-//! network, then the levels of the grid. A layer is a matrix of a row an
-//! output; inputs and outputs of a network are rounded up to 16. Inputs past
-//! the features of the grid are zero there, so their weights are dropped.
+//! Parameters follow one another as in tiny-cuda-nn: density network, colour network, then the
+//! levels of the grid. A layer is a matrix with a row an output. Inputs and outputs of a network
+//! are rounded up to 16. Inputs beyond the features of the grid are zero, so their weights are
+//! dropped.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -24,23 +24,22 @@ use crate::snapshot_error::SnapshotError;
 use crate::{FieldError, HashUnit};
 use potamoi_base::record::{Notes, Record, told, told_within};
 
-/// The largest document, in bytes, once expanded: of any file, of small ones, and
-/// over the file's own length. Occupancy is mostly zeros, which hardly take room
-/// in a file: 4 MiB a cube, of which there are eight at most.
+/// The largest expanded document in bytes: for any file, for small files, and beyond the length of
+/// the file. Occupancy is mostly zeros and compresses well: 4 MiB a cube, at most eight cubes.
 const LIMIT: u64 = 1 << 30;
 const SMALL: u64 = 64 << 20;
 const EXPANSION: u64 = 64;
-/// How deep a document may be nested.
+/// Maximum nesting depth of a document.
 const DEPTH: usize = 64;
-/// Inputs of the colour network that tell the direction: degree 4, 16 numbers.
+/// Inputs of the colour network for the direction: degree 4, 16 numbers.
 const DIRECTION: usize = 16;
-/// The most keys that are passed over.
+/// Maximum number of keys that are skipped.
 const MAX_UNREAD: usize = 4096;
 /// The largest box, in unit cubes.
 const MAX_AABB_SCALE: u32 = 128;
-/// The most vertices along an axis of a level.
+/// Maximum number of vertices along an axis of a level.
 const MAX_RESOLUTION: u64 = (1 << 20) - 1;
-/// Scale and offset of datasets that say none.
+/// Scale and offset of datasets that do not state them.
 const SCALE: f64 = 0.33;
 const OFFSET: f64 = 0.5;
 
@@ -54,8 +53,7 @@ pub(super) fn load(path: &Path) -> Result<Ngp, FieldError> {
     from_reader(path, BufReader::new(file), length)
 }
 
-/// A snapshot from `length` bytes of anything that is read; `path` names it in
-/// errors.
+/// Reads a snapshot of `length` bytes; `path` names it in errors.
 pub(super) fn from_reader(
     path: &Path,
     bytes: impl BufRead,
@@ -161,11 +159,11 @@ fn read(path: &Path, mut bytes: impl BufRead, length: u64) -> Result<Told, Snaps
     Ok(parsed)
 }
 
-/// A document, and the keys in it that were passed over, by path.
+/// A document, and the paths of the keys that were skipped.
 type Told = (Document, Vec<String>);
 
-/// The document, or the field, what is wrong there, and how many bytes might
-/// still have come.
+/// The document, or else the invalid field, the problem, and the number of bytes that could have
+/// followed.
 fn parse(bytes: std::io::Take<impl Read>) -> Result<Told, (String, String, u64)> {
     let mut reader = rmp_serde::Deserializer::new(BufReader::new(bytes));
     reader.set_max_depth(DEPTH);
@@ -201,7 +199,7 @@ fn parse(bytes: std::io::Take<impl Read>) -> Result<Told, (String, String, u64)>
     Err((".".to_owned(), problem, left))
 }
 
-/// What has one value that is read.
+/// Checks fields of which only one value is supported.
 fn supported(document: &Document) -> Result<(), Wrong> {
     let snapshot = &document.snapshot;
     check(
@@ -252,8 +250,8 @@ fn supported(document: &Document) -> Result<(), Wrong> {
     direction(&document.dir_encoding)
 }
 
-/// Spherical harmonics of degree 4, alone or in a composite whose other parts
-/// have no dimensions left.
+/// Checks for spherical harmonics of degree 4, alone or in a composite whose other parts have no
+/// dimensions left.
 fn direction(encoding: &Direction) -> Result<(), Wrong> {
     let (part, field) = if encoding.otype.eq_ignore_ascii_case("Composite") {
         let first = encoding.nested.as_ref().map(|first| &first.0);
@@ -328,7 +326,7 @@ fn shape(encoding: &Encoding, aabb_scale: u32) -> Result<GridShape, Wrong> {
     Ok(shape)
 }
 
-/// What has an entry of a hashed level; a vertex unless the file says otherwise.
+/// What shares an entry of a hashed level; a vertex unless the file states otherwise.
 fn hash_unit(encoding: &Encoding, shape: &GridShape) -> Result<HashUnit, Wrong> {
     let units = [HashUnit::Vertex, HashUnit::MVoxel];
     let field = "encoding.hash_unit";
@@ -361,7 +359,7 @@ fn placement(document: &Document) -> Result<Placement, Wrong> {
     })
 }
 
-/// The part of the box that is shown, in the unit cube's frame.
+/// The visible part of the box, in the unit cube's frame.
 fn shown(document: &Document, corner: f64, side: f64) -> Result<[DVec3; 2], Wrong> {
     let snapshot = &document.snapshot;
     let whole = [DVec3::splat(corner), DVec3::splat(corner + side)];

@@ -1,4 +1,4 @@
-//! Whole numbers, however a document writes them: `4` and `4.0` are the same.
+//! Whole numbers in any notation: `4` and `4.0` are the same.
 
 use std::fmt;
 

@@ -1,13 +1,13 @@
-//! What is wrong with a field of a snapshot.
+//! Errors of a snapshot's fields.
 
-/// What a check finds wrong: a field, what it is, what was expected.
+/// An invalid field: its name, its value, and the allowed values.
 pub(super) struct Wrong {
     pub(super) field: String,
     pub(super) found: String,
     pub(super) expected: String,
 }
 
-/// Refuses numbers with which nothing can be computed.
+/// Refuses NaN and infinity.
 pub(super) fn finite(values: &[f32], field: &str) -> Result<(), Wrong> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
@@ -19,12 +19,12 @@ pub(super) fn finite(values: &[f32], field: &str) -> Result<(), Wrong> {
     }
 }
 
-/// Whether a text with a default is that default.
+/// Whether an optional text is absent or equals `wanted`.
 pub(super) fn is(text: &Option<String>, wanted: &str) -> bool {
     text.as_ref().is_none_or(|t| t.eq_ignore_ascii_case(wanted))
 }
 
-/// Refuses unless it holds.
+/// Returns an error unless a condition holds.
 pub(super) fn check(
     holds: bool,
     field: &str,

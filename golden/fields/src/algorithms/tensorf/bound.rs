@@ -1,4 +1,4 @@
-//! What TensoRF in the hardware's formats may be off by.
+//! Error bounds of TensoRF in fixed point.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -60,7 +60,7 @@ impl TensorfBounds<'_> {
         all
     }
 
-    /// Appends sines or cosines of values, as the perceptron takes them.
+    /// Appends sines or cosines of values, as the perceptron's inputs.
     fn waves(from: &Outputs, count: usize, frequencies: usize, half: f64, to: &mut Outputs) {
         for wave in [f64::sin, f64::cos] {
             for (value, off) in from.values.iter().zip(&from.off).take(count) {

@@ -10,8 +10,8 @@
 //! | sines and cosines of features | a table, to nearest | the format of the features |
 //! | colour | MAC array, sigmoid | U0.F |
 //!
-//! No product and no sum of products can overflow: their formats follow from
-//! the largest component of each table, which interpolation does not exceed.
+//! No product and no sum of products can overflow. Their formats follow from the largest component
+//! of each table, which interpolation does not exceed.
 
 use std::borrow::Cow;
 
@@ -28,26 +28,26 @@ use crate::{Coded, Field as _, FieldError, calibrate};
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 use potamoi_reference::Product;
 
-/// A sum's magnitude stays below two to this.
+/// The magnitude of a sum is below two to this power.
 const SUM_BITS: i32 = 30;
-/// Features share their format with sines, at most 1.
+/// Minimum range of the features' format, which they share with sines, at most 1.
 const LEAST_RANGE: f64 = 1.0;
 
-/// The components of one mode: where they lie in a sample's features.
+/// The components of one mode: their positions in a sample's features.
 pub(super) struct Mode {
     pub(super) plane: usize,
     pub(super) line: usize,
     pub(super) channels: usize,
     pub(super) density: usize,
-    /// Fraction bits of a product of density and of appearance.
+    /// Fraction bits of a product, of density and of appearance.
     pub(super) frac_bits: [u32; 2],
 }
 
-/// Feature computation of TensoRF in codes.
+/// Fixed-point feature computation of TensoRF.
 pub(super) struct TensorfHead {
     channels: usize,
     pub(super) modes: [Mode; 3],
-    /// Fraction bits of products of density and of appearance, as they are kept.
+    /// Fraction bits of stored products, of density and of appearance.
     pub(super) product_bits: [u32; 2],
     pub(super) opacity: Opacity,
     pub(super) basis: MacMlp,
@@ -58,7 +58,7 @@ pub(super) struct TensorfHead {
     logit_bits: u32,
 }
 
-/// A field with its head and its formats.
+/// A field with its fixed-point feature computation and formats.
 pub(super) fn coded<'a>(field: &Tensorf, config: &Config) -> Result<Coded<'a>, FieldError> {
     let (frac_bits, head) = head(field, config)?;
     Ok(Coded::in_tables(frac_bits, Box::new(head)))
@@ -127,8 +127,8 @@ pub(super) fn head(
     Ok((frac_bits.collect(), head))
 }
 
-/// The most fraction bits with which the sum of all products of density, and
-/// every product of appearance, keep to their bits; no more than products have.
+/// The largest number of fraction bits with which the sum of all density products, and every
+/// product of appearance, fit their formats; at most that of the products.
 fn product_bits(field: &Tensorf, modes: &[Mode; 3]) -> [u32; 2] {
     let largest = |number: usize, appearance: bool| {
         let density = field.density[number % 3];
@@ -157,8 +157,8 @@ fn product_bits(field: &Tensorf, modes: &[Mode; 3]) -> [u32; 2] {
     [most(sum, SUM_BITS, 0), most(one, 15, 1)]
 }
 
-/// The largest magnitude of the features, and of each layer's outputs of the
-/// perceptron, on the calibration set.
+/// The largest magnitude of the features, and of each layer's outputs of the perceptron, on the
+/// calibration set.
 fn magnitudes(field: &Tensorf) -> (Vec<f64>, Vec<f64>) {
     let mut features = LEAST_RANGE;
     let mut sums = vec![0f64; field.mlp.layers().len()];
@@ -177,8 +177,8 @@ fn magnitudes(field: &Tensorf) -> (Vec<f64>, Vec<f64>) {
 }
 
 impl TensorfHead {
-    /// Products of planes and lines, of density or of appearance, sample after
-    /// sample, mode after mode.
+    /// Products of planes and lines, of density or of appearance, sample after sample, mode after
+    /// mode.
     fn products(
         &self,
         features: &[i16],

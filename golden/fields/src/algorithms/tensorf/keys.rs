@@ -1,5 +1,5 @@
-//! What a checkpoint of TensoRF may say, by the code that writes it
-//! (`TensorBase.get_kwargs`, `save` and the `state_dict` of each model).
+//! Keys of TensoRF checkpoints, after the code that writes them (`TensorBase.get_kwargs`, `save`
+//! and the `state_dict` of each model).
 
 use potamoi_base::record::Fate::{Honoured, Listed, Refused};
 use potamoi_base::record::{Fate, Format, Key};
@@ -10,7 +10,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
 
 const OTHER: &str = "TensorVMSplit alone is read: train with model_name = TensorVMSplit";
 
-/// Keys, with that of the dictionary that they are in.
+/// Keys with the name of their dictionary.
 pub static TENSORF: Format = Format {
     name: "TensoRF",
     files: "`.th` of its authors' code, read as data. Numbers of tensors have to be finite.",

@@ -10,13 +10,13 @@ use super::{Activation, LINES, PLANES, Rules, TENSORF, Tensorf};
 use crate::{FieldError, Layer, Mlp, Table};
 use potamoi_containers::torch::{Checkpoint, TorchError};
 
-/// The most vertices along an axis.
+/// Maximum number of vertices along an axis.
 const MAX_POINTS: usize = 1 << 14;
-/// The most components of a mode.
+/// Maximum number of components in a mode.
 const MAX_COMPONENTS: usize = 1 << 10;
-/// The most features of appearance.
+/// Maximum number of appearance features.
 const MAX_FEATURES: usize = 1 << 8;
-/// The most vertices of the mask.
+/// Maximum number of vertices in the mask.
 const MAX_MASK: usize = 1 << 30;
 
 fn kwarg(name: &str) -> [&str; 2] {
@@ -112,7 +112,7 @@ fn rules(file: &mut Checkpoint) -> Result<Rules, TorchError> {
     }
 }
 
-/// Two tensors of `[1, components, ...]` side by side, components fastest.
+/// Interleaves two tensors of `[1, components, ...]`, components fastest.
 fn interleaved(density: &[f32], appearance: &[f32], vertices: usize) -> Vec<f32> {
     let mut all = Vec::with_capacity(density.len() + appearance.len());
     for vertex in 0..vertices {
@@ -176,12 +176,12 @@ fn mask(file: &mut Checkpoint) -> Result<Option<AlphaMask>, TorchError> {
 }
 
 impl Tensorf {
-    /// Loads a `.th` checkpoint of the authors' code: `TensorVMSplit` with the
-    /// shading mode `MLP_Fea`.
+    /// Loads a `.th` checkpoint of the authors' code: `TensorVMSplit` with the shading mode
+    /// `MLP_Fea`.
     ///
     /// # Errors
-    /// No such checkpoint, a part that is missing or does not fit the others, or
-    /// a variant that is not read.
+    /// The file is not such a checkpoint, a part is missing or inconsistent, or the variant is not
+    /// supported.
     pub fn load(path: &Path) -> Result<Self, FieldError> {
         let mut file = Checkpoint::open(path)?;
         Self::read(&mut file).map_err(|e| e.of_file(path))

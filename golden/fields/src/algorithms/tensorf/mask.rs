@@ -1,21 +1,22 @@
-//! Where a model may be: the grid of bits that training leaves behind.
+//! The alpha mask: a bit grid, written in training, of the vertices around which the field may be
+//! non-empty.
 
 use glam::DVec3;
 
-/// Bits at the vertices of a grid of its own.
+/// Bits at the vertices of a separate grid.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(super) struct AlphaMask {
-    /// Vertices along x, y, z.
+    /// Number of vertices along x, y, z.
     pub(super) points: [usize; 3],
-    /// Corners of the box on whose faces the outer vertices lie.
+    /// Corners of the box whose faces contain the outer vertices.
     pub(super) bounds: [DVec3; 2],
-    /// One a vertex, x fastest.
+    /// One bit a vertex, x fastest.
     pub(super) filled: Vec<bool>,
 }
 
 impl AlphaMask {
-    /// Whether the trilinear interpolation of the bits at a place of the world
-    /// is above 0. Beyond the grid all bits are 0.
+    /// Whether the trilinear interpolation of the bits at a world point is above 0. Bits outside
+    /// the grid are 0.
     pub(super) fn holds(&self, at: DVec3) -> bool {
         let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
         let place = (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last;

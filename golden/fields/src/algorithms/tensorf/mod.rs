@@ -1,16 +1,15 @@
 //! TensoRF (Chen, Xu, Geiger, Yu, Su, ECCV 2022) in its vector-matrix form: a
 //! volume is a sum of products of planes and lines.
 //!
-//! Mode `m` pairs the plane of two axes with the line of the third. A sample
-//! gathers density and appearance components of three planes and three lines;
-//! the sum of the products of the former is the density before its activation,
-//! the products of the latter, times a matrix, are what a small perceptron
-//! turns into colour.
+//! Mode `m` pairs the plane of two axes with the line of the third. A sample gathers density and
+//! appearance components of three planes and three lines. The sum of the density products is the
+//! density before its activation. The appearance products, times a matrix, are the inputs of a
+//! small perceptron that computes the colour.
 //!
-//! Samples lie where the authors' code takes them: from where a ray enters the
-//! box, or the nearest distance if that is farther, in steps of a mean voxel
-//! edge times the step ratio. Colour is computed where the weight in the pixel
-//! is above a threshold; rays are followed until less than a millionth is left.
+//! Samples lie as in the authors' code: from the entry of a ray into the box, or from the nearest
+//! distance if that is farther, in steps of a mean voxel edge times the step ratio. Colour is
+//! computed if the weight in the pixel is above a threshold. Rays terminate at a transmittance of
+//! one millionth.
 
 mod bound;
 mod fixed;
@@ -43,26 +42,25 @@ pub use rules::{Activation, Rules};
 pub const PLANES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 /// Axis of the line that goes with each plane.
 pub const LINES: [usize; 3] = [2, 1, 0];
-/// A ray ends where less than this is left: below what a picture shows.
+/// Early-termination threshold (transmittance): too small to be seen in a picture.
 const STOP: f64 = 1e-6;
 
 /// A TensoRF model.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Tensorf {
-    /// The planes, then the lines; density components come before those of
-    /// appearance.
+    /// The planes, then the lines; density components precede those of appearance.
     tables: [Table; 6],
-    /// Density components of each mode.
+    /// Number of density components in each mode.
     density: [usize; 3],
-    /// From products of appearance components to features.
+    /// Matrix from products of appearance components to features.
     basis: Mlp,
     mlp: Mlp,
     rules: Rules,
     mask: Option<AlphaMask>,
-    /// What a checkpoint says that is not used.
+    /// Unused parts of the checkpoint.
     #[serde(skip)]
     notes: Notes,
-    /// Vertices along x, y, z.
+    /// Number of vertices along x, y, z.
     points: [usize; 3],
 }
 
@@ -75,12 +73,12 @@ fn part(part: &'static str, found: String, expected: impl Into<String>) -> Field
 }
 
 impl Tensorf {
-    /// A model of three planes and three lines in the order of [`PLANES`] and
-    /// [`LINES`], the first `density` channels of each of density, the others of
-    /// appearance. `basis` makes features of the products of the latter.
+    /// A model of three planes and three lines in the order of [`PLANES`] and [`LINES`]. The first
+    /// `density` channels of each are density components, the others appearance components.
+    /// `basis` computes features from the products of the latter.
     ///
     /// # Errors
-    /// Parts that do not fit one another.
+    /// The parts do not fit one another.
     pub fn new(
         tables: [Table; 6],
         density: [usize; 3],
@@ -145,27 +143,27 @@ impl Tensorf {
         })
     }
 
-    /// What it says besides its numbers.
+    /// Activation, sampling and thresholds.
     #[must_use]
     pub const fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// Vertices along x, y, z.
+    /// Number of vertices along x, y, z.
     #[must_use]
     pub const fn points(&self) -> [usize; 3] {
         self.points
     }
 
-    /// From sample to sample, in the world.
+    /// Distance between samples, in world units.
     fn step(&self) -> f64 {
         let [low, high] = self.rules.bounds;
         let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
         ((high - low) / last).element_sum() / 3.0 * self.rules.step_ratio
     }
 
-    /// Calls `with` for the components of each mode: those of its plane, those
-    /// of its line, and how many of them are of density.
+    /// Calls `with` for each mode, with the components of its plane and of its line, and the
+    /// number of density components.
     fn modes(&self, features: &[f64], mut with: impl FnMut(&[f64], &[f64], usize)) {
         let half: usize = self.tables[..3].iter().map(Table::channels).sum();
         let (mut planes, mut lines) = features.split_at(half);
@@ -197,7 +195,7 @@ impl Tensorf {
         self.basis.run(out);
     }
 
-    /// Appends what else the perceptron takes to the features.
+    /// Appends the encodings of features and direction, the other inputs of the perceptron.
     fn inputs(&self, direction: DVec3, values: &mut Vec<f64>) {
         let count = values.len();
         values.extend(direction.to_array());
@@ -206,8 +204,7 @@ impl Tensorf {
     }
 }
 
-/// Appends the sines of values times 1, 2, 4 and so on, a value after another,
-/// then the cosines.
+/// Appends the sines of each value times 1, 2, 4 and so on, value after value, then the cosines.
 fn encode(from: std::ops::Range<usize>, frequencies: usize, all: &mut Vec<f64>) {
     for wave in [f64::sin, f64::cos] {
         for i in from.clone() {
@@ -217,7 +214,7 @@ fn encode(from: std::ops::Range<usize>, frequencies: usize, all: &mut Vec<f64>) 
     }
 }
 
-/// As reports tell it.
+/// Description of the algorithm for reports.
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "TensoRF",
     outside: &[

@@ -1,13 +1,12 @@
-//! Vector-matrix factors of functions that matter at some vertices of a grid
-//! only: those around which there is something to see.
+//! Vector-matrix factors of functions that matter only at some vertices of a grid: those around
+//! visible parts.
 //!
-//! The lines are fixed, half of them cosines, which suit what is smooth, half
-//! seeded random numbers. What is left, the planes, enters linearly. Around a
-//! surface few vertices lie in each column of the grid, fewer than a mode has
-//! terms, and random lines tell them apart, so that the planes through all known
-//! values are found in a few rounds of conjugate gradients (CGLS: Hestenes and
-//! Stiefel 1952). Elsewhere the factors take any value, and the mask says that
-//! nothing is there.
+//! The lines are fixed: half of them are cosines, which suit smooth functions, half are seeded
+//! random numbers. The planes remain, and enter linearly. Around a surface few vertices lie in
+//! each column of the grid, fewer than a mode has terms, and random lines distinguish them. So the
+//! planes through all known values are found in a few rounds of conjugate gradients (CGLS:
+//! Hestenes and Stiefel 1952). Elsewhere the factors have arbitrary values, and the mask marks the
+//! space as empty.
 
 use rayon::prelude::*;
 
@@ -15,37 +14,37 @@ use super::mask::AlphaMask;
 use super::{LINES, PLANES, Rules, Tensorf, part};
 use crate::{FieldError, Layer, Mlp, Table};
 
-/// Rounds of conjugate gradients.
+/// Maximum number of rounds of conjugate gradients.
 const ROUNDS: usize = 40;
-/// Relative size of what is left at which they end.
+/// Relative size of the residual at which the rounds end.
 const ENOUGH: f64 = 1e-3;
-/// Errors of densities are weighed by one over their size and this.
+/// Errors of densities are weighted by one over the sum of their size and this.
 const LIGHT: f32 = 0.5;
-/// Weight of the planes' own size, beside errors.
+/// Weight of the planes' own size against errors.
 const DAMPING: f32 = 1e-3;
 
-/// Functions at vertices of a grid.
+/// Known values of functions at vertices of a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// Vertices along x, y, z of the grid.
+    /// Number of vertices of the grid along x, y, z.
     pub points: [usize; 3],
-    /// Vertices at which the density is known.
+    /// Vertices with a known density.
     pub places: Vec<[usize; 3]>,
-    /// Its values there before activation. Small ones, about which the
-    /// activation turns and of which fog is made, are met the more nearly.
+    /// The densities there, before activation. Small ones, at which the activation bends and of
+    /// which fog consists, are fitted more closely.
     pub density: Vec<f32>,
-    /// Vertices at which the appearance is known.
+    /// Vertices with a known appearance.
     pub seen: Vec<[usize; 3]>,
-    /// Channels of appearance, each with one value a vertex of `seen`.
+    /// Channels of appearance, each with one value for each vertex of `seen`.
     pub appearance: Vec<Vec<f32>>,
-    /// Whether anything may be at a vertex, all of them, x fastest.
+    /// Whether the field may be non-empty around a vertex, for all vertices, x fastest.
     pub filled: Vec<bool>,
 }
 
-/// Planes of one function, a plane a mode: terms of a vertex side by side.
+/// Planes of one function, one a mode, with the terms of a vertex side by side.
 type Planes = [Vec<f32>; 3];
 
-/// Lines of one function, a line a mode: terms of a vertex side by side.
+/// Lines of one function, one a mode, with the terms of a vertex side by side.
 struct Lines {
     terms: usize,
     points: [usize; 3],
@@ -53,7 +52,7 @@ struct Lines {
 }
 
 impl Lines {
-    /// Their squares sum to about 1 over all modes.
+    /// Random lines. Their squares sum to about 1 over all modes.
     fn new(points: [usize; 3], terms: usize, mut seed: u64) -> Self {
         let mut uniform = || {
             // SplitMix64 (Steele, Lea and Flood 2014).
@@ -87,7 +86,7 @@ impl Lines {
         }
     }
 
-    /// Where the terms of a vertex begin in line and plane of a mode.
+    /// Index of a vertex's first term in the line and in the plane of a mode.
     fn place(&self, mode: usize, vertex: [usize; 3]) -> [usize; 2] {
         let [a, b] = PLANES[mode];
         let plane = vertex[a] + self.points[a] * vertex[b];
@@ -98,7 +97,7 @@ impl Lines {
         PLANES.map(|[a, b]| vec![0.0; self.points[a] * self.points[b] * self.terms])
     }
 
-    /// What the planes give at vertices, times weights.
+    /// The weighted values of the planes at vertices.
     fn apply(&self, planes: &Planes, at: &[[usize; 3]], weights: &[f32], out: &mut [f32]) {
         for ((to, vertex), weight) in out.iter_mut().zip(at).zip(weights) {
             let mut value = 0.0;
@@ -112,7 +111,7 @@ impl Lines {
         }
     }
 
-    /// The transpose of that, less damping.
+    /// The transpose of `apply`, less damping.
     fn transpose(
         &self,
         values: &[f32],
@@ -138,8 +137,7 @@ impl Lines {
         out
     }
 
-    /// Planes that give these values at these vertices, the sum of the squares of
-    /// errors times weights being the least.
+    /// Planes fitted to values at vertices by weighted least squares.
     fn planes(&self, at: &[[usize; 3]], values: &[f32], weights: &[f32]) -> Planes {
         let mut planes = self.empty();
         let mut left: Vec<f32> = values.iter().zip(weights).map(|(v, w)| v * w).collect();
@@ -177,7 +175,7 @@ impl Lines {
     }
 }
 
-/// In four sums side by side, which processors add at once.
+/// Dot product in four interleaved sums, which processors can add at once.
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [0f32; 4];
@@ -201,13 +199,13 @@ fn add(to: &mut Planes, share: f32, from: &Planes) {
 }
 
 impl Tensorf {
-    /// A model that has known values: `ranks` terms a mode of density and of
-    /// appearance, the latter shared out evenly to its channels. Channel `c` of
-    /// appearance becomes feature `slots[c]` of `features`; the others are 0.
+    /// A model fitted to known values, with `ranks` terms a mode of density and of appearance, the
+    /// latter shared evenly among its channels. Channel `c` of appearance becomes feature
+    /// `slots[c]` of `features`; the others are 0.
     ///
     /// # Errors
-    /// Fewer terms than channels, a slot or vertex out of range, lists of
-    /// different lengths, or parts that do not fit.
+    /// There are fewer terms than channels, a slot or vertex is out of range, lists differ in
+    /// length, or parts do not fit.
     pub fn through(
         known: &Known,
         ranks: [usize; 2],

@@ -1,11 +1,11 @@
-//! What a TensoRF model says besides its numbers.
+//! Activation, sampling and thresholds of a TensoRF model.
 
 use glam::DVec3;
 
-/// The most rounds of sines and cosines.
+/// Maximum number of frequencies.
 pub(super) const MAX_FREQUENCIES: usize = 16;
 
-/// What makes a density of a sum of products.
+/// Activation from a sum of products to a density.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Activation {
     /// `ln(1 + exp(x + shift))`.
@@ -14,26 +14,26 @@ pub enum Activation {
     Relu,
 }
 
-/// What a model says besides its numbers.
+/// Activation, sampling and thresholds of a model.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Rules {
-    /// Corners of the box on whose faces the outer vertices lie.
+    /// Corners of the box whose faces contain the outer vertices.
     pub bounds: [DVec3; 2],
-    /// Of densities.
+    /// Activation of densities.
     pub activation: Activation,
     /// Added before softplus.
     pub density_shift: f64,
-    /// What the world's unit is in the unit of densities.
+    /// World units in units of densities.
     pub distance_scale: f64,
-    /// Mean voxel edges from sample to sample.
+    /// Step in mean voxel edges.
     pub step_ratio: f64,
-    /// Samples of at most this weight give no colour.
+    /// Weight threshold: the colour of samples of at most this weight is not computed.
     pub weight_threshold: f64,
-    /// Samples start this far along their ray.
+    /// Distance of the first sample along its ray.
     pub near: f64,
-    /// Rounds of sines and cosines of the features, by the factor 2.
+    /// Number of frequencies in the encoding of features, powers of two.
     pub feature_frequencies: usize,
-    /// Rounds of sines and cosines of the direction.
+    /// Number of frequencies in the encoding of the direction.
     pub view_frequencies: usize,
 }
 
@@ -55,7 +55,7 @@ impl Rules {
         }
     }
 
-    /// What is out of range, if anything is: field, value, expectation.
+    /// The first value out of range: field, value, allowed values.
     pub(super) fn problem(&self) -> Option<(&'static str, String, &'static str)> {
         let size = self.bounds[1] - self.bounds[0];
         let corners = self.bounds.iter().all(|c| c.is_finite());
@@ -114,7 +114,7 @@ impl Rules {
         wrong.map(|(field, value, _, expected)| (field, value, expected))
     }
 
-    /// Inputs of the perceptron for so many features.
+    /// Number of inputs of the perceptron for `features` features.
     pub(super) fn inputs(&self, features: usize) -> usize {
         features * (1 + 2 * self.feature_frequencies) + 3 * (1 + 2 * self.view_frequencies)
     }
