@@ -1,12 +1,12 @@
-//! Beats of the gathering unit's streams as the words of its ports.
+//! Beats of the gathering unit's streams as port words.
 
 use crate::gather_work::{GatherWork, StreamError};
 use crate::work::{MftPiece, RitPiece};
 
-/// Lays out beats as the words of the ports.
+/// Packs beats into port words.
 pub struct BeatWords<'a> {
     work: &'a GatherWork<'a>,
-    /// The packed entries of one task.
+    /// Index of a task, and its packed entries.
     packed: (usize, Vec<u8>),
     /// `tdata` of the RIT stream.
     pub data: Vec<u32>,
@@ -19,7 +19,7 @@ pub struct BeatWords<'a> {
 }
 
 impl<'a> BeatWords<'a> {
-    /// No beat yet.
+    /// Buffers without a beat.
     #[must_use]
     pub fn new(work: &'a GatherWork<'a>) -> Self {
         Self {
@@ -32,7 +32,7 @@ impl<'a> BeatWords<'a> {
         }
     }
 
-    /// Fills `data` and `keep`.
+    /// Fills `data` and `keep` with a beat of the RIT stream.
     ///
     /// # Errors
     /// A slot that its entry cannot carry.
@@ -81,7 +81,7 @@ impl<'a> BeatWords<'a> {
         Ok(())
     }
 
-    /// Fills `row`, and `row_keep` in the feature-major organisation.
+    /// Fills `row` with a beat of the MFT stream, and `row_keep` in the feature-major organisation.
     pub fn mft(&mut self, piece: &MftPiece) {
         if self.work.rounds.is_some() {
             return self.block(piece);
@@ -110,7 +110,7 @@ impl<'a> BeatWords<'a> {
         }
     }
 
-    /// One channel of B rows.
+    /// Packs one channel of B rows.
     fn block(&mut self, piece: &MftPiece) {
         let (banks, channels) = (self.work.banks, self.work.channels);
         let segment = self.work.channels_of(piece.segment as usize);
@@ -125,7 +125,7 @@ impl<'a> BeatWords<'a> {
         }
     }
 
-    /// Fills the lanes from `first` on with a row of the task, or leaves them 0.
+    /// Fills the lanes from `first` with a row of the task; without a row they stay 0.
     fn vertex(&mut self, piece: &MftPiece, first: usize, row: Option<usize>) {
         let Some(row) = row else {
             return;

@@ -1,12 +1,10 @@
-//! Cycles in closed form, a MVoxel: for data and sink that are always ready.
+//! Closed-form cycles for each MVoxel, with sources and sink always ready.
 //!
-//! With a ready sink the FIFO never holds anything up, so the times of a
-//! gathering unit obey recurrences of maxima and sums. The entries of one RIT
-//! half are summed up at once, since the groups of a stream that keeps up wait
-//! at most for the first of them, and those of one that does not, for the last.
-//! [`gather_cycles`] is therefore *exact*: it equals the stepwise model, stall
-//! by stall. [`overlapped_cycles`] is the plain formula of double buffering,
-//! with its error stated there.
+//! With a ready sink the FIFO never causes back-pressure, so the times of a gathering unit obey
+//! recurrences of maxima and sums. The entries of one RIT half are summed at once: the groups of a
+//! stream that keeps up wait at most for the first of them, and those of a slower stream for the
+//! last. [`gather_cycles`] is therefore *exact*: it equals the stepwise model, stall by stall.
+//! [`overlapped_cycles`] is the plain formula of double buffering; its error is stated there.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
@@ -18,34 +16,33 @@ use super::split::{SplitRun, check_no_turns};
 use super::vector_unit::VectorTiming;
 use super::work::{GatherRun, Mvoxel, WorkError, check_channel_major};
 
-/// What a run of the gathering unit takes, data and sink ready from cycle 0.
+/// Cycles of a run of the gathering unit, with sources and sink ready from cycle 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GatherCycles {
     /// Cycles from the first accepted RIT beat to the first issue.
     pub fill: u64,
-    /// Issuing cycles.
+    /// Busy cycles, in which a vertex is issued.
     pub busy: u64,
-    /// Cycles without issue because the MFT half was not loaded.
+    /// Stall cycles with the MFT half not loaded.
     pub stall_mft: u64,
-    /// Cycles without issue because no entry had been read.
+    /// Stall cycles without an entry read.
     pub stall_rit: u64,
-    /// Cycles in which lanes waited for a bank (feature-major organisation), or ports
-    /// for their turn.
+    /// Cycles in which lanes wait for a bank (feature-major organisation), or ports for their turn.
     pub stall_bank: u64,
-    /// Cycles from the first accepted beat to the last accepted feature, both
-    /// included: fill, issue and latency.
+    /// Cycles from the first accepted beat to the last accepted feature, inclusive: fill, issue and
+    /// latency.
     pub elapsed: u64,
 }
 
 impl GatherCycles {
-    /// Cycles from the first to the last issue, both included.
+    /// Cycles from the first to the last issue, inclusive.
     #[must_use]
     pub const fn issue_span(&self) -> u64 {
         self.busy + self.stall_mft + self.stall_rit + self.stall_bank
     }
 }
 
-/// What one RIT half holds of an MVoxel, and when it was written.
+/// Entries of an MVoxel in one RIT half, and the cycle of their write.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part {
     bytes: u64,
@@ -54,27 +51,26 @@ pub(super) struct Part {
     written: u64,
 }
 
-/// Vertices whose times are kept: as many as the stages of any reader.
+/// Vertices whose times are kept: the largest number of stages of any reader.
 const KEPT: usize = 8;
 
-/// The reader and the issue, group by group.
+/// Reader and issue, group by group.
 ///
-/// Vertex `j` is issued in `x(j) = max(readable + d, x(j-1) + 1, loaded)`, `d` the
-/// stages from the buffer to the issue: what holds it up on the way is the issue of
-/// those before. It is read in `r(j) = max(readable, r(j-1) + 1, x(j-d))`: the
-/// stages hold `d` vertices.
+/// Vertex `j` is issued in `x(j) = max(readable + d, x(j-1) + 1, loaded)`, where `d` is the number
+/// of stages from the buffer to the issue: only earlier issues delay it on the way. It is read in
+/// `r(j) = max(readable, r(j-1) + 1, x(j-d))`: the stages hold `d` vertices.
 pub(super) struct Chain {
     /// Cycles in which a group is issued.
     issues: u64,
-    /// Stages from the buffer to the issue.
+    /// Pipeline stages from the buffer to the issue.
     stages: usize,
     beat: u64,
     group_bytes: u64,
-    /// Cycles of the latest issues, the latest first.
+    /// Cycles of the latest issues, newest first.
     issued: [u64; KEPT],
     /// Whether anything was issued.
     begun: bool,
-    /// Cycle of the read of the latest vertex.
+    /// Cycle in which the latest vertex was read.
     pub(super) read: u64,
     out: GatherCycles,
 }
@@ -93,7 +89,7 @@ impl Chain {
         }
     }
 
-    /// So many entries, written into the next half of the RIT buffer.
+    /// Writes so many entries into the next half of the RIT buffer.
     pub(super) fn write(&self, rit: &mut Halves, entries: u64, ports: u64) -> Part {
         let bytes = self.group_bytes / ports * entries;
         Part {
@@ -110,7 +106,7 @@ impl Chain {
         part.written + end.div_ceil(self.beat)
     }
 
-    /// One vertex, which can be read from `readable` on.
+    /// Advances one vertex that is readable from `readable`.
     fn vertex(&mut self, readable: u64, issue: u64) {
         let behind = self.issued[self.stages - 1];
         let next = if self.begun { self.read + 1 } else { 0 };
@@ -120,7 +116,7 @@ impl Chain {
         self.begun = true;
     }
 
-    /// One group that can be read from `readable` on and issued from `loaded`.
+    /// Advances one group that is readable from `readable` and may be issued from `loaded`.
     pub(super) fn group(&mut self, readable: u64, loaded: u64) {
         let x = self.begin(readable, loaded);
         for i in 0..self.issues {
@@ -128,7 +124,7 @@ impl Chain {
         }
     }
 
-    /// One group, each vertex of which takes so many turns.
+    /// Advances one group whose vertices take so many turns each.
     fn group_in_turns(&mut self, readable: u64, loaded: u64, turns: &[u16]) {
         let mut next = self.begin(readable, loaded);
         for &turns in turns {
@@ -156,7 +152,7 @@ impl Chain {
         }
     }
 
-    /// Every group of a part, the first of which is issued from `loaded` on.
+    /// Advances every group of a part; the first may be issued from `loaded`.
     fn part(&mut self, part: &Part, loaded: u64, turns: Option<&[Rounds]>) {
         if let Some(turns) = turns {
             for (index, turns) in (0..part.groups).zip(turns) {
@@ -197,17 +193,17 @@ impl Chain {
     }
 }
 
-/// The two halves of a buffer that is filled ahead.
+/// Two halves of a double buffer.
 #[derive(Default)]
 pub(super) struct Halves {
-    /// First cycle in which the writer is through with what it has written.
+    /// First cycle in which the writer is free.
     writer: u64,
-    /// First free cycle of the half that is next, and of the one after.
+    /// First free cycle of the next half, and of the one after.
     free: [u64; 2],
 }
 
 impl Halves {
-    /// Starts writing something that takes `beats`; gives the first cycle.
+    /// Starts a write of `beats`. Returns its first cycle.
     pub(super) fn write(&mut self, beats: u64) -> u64 {
         let start = self.writer.max(self.free[0]);
         self.writer = start + beats;
@@ -216,16 +212,16 @@ impl Halves {
         start
     }
 
-    /// The half written longest ago is free from `cycle` on.
+    /// Frees the half written longest ago from `cycle` on.
     pub(super) fn release(&mut self, cycle: u64) {
         let oldest = usize::from(self.free[0] != u64::MAX);
         self.free[oldest] = cycle;
     }
 }
 
-/// Exact cycles of a run of the gathering unit with data and sink ready.
+/// Exact cycles of a run of the gathering unit with sources and sink always ready.
 ///
-/// Takes time in proportion to the RIT halves that are read, not the entries.
+/// Takes time in proportion to the RIT halves read, not to the entries.
 ///
 /// # Errors
 /// Work that the unit cannot do.
@@ -236,7 +232,7 @@ pub fn gather_cycles(config: &Config, run: &GatherRun<'_>) -> Result<GatherCycle
     Ok(cycles(config, run, None))
 }
 
-/// Exact cycles of a run of a unit whose ports take turns, data and sink ready.
+/// Exact cycles of a run of a unit whose ports take turns, with sources and sink always ready.
 ///
 /// Takes time in proportion to the entries.
 ///
@@ -248,7 +244,7 @@ pub fn split_cycles(config: &Config, work: &SplitRun<'_>) -> Result<GatherCycles
     Ok(cycles(config, &work.run, Some(work.turns)))
 }
 
-/// Cycles of work that was checked.
+/// Cycles of checked work.
 fn cycles(config: &Config, run: &GatherRun<'_>, turns: Option<&[Vec<Rounds>]>) -> GatherCycles {
     if run.mvoxels.is_empty() {
         return GatherCycles::default();
@@ -289,15 +285,12 @@ fn cycles(config: &Config, run: &GatherRun<'_>, turns: Option<&[Vec<Rounds>]>) -
     chain.out
 }
 
-/// Cycles from the first to the last issue by the plain formula of double
-/// buffering: each pass over an MVoxel takes the longer of its own issue and
-/// the load of the next pass's rows.
+/// Cycles from the first to the last issue by the plain formula of double buffering: each pass over
+/// an MVoxel takes the longer of its own issue and the load of the next pass's rows.
 ///
-/// Exact if the RIT stream keeps up ([`rit_keeps_up`]) and the first MVoxel's
-/// rows take at least the RIT's own first fill of 2 cycles and its first
-/// group's beats. With fewer rows it is too high, by at most the difference.
-/// With a stream that does not keep up it is a lower bound less that
-/// difference.
+/// Exact if the RIT stream keeps up ([`rit_keeps_up`]) and the first MVoxel's rows take at least
+/// the RIT's first fill: 2 cycles and the beats of its first group. With fewer rows it is too high
+/// by at most the difference. With a slower stream it is a lower bound less that difference.
 #[must_use]
 pub fn overlapped_cycles(config: &Config, run: &GatherRun<'_>) -> u64 {
     let passes = |m: &Mvoxel| {
@@ -315,8 +308,8 @@ pub fn overlapped_cycles(config: &Config, run: &GatherRun<'_>) -> u64 {
     cycles + issue
 }
 
-/// Whether the RIT stream brings a group in no more cycles than its issue
-/// takes, so that it never stalls a unit whose sources are ready.
+/// Whether the RIT stream delivers a group in no more cycles than its issue takes, so that it never
+/// stalls a unit whose sources are ready.
 #[must_use]
 pub fn rit_keeps_up(config: &Config, run: &GatherRun<'_>) -> bool {
     let group = u64::from(config.gu.ports) * config.entry_bytes(run.vertices) as u64;
@@ -324,18 +317,18 @@ pub fn rit_keeps_up(config: &Config, run: &GatherRun<'_>) -> bool {
     group <= u64::from(config.issue_cycles(run.vertices)) * beat
 }
 
-/// What a list of operations takes on the vector unit, data and sink ready.
+/// Cycles of a list of operations on the vector unit, with sources and sink always ready.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct VectorCycles {
-    /// Vectors of L elements, the last of each operation partly filled.
+    /// Vectors of L elements; the last of each operation may be partly filled.
     pub vectors: u64,
     /// Cycles in which a vector is accepted or stepped (`stat_busy`).
     pub busy: u64,
-    /// Cycles from the first accepted vector to the last result, both included.
+    /// Cycles from the first accepted vector to the last result, inclusive.
     pub elapsed: u64,
 }
 
-/// The vector unit in closed form; what follows from its configuration is found once.
+/// Closed-form model of the vector unit; values derived from the configuration are computed once.
 #[derive(Debug, Clone)]
 pub struct ClosedVector {
     timing: VectorTiming,
@@ -344,7 +337,7 @@ pub struct ClosedVector {
 }
 
 impl ClosedVector {
-    /// Of a configuration.
+    /// The model of a configuration.
     ///
     /// # Errors
     /// A configuration that breaks its rules.
@@ -356,8 +349,8 @@ impl ClosedVector {
         })
     }
 
-    /// Exact cycles of operations, one after the other, on their first operands
-    /// each. The operands' values matter with an early out alone.
+    /// Exact cycles of operations in sequence, each with its first operands. Operand values matter
+    /// only with early termination.
     #[must_use]
     pub fn cycles(&self, work: &[(OpCode, &[i32])]) -> VectorCycles {
         let timing = &self.timing;
@@ -383,7 +376,7 @@ impl ClosedVector {
     }
 }
 
-/// [`ClosedVector::cycles`] of one list of operations.
+/// [`ClosedVector::cycles`] for one list of operations.
 ///
 /// # Errors
 /// A configuration that breaks its rules.

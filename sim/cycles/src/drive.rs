@@ -1,4 +1,4 @@
-//! Plays a stimulus plan on the stepwise models.
+//! Runs the stepwise models under a stimulus plan.
 
 use std::collections::VecDeque;
 
@@ -9,11 +9,11 @@ use super::split::SplitRun;
 use super::stimulus::{Plan, Source, Stalls};
 use super::work::{GatherRun, WorkError};
 
-/// Cycles with every stream willing and nothing moving that count as a
-/// deadlock; the unit's own registers are fewer than ten.
+/// Cycles without progress, all streams willing, that count as a deadlock; the unit's own registers
+/// are fewer than ten.
 const PATIENCE: u32 = 64;
 
-/// One group's way through the unit.
+/// Timestamps of one group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GroupLog {
     /// Cycle in which vertex 0 was issued.
@@ -26,10 +26,10 @@ pub struct GroupLog {
     pub last: bool,
 }
 
-/// What a run took. Cycle 0 is the plan's first.
+/// Log of a run. Cycle 0 is the plan's first.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CycleLog {
-    /// Cycles until everything was accepted by the sink.
+    /// Cycles until the sink has accepted everything.
     pub cycles: u64,
     /// Cycle of the first accepted RIT beat.
     pub first_beat: Option<u64>,
@@ -37,7 +37,7 @@ pub struct CycleLog {
     pub first_issue: Option<u64>,
     /// Cycle of the last issue.
     pub last_issue: Option<u64>,
-    /// The counters at the end.
+    /// Final counters.
     pub counters: Counters,
     /// Accepted RIT beats.
     pub rit_beats: u64,
@@ -60,7 +60,7 @@ pub fn run_gather(
     run_gather_watched(config, run, Plan::new(seed, stalls)?, |_, _, _| {})
 }
 
-/// As [`run_gather`], showing every cycle with its inputs and outputs.
+/// As [`run_gather`], with an observer of every cycle's inputs and outputs.
 ///
 /// # Errors
 /// As [`run_gather`].
@@ -75,7 +75,7 @@ pub fn run_gather_watched(
     play(config, run, model, plan, watch)
 }
 
-/// As [`run_gather`], of a unit whose ports take turns.
+/// As [`run_gather`], for a unit whose ports take turns.
 ///
 /// # Errors
 /// As [`run_gather`].

@@ -1,4 +1,4 @@
-//! Gathering tasks as a run of the unit: its sizes, and the words of its beats.
+//! Gathering tasks as one run of the unit: settings, sizes and beats.
 
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::{RitError, Vertices};
@@ -11,72 +11,72 @@ use crate::split::turns;
 use crate::work::{GatherRun, Mvoxel};
 use crate::{LaneRun, Rounds, SplitRun};
 
-/// A task that a run cannot take.
+/// Why a run cannot take a task.
 #[derive(Debug, Error)]
 pub enum StreamError {
-    /// Entries of another size, or another number of channels, in one run.
+    /// Tasks with different entry sizes or channels in one run.
     #[error("task {task}: {what} differs from the first task's; a run keeps one setting")]
     Mixed {
-        /// The task.
+        /// Index of the task.
         task: usize,
-        /// What differs.
+        /// The difference.
         what: &'static str,
     },
-    /// A task without entries or with rows that are no whole number of features.
+    /// A task without entries, or whose rows are no whole number of features.
     #[error("task {task}: {problem}")]
     Shape {
-        /// The task.
+        /// Index of the task.
         task: usize,
-        /// What is wrong, and what was expected.
+        /// The problem, and what was expected.
         problem: String,
     },
     /// Entries that a unit of cells cannot take.
     #[error("task {task}: {problem}")]
     Place {
-        /// The task.
+        /// Index of the task.
         task: usize,
-        /// Why, and what to do.
+        /// The problem and the remedy.
         problem: String,
     },
     /// A slot that its entry cannot carry.
     #[error("task {task}: {source}")]
     Entry {
-        /// The task.
+        /// Index of the task.
         task: usize,
-        /// Why.
+        /// The reason.
         source: RitError,
     },
 }
 
-/// Tasks of one kind, one after the other from reset.
+/// Tasks of one kind, in sequence from reset.
 #[derive(Debug, Clone)]
 pub struct GatherWork<'a> {
     pub(crate) tasks: &'a [GatherTask],
     pub(crate) vertices: Vertices,
     pub(crate) channels: usize,
     pub(crate) segments: usize,
-    /// Channels that a beat of the MFT stream brings.
+    /// Channels in a beat of the MFT stream.
     pub(crate) banks: usize,
     /// Channels of a full segment.
     segment_channels: usize,
-    /// Entries that a beat of features holds, and channels of each.
+    /// Entries in a beat of features, and channels of each.
     pub(crate) side: usize,
     pub(crate) width: usize,
     pub(crate) slot_bits: u32,
     /// Bytes of a channel on the feature stream.
     pub(crate) lane_bytes: usize,
-    /// Whether two records share a row of the MFT, and the bit of an id that picks
-    /// one of them.
+    /// Whether two records share a row of the MFT, and then the bit of an id that selects one of
+    /// them.
     pub(crate) shared_rows: Option<u32>,
     pub(crate) beat_bytes: usize,
     /// Vertices of a row of the MFT.
     pub(crate) vertices_a_row: usize,
     mvoxels: Vec<Mvoxel>,
-    /// The tasks at fixed places, for a unit that needs them there.
+    /// Tasks remapped to fixed rows, for units that need them.
     pub(crate) placed: Vec<RemappedTask>,
     /// Rounds of each MVoxel in the feature-major organisation.
     pub(crate) rounds: Option<Vec<Vec<Rounds>>>,
-    /// Turns of each MVoxel where ports take any.
+    /// Turns of each MVoxel, where ports take turns.
     turns: Option<Vec<Vec<Rounds>>>,
 }
 
@@ -179,8 +179,7 @@ impl<'a> GatherWork<'a> {
         })
     }
 
-    /// The run as the feature-major models see it; none in another
-    /// organisation.
+    /// The run for the feature-major models; `None` in another organisation.
     #[must_use]
     pub fn lane_run(&self) -> Option<LaneRun<'_>> {
         let rounds = self.rounds.as_deref()?;
@@ -191,7 +190,7 @@ impl<'a> GatherWork<'a> {
         })
     }
 
-    /// The run as the models of ports that take turns see it; none where they do not.
+    /// The run for models of ports that take turns; `None` for other ports.
     #[must_use]
     pub fn split_run(&self) -> Option<SplitRun<'_>> {
         Some(SplitRun {
@@ -224,13 +223,13 @@ impl<'a> GatherWork<'a> {
         self.segments
     }
 
-    /// Entries that a beat of features holds.
+    /// Entries in a beat of features.
     #[must_use]
     pub const fn side(&self) -> usize {
         self.side
     }
 
-    /// Channels of each entry that a beat of features holds.
+    /// Channels of each entry in a beat of features.
     #[must_use]
     pub const fn width(&self) -> usize {
         self.width
@@ -254,7 +253,7 @@ impl<'a> GatherWork<'a> {
         self.shared_rows.is_some()
     }
 
-    /// The run as the cycle models see it.
+    /// The run for the cycle models.
     #[must_use]
     pub fn run(&self) -> GatherRun<'_> {
         GatherRun {
@@ -264,7 +263,7 @@ impl<'a> GatherWork<'a> {
         }
     }
 
-    /// Beats of features that come back.
+    /// Beats of features returned.
     #[must_use]
     pub fn beats(&self) -> u64 {
         let groups = |t: &GatherTask| t.entries.len().div_ceil(self.side) as u64;
@@ -292,7 +291,7 @@ impl<'a> GatherWork<'a> {
         self.channels_of(self.segments - 1).len()
     }
 
-    /// The tasks' places, beat by beat of the feature stream.
+    /// The groups of the run, one for each beat of the feature stream.
     pub fn groups(&self) -> impl Iterator<Item = Group> + use<'a> {
         let (tasks, side, width) = (self.tasks, self.side, self.width);
         let segments: Vec<_> = (0..self.segments).map(|s| self.channels_of(s)).collect();
@@ -322,28 +321,28 @@ impl<'a> GatherWork<'a> {
     }
 }
 
-/// One beat of features: where it belongs.
+/// Position of one beat of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Group {
-    /// Its task.
+    /// Index of its task.
     pub task: usize,
     /// Its segment.
     pub segment: usize,
-    /// First entry, in its task.
+    /// Index of its first entry within the task.
     pub entry: usize,
-    /// Entries that it holds.
+    /// Entries in it.
     pub kept: usize,
-    /// First entry, among those of all tasks.
+    /// Index of its first entry among those of all tasks.
     pub ordinal: usize,
     /// Its lowest channel.
     pub low: usize,
-    /// Whether that is the segment's lowest.
+    /// Whether that is the segment's lowest channel.
     pub begins: bool,
-    /// The last of its MVoxel and segment.
+    /// Whether it is the last of its MVoxel and segment.
     pub last: bool,
 }
 
-/// Tasks that can follow one another in one run.
+/// Splits tasks into runs: those that can follow one another.
 pub fn runs(tasks: &[GatherTask]) -> impl Iterator<Item = &[GatherTask]> {
     tasks.chunk_by(|a, b| (a.vertices, a.channels) == (b.vertices, b.channels))
 }

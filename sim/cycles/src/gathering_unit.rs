@@ -1,8 +1,8 @@
-//! The gathering unit, one clock cycle a call.
+//! Stepwise model of the gathering unit, one clock cycle a call.
 //!
-//! Only occupancy and positions are kept, no data. Every field of
-//! [`GatherModel`] is a register: what a cycle sees is what the cycle before
-//! left (paper, Sec. "Hardware Support"; rules of `docs/reference/gathering-unit.md`).
+//! It keeps occupancy and positions, no data. Every field of [`GatherModel`] is a register: a cycle
+//! sees the state that the cycle before left (paper, Sec. "Hardware Support"; rules of
+//! `docs/reference/gathering-unit.md`).
 
 use std::collections::VecDeque;
 
@@ -15,32 +15,32 @@ use super::work::WorkError;
 
 pub use super::work::RitBeat;
 
-/// What the environment drives in one cycle.
+/// Inputs of one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GatherInputs {
     /// The beat on the RIT stream, if valid.
     pub rit: Option<RitBeat>,
     /// `tlast` of the row on the MFT stream, if valid.
     pub mft: Option<bool>,
-    /// The sink takes a beat of features.
+    /// Whether the sink accepts a beat of features.
     pub feat_ready: bool,
 }
 
-/// The vertex that is issued in a cycle.
+/// The vertex issued in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Issue {
-    /// Its number within the entries, 0 to V - 1.
+    /// Index within the entries, 0 to V - 1.
     pub vertex: u32,
-    /// The first of an MVoxel and segment.
+    /// First issue of an MVoxel and segment.
     pub first: bool,
-    /// The last of an MVoxel and segment.
+    /// Last issue of an MVoxel and segment.
     pub last: bool,
 }
 
-/// Why nothing is issued.
+/// Cause of a stall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
-    /// Too many groups in flight.
+    /// Back-pressure: too many groups in flight.
     Fifo,
     /// The MFT half is not loaded.
     Mft,
@@ -53,39 +53,39 @@ pub enum Cause {
 /// A beat offered to the sink.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Feature {
-    /// Ports that hold an entry, from port 0.
+    /// Ports that hold an entry, counted from port 0.
     pub kept: u32,
-    /// The last of an MVoxel and segment.
+    /// Last beat of an MVoxel and segment.
     pub last: bool,
 }
 
 /// The counters, as the `stat_*` ports show them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Issuing cycles.
+    /// Busy cycles, in which a vertex is issued.
     pub busy: u64,
-    /// Stalls up to the last issue because of too many groups in flight.
+    /// Stalls up to the last issue from back-pressure: too many groups in flight.
     pub stall_fifo: u64,
     /// Stalls up to the last issue because the MFT half was not loaded.
     pub stall_mft: u64,
     /// Stalls up to the last issue because no entry had been read.
     pub stall_rit: u64,
-    /// Cycles in which lanes of the feature-major organisation waited for a
-    /// bank, or ports for their turn.
+    /// Cycles in which lanes of the feature-major organisation waited for a bank, or ports for
+    /// their turn.
     pub stall_bank: u64,
-    /// Entries issued, counted with their last vertex.
+    /// Entries issued, each counted with its last vertex.
     pub entries: u64,
 }
 
 impl Counters {
-    /// Cycles from the first to the last issue, both included.
+    /// Cycles from the first to the last issue, inclusive.
     #[must_use]
     pub const fn cycles(&self) -> u64 {
         self.busy + self.stall_fifo + self.stall_mft + self.stall_rit + self.stall_bank
     }
 }
 
-/// What the unit shows during one cycle.
+/// Outputs of one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GatherOutputs {
     /// `s_axis_rit_tready`.
@@ -96,9 +96,9 @@ pub struct GatherOutputs {
     pub feat: Option<Feature>,
     /// The vertex issued, if any.
     pub issue: Option<Issue>,
-    /// Why nothing is issued; none before the first issue.
+    /// Cause of the stall, if any; `None` before the first issue.
     pub stall: Option<Cause>,
-    /// The counters, up to the end of the cycle before.
+    /// Counters at the end of the cycle before.
     pub counters: Counters,
 }
 
@@ -117,7 +117,7 @@ pub struct GatherModel {
     issues: u32,
     /// Cycles from the issue of a group's last vertex to its offer.
     latency: u64,
-    /// Turns of the vertices, where ports take any.
+    /// Turns of the vertices, where ports take turns.
     turns: Option<Turns>,
     cycle: u64,
     buffer: RitBuffer,
@@ -128,7 +128,7 @@ pub struct GatherModel {
     in_flight: u64,
     output: VecDeque<Group>,
     counting: bool,
-    /// Stalls so far, those after the last issue included.
+    /// Stalls so far, including those after the last issue.
     running: Counters,
     shown: Counters,
 }
@@ -137,8 +137,8 @@ impl GatherModel {
     /// The unit after reset, with `cfg_vertices` and `cfg_segments` as given.
     ///
     /// # Errors
-    /// A configuration that breaks its rules, an entry size that it leaves
-    /// out, a number of segments that it does not allow, or ports that take turns.
+    /// A configuration that breaks its rules, an entry size that it does not build, a number of
+    /// segments that it does not allow, or ports that take turns.
     pub fn new(config: &Config, vertices: Vertices, segments: u32) -> Result<Self, WorkError> {
         super::work::check_setting(config, vertices, segments)?;
         super::work::check_channel_major(config)?;
@@ -146,7 +146,7 @@ impl GatherModel {
         Ok(Self::after_reset(config, vertices, segments, None))
     }
 
-    /// The unit after reset, set to the work that it is going to get.
+    /// The unit after reset, set up for this work.
     ///
     /// # Errors
     /// Work that the unit cannot do.
@@ -184,25 +184,25 @@ impl GatherModel {
         }
     }
 
-    /// `s_axis_rit_tready` of the coming cycle.
+    /// `s_axis_rit_tready` in the next cycle.
     #[must_use]
     pub fn rit_ready(&self) -> bool {
         self.buffer.ready()
     }
 
-    /// `s_axis_mft_tready` of the coming cycle.
+    /// `s_axis_mft_tready` in the next cycle.
     #[must_use]
     pub fn mft_ready(&self) -> bool {
         !self.mft_loaded[self.mft_writer]
     }
 
-    /// The counters that the coming cycle shows.
+    /// The counters in the next cycle.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         self.shown
     }
 
-    /// Whether nothing is held anywhere, so that the settings may change.
+    /// Whether the unit is empty, so that the settings may change.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.buffer.is_idle()
@@ -211,8 +211,7 @@ impl GatherModel {
             && self.mft_rows == 0
     }
 
-    /// A cycle with `cfg_clear` high: counting starts anew with the next issue.
-    /// For an idle unit.
+    /// A cycle with `cfg_clear` high, for an idle unit: counting restarts with the next issue.
     pub fn clear(&mut self) {
         self.counting = false;
         self.running = Counters::default();

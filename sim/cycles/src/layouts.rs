@@ -1,5 +1,5 @@
-//! Organisations of the banks side by side: the same gathers, the cycles of
-//! each, and the bandwidth that bounds them all.
+//! Comparison of bank organisations: cycles of each for the same gathers, and the memory bandwidth
+//! that bounds them all.
 
 use potamoi_formats::config::{
     Config, EntryKind, ExtraPorts, Modes, Organisation, RitPath, Sums, rules,
@@ -14,47 +14,46 @@ use crate::GatherCycles;
 use crate::gather_work::{GatherWork, runs};
 use crate::rounds::waiting;
 
-/// Bytes a second of the paper's memory: LPDDR3-1600, four channels of 32 bits.
+/// Bandwidth of the paper's memory in bytes a second: LPDDR3-1600, four channels of 32 bits.
 pub const DRAM_BYTES_PER_SECOND: f64 = 25.6e9;
 
-/// One organisation, and what it takes for the gathers so far.
+/// One organisation, with its counts so far.
 #[derive(Debug, Clone, Serialize)]
 pub struct Layout {
     /// The configuration's organisation.
     pub organisation: Organisation,
-    /// What a structured RIT entry says.
+    /// Kind of its structured RIT entries.
     pub entry: EntryKind,
-    /// Why the organisation cannot gather this; what it counts stops there.
+    /// Why the organisation cannot gather this; its counts stop there.
     pub refused: Option<String>,
     /// Banks `B`.
     pub banks: u32,
-    /// Ports `M` of the ray index table; of the banks too, where channel-major.
+    /// Ports `M` of the ray index table; where channel-major, of the banks too.
     pub ports: u32,
     /// How more than two ports read a bank.
     pub extra_ports: ExtraPorts,
-    /// Lanes `R`, of the feature-major organisation.
+    /// Lanes `R`; feature-major organisation only.
     pub lanes: Option<u32>,
-    /// From the first to the last issue, sum over runs (cycle model, closed
-    /// form, streams always ready).
+    /// Cycles from the first to the last issue, summed over runs (closed form, streams always
+    /// ready).
     pub cycles: u64,
-    /// Cycles in which a vertex was issued.
+    /// Busy cycles, in which a vertex was issued.
     pub busy: u64,
-    /// Stalls for want of MVoxels, of entries, and for banks.
+    /// Stall cycles without a loaded MVoxel.
     pub stall_mft: u64,
-    /// See `stall_mft`.
+    /// Stall cycles without an entry.
     pub stall_rit: u64,
-    /// See `stall_mft`.
+    /// Stall cycles for banks.
     pub stall_bank: u64,
-    /// Reads of lanes side by side, and those that wait for another row of
-    /// their bank; none where banks cannot conflict.
+    /// Reads of concurrent lanes.
     pub reads: u64,
-    /// See `reads`.
+    /// Reads that wait for another row of their bank; 0 where banks cannot conflict.
     pub conflicts: u64,
-    /// Reads that would wait if lanes that want the same row did not share it.
+    /// Reads that would wait if lanes could not share a read of the same row.
     pub conflicts_unshared: u64,
-    /// Bytes of MVoxels that are loaded.
+    /// Bytes of MVoxels loaded.
     pub mvoxel_bytes: u64,
-    /// Bytes of ray index tables that are read from memory, again where they are.
+    /// Bytes of ray index tables read from memory, repeated reads included.
     pub rit_bytes: u64,
     #[serde(skip)]
     config: Config,
@@ -85,12 +84,11 @@ impl Layout {
         }
     }
 
-    /// The comparison for a configuration: the paper's organisation with the
-    /// ports and banks of the configuration, also with compact entries; parity with
-    /// both kinds of entry; and with one port of 16 banks the paper's again beside
-    /// the feature-major one with 16 and 64 lanes, which have the capacity and the
-    /// peak bandwidth of that port; and four ports with copies of the banks and with
-    /// parts. What the rules refuse is there with the reason.
+    /// The organisations to compare for a configuration: the paper's, with the configuration's
+    /// ports and banks, also with compact entries; parity with both kinds of entry; for one port of
+    /// 16 banks the feature-major one with 16 and 64 lanes, whose capacity and peak bandwidth equal
+    /// that port's; and four ports with copies of the banks and with split banks. Those that the
+    /// rules refuse are listed with the reason.
     #[must_use]
     pub fn all(config: &Config) -> Vec<Self> {
         let fit = |mut config: Config| {
@@ -152,32 +150,32 @@ impl Layout {
         ]
     }
 
-    /// Conflicts over reads.
+    /// Conflict rate: conflicts over reads.
     #[must_use]
     pub fn conflict_rate(&self) -> f64 {
         self.conflicts as f64 / self.reads.max(1) as f64
     }
 
-    /// The same if lanes that want the same row did not share it.
+    /// Conflict rate if lanes could not share a read of the same row.
     #[must_use]
     pub fn unshared_rate(&self) -> f64 {
         self.conflicts_unshared as f64 / self.reads.max(1) as f64
     }
 
-    /// The share of cycles that is lost at banks.
+    /// Share of cycles lost to bank conflicts.
     #[must_use]
     pub fn lost(&self) -> f64 {
         self.stall_bank as f64 / self.cycles.max(1) as f64
     }
 
-    /// Cycles that reading MVoxels and ray index tables takes at the memory's rate.
+    /// Cycles of reading MVoxels and ray index tables at the memory's bandwidth.
     #[must_use]
     pub fn bandwidth_cycles(&self) -> u64 {
         let seconds = (self.mvoxel_bytes + self.rit_bytes) as f64 / DRAM_BYTES_PER_SECOND;
         (seconds * f64::from(self.config.clock_mhz) * 1e6).ceil() as u64
     }
 
-    /// From here on a unit that gives unrounded sums, as parts of cells need.
+    /// From here on requires unrounded sums, as parts of cells do.
     fn demand_sums(&mut self) {
         if self.config.gu.sums == Sums::Rounded && self.refused.is_none() {
             self.config.gu.sums = Sums::Exact;
@@ -221,16 +219,16 @@ impl Layout {
     }
 }
 
-/// Counts every gather for several organisations.
+/// Observer that counts every gather for several organisations.
 pub struct Layouts {
-    /// The organisations.
+    /// The organisations compared.
     pub layouts: Vec<Layout>,
     /// Entries gathered.
     pub samples: u64,
 }
 
 impl Layouts {
-    /// Nothing is counted yet.
+    /// An observer without counts.
     #[must_use]
     pub const fn new(layouts: Vec<Layout>) -> Self {
         Self {
@@ -250,7 +248,7 @@ impl Layouts {
 }
 
 impl Observer for Layouts {
-    /// What gives no unrounded sums is left out as soon as some are asked for, with the reason.
+    /// Organisations without unrounded sums are left out, with the reason, once sums are needed.
     fn gathered(&mut self, call: &GatherCall<'_>) -> Result<(), UnitError> {
         if call.codes.is_none() {
             self.layouts.iter_mut().for_each(Layout::demand_sums);
@@ -259,12 +257,12 @@ impl Observer for Layouts {
         Ok(())
     }
 
-    /// All organisations have one vector unit.
+    /// All organisations have the same vector unit.
     fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
         Ok(())
     }
 
-    /// Nor do they differ in the MAC array.
+    /// All organisations have the same MAC array.
     fn multiplied(&mut self, _: &Product) {}
 }
 
@@ -277,7 +275,8 @@ mod tests {
 
     use super::*;
 
-    /// Parts of samples are counted too; what cannot sum them is left out with the reason.
+    /// Parts of samples are counted too; organisations that cannot sum them are left out with the
+    /// reason.
     #[test]
     fn parts_of_samples_are_compared() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,15 +1,14 @@
 //! Cycle models of the two units, written from their documented rules.
 //!
-//! [`gathering_unit`] and [`vector_unit`] step one clock cycle a call and give every
-//! handshake, issue and counter of that cycle. [`closed`] gives the same
-//! totals a MVoxel, in time that does not depend on the number of entries, for
-//! an environment that is always ready. [`stimulus`] decides when sources and
-//! sink are willing, apart from any model, so that one plan can drive a model
-//! and hardware alike; [`drive`] plays a plan on a model.
+//! [`gathering_unit`] and [`vector_unit`] step one clock cycle a call, and return every handshake,
+//! issue and counter of that cycle. [`closed`] computes the same totals for each MVoxel in closed
+//! form, in time independent of the number of entries, with sources and sink always ready.
+//! [`stimulus`] plans the readiness of sources and sink independently of any model, so that one plan
+//! can drive a model and hardware; [`drive`] runs a plan on a model.
 //!
-//! [`GatherWork`] is what a gathering unit is given: golden tasks as a run of MVoxels, their beats
-//! as words of its ports ([`BeatWords`]), and the features' beats in order. Whoever counts and
-//! whoever drives hardware take the same. [`layouts`] counts one frame for several organisations.
+//! [`GatherWork`] is the input of a gathering unit: golden tasks as a run of MVoxels, their beats as
+//! port words ([`BeatWords`]), and the order of feature beats. Counters of work and drivers of
+//! hardware share it. [`layouts`] counts one frame for several organisations.
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,4 +1,4 @@
-//! The models of the configuration's organisation.
+//! Models of the configured organisation.
 
 use potamoi_formats::config::Config;
 
@@ -11,14 +11,14 @@ use crate::{
 
 /// The stepwise model of a unit.
 pub enum UnitModel {
-    /// Ports that do not wait for one another, or take turns.
+    /// Channel-major: ports that never wait for one another, or that take turns.
     ChannelMajor(GatherModel),
-    /// Lanes that wait for one another at banks.
+    /// Feature-major: lanes with bank conflicts.
     FeatureMajor(FeatureMajorModel),
 }
 
 impl UnitModel {
-    /// Between reset and the first cycle.
+    /// The model after reset.
     ///
     /// # Errors
     /// Work that the unit cannot do.
@@ -51,7 +51,7 @@ impl<'a> GatherWork<'a> {
         }
     }
 
-    /// Cycles in closed form, streams always ready.
+    /// Closed-form cycles with streams always ready.
     ///
     /// # Errors
     /// Work that the unit cannot do.

@@ -1,49 +1,49 @@
-//! The RIT buffer of the gathering unit, one clock cycle a call: who may write, what is read, when a
-//! half is free again.
+//! The RIT buffer of the gathering unit, one clock cycle a call: writes, reads, and release of its
+//! halves.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
 
 use super::work::RitBeat;
 
-/// One half of the RIT buffer. It is free until it is closed.
+/// One half of the RIT buffer; free until it is closed.
 #[derive(Debug, Clone, Copy, Default)]
 struct RitHalf {
     bytes: u64,
     closed: bool,
     ends_mvoxel: bool,
     again: bool,
-    /// Its last beat has no bytes and ends no group that is begun: a group without
-    /// entries ends it.
+    /// Its last beat carries no bytes and ends no open group: it is closed by a group without
+    /// entries.
     bare_group: bool,
 }
 
-/// A vertex of one group on its way from the RIT buffer to the MFT.
+/// A vertex of a group between the RIT buffer and the MFT.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Picked {
     pub(super) vertex: u32,
-    /// Entries of the group.
+    /// Entries in the group.
     pub(super) kept: u32,
     pub(super) first_group: bool,
     /// The last group of an MVoxel and segment.
     pub(super) last_group: bool,
 }
 
-/// The reader's place in the RIT buffer.
+/// Read position in the RIT buffer.
 #[derive(Debug, Clone, Copy, Default)]
 struct Reader {
     half: usize,
     group: u64,
     vertex: u32,
-    /// Passes over the MVoxel that are done.
+    /// Completed passes over the MVoxel.
     pass: u32,
-    /// The MVoxel's first half, where every pass starts.
+    /// First half of the MVoxel, where every pass starts.
     start: usize,
-    /// Something of this pass has been read.
+    /// Whether this pass has begun.
     under_way: bool,
 }
 
-/// The RIT buffer between two clock edges, with the stages behind it.
+/// The RIT buffer with the pipeline stages after it.
 #[derive(Debug, Clone)]
 pub(super) struct RitBuffer {
     half_bytes: u64,
@@ -56,7 +56,7 @@ pub(super) struct RitBuffer {
     rit: [RitHalf; 2],
     rit_writer: usize,
     reader: Reader,
-    /// The stages from the banks' output to what is issued.
+    /// The stages from the banks' output to the issue.
     stages: Vec<Option<Picked>>,
 }
 
@@ -75,7 +75,7 @@ impl RitBuffer {
         }
     }
 
-    /// `s_axis_rit_tready` of the coming cycle.
+    /// `s_axis_rit_tready` in the next cycle.
     pub(super) const fn ready(&self) -> bool {
         !self.rit[self.rit_writer].closed
     }
@@ -85,12 +85,12 @@ impl RitBuffer {
             && self.stages.iter().all(Option::is_none)
     }
 
-    /// What the last stage offers.
+    /// Output of the last stage.
     pub(super) fn offered(&self) -> Option<Picked> {
         self.stages.last().copied().flatten()
     }
 
-    /// One clock cycle: `taken` says that what the last stage offers leaves it.
+    /// One clock cycle; `taken` tells whether the last stage's output is consumed.
     pub(super) fn step(&mut self, taken: bool, beat: Option<RitBeat>) {
         let ready = self.ready();
         // The reader looks at the halves as the cycle before left them, so it
@@ -126,8 +126,8 @@ impl RitBuffer {
         }
     }
 
-    /// Reads the next vertex if its group can be read, and releases its half
-    /// after the last vertex that is needed of it.
+    /// Reads the next vertex if its group is readable. Releases its half after the last vertex
+    /// needed from it.
     fn read(&mut self) -> Option<Picked> {
         let half = self.rit[self.reader.half];
         let entries = half.bytes / self.entry;

@@ -1,17 +1,17 @@
-//! Rounds that lanes take at the banks.
+//! Rounds of bank accesses for lanes.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
-/// Rounds of each vertex of R entries, 1 and up; 0 past the last vertex.
+/// Rounds of each vertex of R entries, at least 1; 0 past the last vertex.
 pub type Rounds = [u16; MAX_VERTICES];
 
-/// The rounds of every R entries, from their rows alone: a bank gives one row a
-/// round, to all lanes that want it, so a vertex takes as many rounds as the
-/// busiest bank has different rows to give.
+/// The rounds of every R entries, from their rows alone. A bank delivers one row a round, to all
+/// lanes that read it. A vertex thus takes as many rounds as the largest number of distinct rows in
+/// one bank.
 ///
-/// Rows are told apart by the bits that name one of `mvoxel.rows`: a row that
-/// is not loaded takes part by these.
+/// Rows are distinguished by the bits that address `mvoxel.rows`; a row that is not loaded counts
+/// by these.
 #[must_use]
 pub fn rounds(config: &Config, vertices: Vertices, entries: &[RitEntry]) -> Vec<Rounds> {
     let mut out = vec![Rounds::default(); entries.len().div_ceil(lanes(config))];
@@ -21,19 +21,19 @@ pub fn rounds(config: &Config, vertices: Vertices, entries: &[RitEntry]) -> Vec<
     out
 }
 
-/// What lanes that read side by side do to one another.
+/// Bank conflicts of concurrent lanes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Waiting {
     /// Reads of all lanes.
     pub reads: u64,
-    /// Different rows that wait for another row of their bank: conflicts as
-    /// `potamoi characterise` counts them, each vertex being a round.
+    /// Distinct rows that wait for another row of their bank: conflicts as `potamoi characterise`
+    /// counts them, with each vertex a round.
     pub rows: u64,
-    /// Reads that would wait if lanes that want the same row did not share it.
+    /// Reads that would wait if lanes could not share a read of the same row.
     pub unshared: u64,
 }
 
-/// What waits at the banks, from the entries' rows alone.
+/// Bank conflicts, from the entries' rows alone.
 #[must_use]
 pub fn waiting(config: &Config, vertices: Vertices, entries: &[RitEntry]) -> Waiting {
     let mut out = Waiting {
@@ -55,8 +55,7 @@ fn lanes(config: &Config) -> usize {
     config.gu.lanes.max(1) as usize
 }
 
-/// Calls with the number of R entries, the vertex, and the different rows that
-/// each bank is asked for.
+/// Calls `with` with the number of R entries, the vertex, and the distinct rows read from each bank.
 fn visit(
     config: &Config,
     vertices: Vertices,

@@ -1,8 +1,8 @@
 //! Remaps task rows to the fixed layout that the parity and compact units expect.
 //!
-//! The renderers number a task's rows in the MVoxel that the grid leaves of a full
-//! one. A unit that makes rows itself, or reads eight at once, needs those of a full
-//! MVoxel ([`MvoxelConfig::edges`]): the rows between are loaded as 0.
+//! The renderers number a task's rows within its MVoxel, which the grid's border may cut short. A
+//! unit that makes rows itself, or reads eight at once, needs the numbers of a full MVoxel
+//! ([`MvoxelConfig::edges`]): the missing rows are loaded as 0.
 
 use potamoi_formats::compact::CompactEntry;
 use potamoi_formats::config::{Config, EntryKind, MvoxelConfig};
@@ -10,14 +10,14 @@ use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 use potamoi_reference::GatherTask;
 use potamoi_reference::weights::fractions;
 
-/// A task with its rows at fixed places.
+/// A task with remapped rows.
 #[derive(Debug, Clone)]
 pub(crate) struct RemappedTask {
-    /// Entries that name rows of a full MVoxel.
+    /// Entries with rows of a full MVoxel.
     pub(crate) entries: Vec<RitEntry>,
-    /// The compact form of each, if the unit takes it.
+    /// Compact entries, if the unit takes them.
     pub(crate) compact: Vec<CompactEntry>,
-    /// From a place in the task's MVoxel.
+    /// Grids of both MVoxels.
     grid: Grid,
     /// Rows of the task.
     rows: usize,
@@ -31,7 +31,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// Of entries of so many vertices, from the distances of a cell's rows.
+    /// Derives the grids from the row distances within an entry's cell.
     fn of(entry: &RitEntry, vertices: Vertices, mvoxel: &MvoxelConfig) -> Option<Self> {
         let full = mvoxel.edges(vertices.log2())?;
         let from_first = |v: usize| usize::from(entry.rows[v]).checked_sub(entry.rows[0].into());
@@ -50,13 +50,13 @@ impl Grid {
         (own[0] > 1 && own[0] <= full[0] && own[1] <= full[1]).then_some(Self { own, full })
     }
 
-    /// The place of a row along x, y and z.
+    /// Position of a task row along x, y and z.
     fn place(&self, row: usize) -> [usize; 3] {
         let [x, y] = self.own;
         [row % x, row / x % y, row / (x * y)]
     }
 
-    /// The row of a full MVoxel, if it has that place.
+    /// Row of a full MVoxel at a position, if it has one.
     fn row(&self, place: [usize; 3]) -> Option<u16> {
         let [x, y, z] = self.full;
         let inside = place[0] < x && place[1] < y && place[2] < z;
@@ -64,7 +64,7 @@ impl Grid {
         u16::try_from(row).ok().filter(|_| inside)
     }
 
-    /// The rows of an entry's cell in a full MVoxel, if it names a cell.
+    /// Rows of an entry's cell in a full MVoxel, if the entry addresses a cell.
     fn cell(&self, entry: &RitEntry, vertices: Vertices) -> Option<[u16; MAX_VERTICES]> {
         let [x, y] = self.own;
         let first = usize::from(entry.rows[0]);
@@ -85,16 +85,16 @@ impl Grid {
     }
 }
 
-/// Whether a unit needs vertices at fixed places for such entries.
+/// Whether a unit needs remapped rows for such entries.
 pub(crate) fn is_needed(config: &Config, vertices: Vertices) -> bool {
     vertices.is_structured() && (config.is_parity() || config.rit.entry == EntryKind::Compact)
 }
 
 impl RemappedTask {
-    /// Places a task.
+    /// Remaps a task.
     ///
     /// # Errors
-    /// Why an entry names no cell of an MVoxel, or has no compact form.
+    /// Why an entry addresses no cell of an MVoxel, or has no compact form.
     pub(crate) fn new(config: &Config, task: &GatherTask) -> Result<Self, String> {
         let (vertices, bits) = (task.vertices, config.gu.weight_bits);
         let none = |i: usize, entry: &RitEntry| {
@@ -135,27 +135,27 @@ impl RemappedTask {
         Ok(placed)
     }
 
-    /// Rows of a full MVoxel up to the last that the task has.
+    /// Rows of a full MVoxel, up to the last one in the task.
     pub(crate) fn full_rows(&self) -> usize {
         let full = |row| self.grid.row(self.grid.place(row));
         let last = (0..self.rows).filter_map(full).max();
         last.map_or(0, |row| usize::from(row) + 1)
     }
 
-    /// The task's row at a place of a full MVoxel, if it has one there.
+    /// Task row at a position of a full MVoxel, if the task has it.
     pub(crate) fn own_row(&self, place: [usize; 3]) -> Option<usize> {
         let [x, y] = self.grid.own;
         let row = place[0] + x * (place[1] + y * place[2]);
         (place[0] < x && place[1] < y && row < self.rows).then_some(row)
     }
 
-    /// The place of a row of a full MVoxel.
+    /// Position of a row of a full MVoxel.
     pub(crate) fn place_of(&self, row: usize) -> [usize; 3] {
         let [x, y, _] = self.grid.full;
         [row % x, row / x % y, row / (x * y)]
     }
 
-    /// Blocks of 2 x 2 x 2 vertices up to the last in which the task has a row.
+    /// Blocks of 2 x 2 x 2 vertices, up to the last one with a row of the task.
     pub(crate) fn blocks(&self) -> usize {
         let edge = self.grid.full[0] / 2;
         let block = |row: usize| {
@@ -165,7 +165,7 @@ impl RemappedTask {
         (0..self.rows).map(|row| block(row) + 1).max().unwrap_or(0)
     }
 
-    /// The place of a vertex of a block, by its parities.
+    /// Position of a block's vertex, by its parities.
     pub(crate) fn place_in_block(&self, block: usize, parity: usize) -> [usize; 3] {
         let edge = self.grid.full[0] / 2;
         let at = [block % edge, block / edge % edge, block / (edge * edge)];

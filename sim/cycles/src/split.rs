@@ -1,4 +1,4 @@
-//! Banks in parts by row: ports that take turns at the table.
+//! Banks split by row: ports take turns at the table.
 //!
 //! Their cycles depend on which rows are read. [`turns`] counts them from the entries
 //! alone; [`SplitRun`] is the work with them, for [`GatherModel::of_turns`] and
@@ -15,8 +15,8 @@ use super::work::{GatherRun, WorkError};
 /// Rows that a part of a bank reads at once.
 const READS: u16 = 2;
 
-/// Turns that each vertex of every M entries takes: as many as the part of a bank
-/// that most of them read needs for two rows a turn.
+/// Turns of each vertex of every M entries: a part reads two rows a turn, and the part with the
+/// most reads decides.
 #[must_use]
 pub fn turns(config: &Config, vertices: Vertices, entries: &[RitEntry]) -> Vec<Rounds> {
     let parts = config.table_parts() as usize;
@@ -38,7 +38,7 @@ pub fn turns(config: &Config, vertices: Vertices, entries: &[RitEntry]) -> Vec<R
         .collect()
 }
 
-/// Work of a unit whose ports take turns.
+/// A run on a unit whose ports take turns.
 #[derive(Debug, Clone, Copy)]
 pub struct SplitRun<'a> {
     /// MVoxels, entry size and segments.
@@ -48,10 +48,10 @@ pub struct SplitRun<'a> {
 }
 
 impl SplitRun<'_> {
-    /// Whether a unit of `config` can do this work.
+    /// Checks that a unit of `config` can do this work.
     ///
     /// # Errors
-    /// Names what is wrong.
+    /// Names the problem.
     pub fn check(&self, config: &Config) -> Result<(), WorkError> {
         self.run.check(config)?;
         for (index, mvoxel) in self.run.mvoxels.iter().enumerate() {
@@ -71,7 +71,7 @@ impl SplitRun<'_> {
     }
 }
 
-/// Whether ports of `config` never wait for one another.
+/// Checks that ports of `config` never wait for one another.
 pub(super) fn check_no_turns(config: &Config) -> Result<(), WorkError> {
     match config.gu.extra_ports {
         ExtraPorts::Copies => Ok(()),
@@ -79,7 +79,7 @@ pub(super) fn check_no_turns(config: &Config) -> Result<(), WorkError> {
     }
 }
 
-/// The turns of a run, in the order of the issue.
+/// Turns of a run, in the order of issue.
 #[derive(Debug, Clone)]
 pub(super) struct Turns {
     turns: Vec<Vec<Rounds>>,
@@ -87,7 +87,7 @@ pub(super) struct Turns {
     mvoxel: usize,
     segment: u32,
     group: usize,
-    /// Turns of the present vertex that are over.
+    /// Turns done of the current vertex.
     over: u16,
 }
 
@@ -103,8 +103,7 @@ impl Turns {
         }
     }
 
-    /// One turn of a vertex, the last one of its group or not: whether it was the
-    /// vertex's last.
+    /// One turn of a vertex, in the last group or not. Returns whether it was the vertex's last.
     pub(super) fn turn(&mut self, vertex: u32, last: bool) -> bool {
         let Some(groups) = self.turns.get(self.mvoxel) else {
             return true;

@@ -1,9 +1,8 @@
-//! When sources and sink are willing, decided apart from any model.
+//! Stimulus: readiness of sources and sink, independent of any model.
 //!
-//! A plan depends on its seed and probabilities alone, never on what a unit
-//! does, so the same plan can drive a model and hardware. [`Source`] turns
-//! willingness into AXI4-Stream behaviour: once offered, a beat stays until it
-//! is accepted.
+//! A plan depends on its seed and probabilities alone, never on a unit's behaviour, so that one
+//! plan can drive a model and hardware. [`Source`] turns readiness into AXI4-Stream behaviour: once
+//! valid, a beat stays until it is accepted.
 
 use std::iter::Peekable;
 
@@ -12,13 +11,12 @@ use rand_pcg::Pcg32;
 
 use super::work::WorkError;
 
-/// How one stream is held up.
+/// Random stalls of one stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamStalls {
-    /// Probability, in 1/1000, that a stall begins in a cycle without one;
-    /// 0 to 999.
+    /// Probability in 1/1000 that a stall begins in a cycle without one; 0 to 999.
     pub per_mille: u16,
-    /// Cycles that a stall lasts, 1 and up.
+    /// Length of a stall in cycles, at least 1.
     pub burst: u16,
 }
 
@@ -30,19 +28,19 @@ impl StreamStalls {
     };
 }
 
-/// How the streams of a unit are held up. The vector unit has no MFT stream.
+/// Random stalls of a unit's streams. The vector unit has no MFT stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stalls {
-    /// The RIT source, or the source of operands.
+    /// Stalls of the RIT source, or of the operands' source.
     pub rit: StreamStalls,
-    /// The MFT source.
+    /// Stalls of the MFT source.
     pub mft: StreamStalls,
-    /// The sink.
+    /// Back-pressure of the sink.
     pub sink: StreamStalls,
 }
 
 impl Stalls {
-    /// Data and sink always ready.
+    /// Sources and sink always ready.
     pub const NONE: Self = Self {
         rit: StreamStalls::NONE,
         mft: StreamStalls::NONE,
@@ -50,7 +48,7 @@ impl Stalls {
     };
 }
 
-/// Who is willing in one cycle.
+/// Readiness of sources and sink in one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Willing {
     /// The RIT source may offer a new beat.
@@ -97,7 +95,7 @@ impl Stream {
     }
 }
 
-/// Willingness, cycle by cycle, without end.
+/// Endless sequence of readiness, cycle by cycle.
 #[derive(Debug, Clone)]
 pub struct Plan {
     rit: Stream,
@@ -118,7 +116,7 @@ impl Plan {
         })
     }
 
-    /// The coming cycle.
+    /// Readiness in the next cycle.
     pub fn step(&mut self) -> Willing {
         Willing {
             rit: self.rit.willing(),
@@ -128,7 +126,7 @@ impl Plan {
     }
 }
 
-/// A source of beats that keeps to AXI4-Stream.
+/// A source of beats that follows the AXI4-Stream handshake.
 pub struct Source<I: Iterator> {
     beats: Peekable<I>,
     valid: bool,
@@ -143,20 +141,20 @@ impl<I: Iterator> Source<I> {
         }
     }
 
-    /// The beat on the stream in this cycle: one that was offered before, or a
-    /// new one if the source is willing.
+    /// The beat on the stream in this cycle: the one still offered, or a new one if the source is
+    /// willing.
     pub fn offer(&mut self, willing: bool) -> Option<&I::Item> {
         self.valid |= willing;
         if self.valid { self.beats.peek() } else { None }
     }
 
-    /// The beat on the stream was accepted in this cycle.
+    /// Records that the beat was accepted in this cycle.
     pub fn accepted(&mut self) {
         self.beats.next();
         self.valid = false;
     }
 
-    /// Whether every beat was accepted.
+    /// Whether all beats were accepted.
     pub fn is_done(&mut self) -> bool {
         self.beats.peek().is_none()
     }

@@ -1,4 +1,4 @@
-//! The gathering unit's models against the rules' consequences and each other.
+//! The gathering unit's models against consequences of the rules and against each other.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod any;
@@ -24,8 +24,8 @@ fn ready(config: &Config, run: &GatherRun<'_>) -> CycleLog {
     run_gather(config, run, &Stalls::NONE, 0).unwrap()
 }
 
-/// MVoxels of very different sizes, most halves partly filled, each loading no
-/// more rows than the pass before it has cycles.
+/// MVoxels of very different sizes, most halves partly filled, each loading no more rows than the
+/// pass before it has cycles.
 fn hidden_loads(config: &Config, vertices: Vertices, segments: u32, least: u32) -> Vec<Mvoxel> {
     let mut rng = Pcg32::seed_from_u64(u64::from(vertices.log2()) * 100 + u64::from(segments));
     let half = config.rit_entries(vertices);

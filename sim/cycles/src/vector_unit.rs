@@ -1,4 +1,4 @@
-//! The vector unit, one clock cycle a call: occupancy only, no data (rules of
+//! Stepwise model of the vector unit, one clock cycle a call: occupancy, no data (rules of
 //! `docs/reference/vector-unit.md`).
 
 use std::collections::VecDeque;
@@ -9,52 +9,51 @@ use potamoi_formats::units::OpCode;
 use super::exponents::{self, MOST_EXPONENT};
 use super::work::WorkError;
 
-/// What the environment drives in one cycle.
+/// Inputs of one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct VectorInputs {
     /// The operation's code, bits 3..0 of `tuser`, if a vector is valid.
     pub op: Option<u8>,
-    /// The smallest exponent of its kept lanes ([`super::Exponents::least`]);
-    /// only an early out asks for it.
+    /// Smallest exponent of its kept lanes ([`super::Exponents::least`]); used with early
+    /// termination only.
     pub exponent: u32,
-    /// The sink takes a result.
+    /// Whether the sink accepts a result.
     pub ready: bool,
 }
 
-/// What the unit shows during one cycle.
+/// Outputs of one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VectorOutputs {
     /// `s_axis_vec_tready`.
     pub ready: bool,
     /// `m_axis_vec_tvalid`.
     pub valid: bool,
-    /// `stat_vectors`: vectors accepted up to the end of the cycle before.
+    /// `stat_vectors`: vectors accepted by the end of the cycle before.
     pub vectors: u32,
     /// `stat_busy`: cycles in which a vector was accepted or stepped.
     pub busy: u32,
-    /// `stat_stall_out`: cycles in which only the lack of room refused a vector.
+    /// `stat_stall_out`: cycles in which a vector was refused only by back-pressure, for lack of
+    /// room.
     pub stall_out: u32,
 }
 
-/// How long vectors take, from the configuration.
+/// Cycles of vectors, from the configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VectorTiming {
-    /// Cycles that the iterative engine takes for an exponential, or stages of
-    /// the pipelined one: I.
+    /// I: cycles of an exponential in the iterative engine, or stages of the pipelined one.
     pub interval: u64,
-    /// One vector of any operation a cycle.
+    /// Whether the engine accepts a vector of any operation every cycle.
     pub pipelined: bool,
-    /// Vectors that may be inside.
+    /// Largest number of vectors inside.
     pub room: u64,
-    /// By code: cycles that the iterative form takes for it, 1 for an operation
-    /// that is not built.
+    /// Cycles in the iterative form by operation code; 1 for an operation that is not built.
     clocks: [u64; 16],
-    /// By smallest exponent, where it matters: cycles of an exponential.
+    /// Cycles of an exponential by smallest exponent, where they depend on it.
     by_exponent: Option<Vec<u64>>,
 }
 
 impl VectorTiming {
-    /// The timing of a configuration.
+    /// Timing of a configuration.
     ///
     /// # Errors
     /// A configuration that breaks its rules.
@@ -82,9 +81,8 @@ impl VectorTiming {
         })
     }
 
-    /// Cycles from the acceptance of a vector to that of the next, at least;
-    /// `exponent` is the smallest of its lanes. An operation that is not built
-    /// takes as long as an element-wise one.
+    /// Minimum cycles from accepting a vector to accepting the next; `exponent` is the smallest of
+    /// its lanes. An operation that is not built takes as long as an element-wise one.
     #[must_use]
     pub fn occupancy(&self, code: u8, exponent: u32) -> u64 {
         let clocks = self.clocks[usize::from(code & 15)];
@@ -98,7 +96,7 @@ impl VectorTiming {
         }
     }
 
-    /// Cycles from the acceptance of a vector to the offer of its result.
+    /// Cycles from accepting a vector to offering its result.
     #[must_use]
     pub fn latency(&self, code: u8, exponent: u32) -> u64 {
         if self.pipelined {
@@ -114,11 +112,11 @@ impl VectorTiming {
 pub struct VectorModel {
     timing: VectorTiming,
     cycle: u64,
-    /// First cycle in which the engine takes a vector.
+    /// First cycle in which the engine accepts a vector.
     free: u64,
-    /// First cycle in which no vector is stepped any more.
+    /// First cycle in which no vector is stepped.
     rest: u64,
-    /// First cycle of offer, of every vector that is inside.
+    /// First cycle of offer of every vector inside.
     inside: VecDeque<u64>,
     vectors: u32,
     busy: u32,
@@ -147,7 +145,7 @@ impl VectorModel {
         (self.inside.len() as u64) < self.timing.room
     }
 
-    /// `s_axis_vec_tready` of the coming cycle.
+    /// `s_axis_vec_tready` in the next cycle.
     #[must_use]
     pub fn ready(&self) -> bool {
         self.cycle >= self.free && self.has_room()
@@ -213,7 +211,7 @@ mod tests {
         VectorModel::new(&Config::from_toml(text, "test").unwrap()).unwrap()
     }
 
-    /// Offers the operations without pause; cycles of acceptance and result.
+    /// Offers the operations without pause; returns the cycles of acceptance and result.
     fn play(mut unit: VectorModel, ops: &[OpCode]) -> (Vec<u64>, Vec<u64>) {
         let (mut taken, mut given) = (Vec::new(), Vec::new());
         for cycle in 0..10_000 {
@@ -247,8 +245,8 @@ mod tests {
         assert_eq!(given, [6, 11, 12]);
     }
 
-    /// I = 20 for an exponential, S = 20 for a logarithm; with a tail, which the
-    /// logarithm does without, 5 and 4.
+    /// I = 20 for an exponential, S = 20 for a logarithm; with a tail, which the logarithm does not
+    /// use, 5 and 4.
     #[test]
     fn softplus_takes_two_passes_and_sigmoid_three() {
         use OpCode::{Exp, Pass, Sigmoid, Softplus};
@@ -307,7 +305,7 @@ mod tests {
         assert_eq!(found, [7, 7, 6, 6, 5, 5, 4, 4]);
     }
 
-    /// Two stages, or one where nothing is multiplied by log2 e.
+    /// Two stages, or one without a multiplication by log2 e.
     #[test]
     fn straight_pieces_take_two_stages() {
         use OpCode::{Exp, Pass};
@@ -381,8 +379,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the stalls: nothing is lost, nothing is early, and the
-        /// result waits until it is taken.
+        /// Under any stalls, nothing is lost or early, and results wait until accepted.
         #[test]
         fn results_come_once_and_in_time(
             pipelined in any::<bool>(), depth in 3u32..8, r in 1u32..20,

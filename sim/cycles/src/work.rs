@@ -1,4 +1,4 @@
-//! What a gathering unit is given to do, and the beats that say so.
+//! Work of a gathering unit, and the beats that carry it.
 
 use potamoi_formats::config::{Config, Organisation, rules};
 use potamoi_formats::rit::Vertices;
@@ -24,10 +24,10 @@ pub struct GatherRun<'a> {
     pub mvoxels: &'a [Mvoxel],
 }
 
-/// Work that a unit cannot do, or did not.
+/// Why a unit cannot do, or did not do, some work.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum WorkError {
-    /// The configuration is not one that hardware is generated for.
+    /// The configuration breaks a rule of hardware generation.
     #[error("the configuration cannot be modelled: {0}")]
     Config(String),
     /// An entry size that the unit is not built for.
@@ -36,63 +36,63 @@ pub enum WorkError {
          change gu.modes or gu.vertices"
     )]
     Vertices {
-        /// Vertices asked for.
+        /// Vertices requested.
         vertices: usize,
         /// Sizes that are built.
         built: String,
     },
-    /// Too few or too many segments.
+    /// The number of segments is out of range.
     #[error("{segments} segments: expected 1 to gu.segments = {most}")]
     Segments {
-        /// Segments asked for.
+        /// Segments requested.
         segments: u32,
-        /// The most that are built.
+        /// Largest number built.
         most: u32,
     },
-    /// An MVoxel without entries.
+    /// An MVoxel has no entries.
     #[error("MVoxel {index} has no entries: leave it out")]
     NoEntries {
-        /// Its place in the list.
+        /// Its index in the list.
         index: usize,
     },
-    /// An MVoxel with no rows or more than the MFT holds.
+    /// An MVoxel has no rows, or more than the MFT holds.
     #[error(
         "MVoxel {index} loads {rows} rows: expected 1 to the {most} of an MFT half (mvoxel.rows)"
     )]
     Rows {
-        /// Its place in the list.
+        /// Its index in the list.
         index: usize,
-        /// Rows asked for.
+        /// Rows requested.
         rows: u32,
         /// Rows of an MFT half.
         most: u32,
     },
-    /// A model of another organisation.
+    /// The model is of another organisation.
     #[error(
         "gu.organisation is {found:?}, but this model is of {expected:?}; \
          take the model of the configuration's organisation"
     )]
     Organisation {
-        /// What the configuration says.
+        /// Organisation in the configuration.
         found: Organisation,
-        /// What the model is of.
+        /// Organisation of the model.
         expected: Organisation,
     },
-    /// What the run says of MVoxels and rounds does not fit together.
+    /// MVoxels and rounds of the run contradict each other.
     #[error("MVoxel {index}: {problem}")]
     Rounds {
-        /// Its place in the list.
+        /// Its index in the list.
         index: usize,
-        /// What is wrong, and what was expected.
+        /// The problem, and what was expected.
         problem: String,
     },
-    /// Ports take turns, but nothing says how many.
+    /// Ports take turns, but the run has no turns.
     #[error(
         "gu.extra_ports is \"split\": cycles depend on the rows of the entries; \
          give their turns, or take \"copies\""
     )]
     Turns,
-    /// A stall pattern under which a stream never moves.
+    /// Under this stall pattern a stream never moves.
     #[error(
         "stalls of {per_mille} per mille and {burst} cycles: expected 0 to 999, and 1 cycle or more"
     )]
@@ -102,7 +102,7 @@ pub enum WorkError {
         /// Its length in cycles.
         burst: u16,
     },
-    /// Everything is willing and nothing moves.
+    /// Deadlock: all streams are willing and nothing moves.
     #[error("nothing moves any more in cycle {cycle}, with every stream willing: a deadlock")]
     Deadlock {
         /// The cycle.
@@ -110,7 +110,7 @@ pub enum WorkError {
     },
 }
 
-/// Whether a unit of `config` can be set to `vertices` and `segments`.
+/// Checks that a unit of `config` can be set to `vertices` and `segments`.
 pub(super) fn check_setting(
     config: &Config,
     vertices: Vertices,
@@ -137,7 +137,7 @@ pub(super) fn check_setting(
     Ok(())
 }
 
-/// Whether `config` is of the organisation whose cycles do not depend on rows.
+/// Checks that `config` has the organisation whose cycles do not depend on rows.
 pub(super) fn check_channel_major(config: &Config) -> Result<(), WorkError> {
     match config.organisation().0 {
         Organisation::FeatureMajor => Err(WorkError::Organisation {
@@ -151,28 +151,26 @@ pub(super) fn check_channel_major(config: &Config) -> Result<(), WorkError> {
 /// One beat of the RIT stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RitBeat {
-    /// Valid halfwords, from the lowest; 0 on a beat that may mark an end and brings
-    /// nothing else.
+    /// Valid halfwords, from the lowest; 0 on a beat that only marks an end.
     pub halfwords: u32,
-    /// `tlast`: the MVoxel's last beat.
+    /// `tlast`: last beat of the MVoxel.
     pub last: bool,
-    /// `tuser`: the MVoxel does not fit both halves and is streamed for every
-    /// segment.
+    /// `tuser`: the MVoxel exceeds both halves and is streamed again for every segment.
     pub again: bool,
 }
 
-/// A beat of the RIT stream, with its place in the work.
+/// A beat of the RIT stream, with its position in the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RitPiece {
     /// Index of the MVoxel.
     pub mvoxel: usize,
     /// First byte of the MVoxel's packed entries.
     pub byte: u64,
-    /// What the stream says of it.
+    /// Its handshake payload: bytes, last and user.
     pub beat: RitBeat,
 }
 
-/// A row on the MFT stream, with its place in the work.
+/// A row on the MFT stream, with its position in the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MftPiece {
     /// Index of the MVoxel.
@@ -181,15 +179,15 @@ pub struct MftPiece {
     pub segment: u32,
     /// Row.
     pub row: u32,
-    /// The last row of the MVoxel and segment.
+    /// Whether it is the last row of the MVoxel and segment.
     pub last: bool,
 }
 
 impl<'a> GatherRun<'a> {
-    /// Whether a unit of `config` can do this work.
+    /// Checks that a unit of `config` can do this work.
     ///
     /// # Errors
-    /// Names what is wrong: configuration, settings or an MVoxel.
+    /// Names the problem: configuration, settings or an MVoxel.
     pub fn check(&self, config: &Config) -> Result<(), WorkError> {
         check_setting(config, self.vertices, self.segments)?;
         let most = config.mft_rows();
@@ -205,22 +203,22 @@ impl<'a> GatherRun<'a> {
         Ok(())
     }
 
-    /// Whether an MVoxel's entries exceed both RIT halves, so that they are
-    /// streamed for every segment.
+    /// Whether an MVoxel's entries exceed both RIT halves, so that they are streamed again for
+    /// every segment.
     #[must_use]
     pub fn streamed_again(&self, config: &Config, mvoxel: Mvoxel) -> bool {
         u64::from(mvoxel.entries) > 2 * u64::from(config.rit_entries(self.vertices))
     }
 
-    /// Cycles in which one segment of an MVoxel is issued:
-    /// `ceil(entries / M) V`, or without V where all vertices are read at once.
+    /// Cycles to issue one segment of an MVoxel: `ceil(entries / M) V`, or without V where all
+    /// vertices are read at once.
     #[must_use]
     pub fn issue_cycles(&self, config: &Config, mvoxel: Mvoxel) -> u64 {
         u64::from(mvoxel.entries.div_ceil(config.gu.ports))
             * u64::from(config.issue_cycles(self.vertices))
     }
 
-    /// Issuing cycles of the whole run.
+    /// Busy cycles of the whole run.
     #[must_use]
     pub fn busy(&self, config: &Config) -> u64 {
         let one: u64 = self

@@ -1,4 +1,4 @@
-//! Results that are kept between runs: found by a key of named parts, believed by a checksum.
+//! Cache of results between runs: found by a key of named parts, verified by a checksum.
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -21,16 +21,16 @@ use potamoi_base::files;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// First words of every kept file, with the version of its format.
+/// Header of every cached file, with the version of its format.
 const FORMAT: &str = "potamoi-kept 2";
 /// Hexadecimal digits of a key.
 const KEY_DIGITS: usize = 32;
-/// Bytes of a kept file at most.
+/// Largest size of a cached file, in bytes.
 const LARGEST: u64 = 1 << 32;
 
-/// What a result depends on, part by part.
+/// Key of a result: all parts that it depends on.
 ///
-/// Parts are hashed as the bytes that they are written as: numbers bit by bit, fields by name.
+/// Parts are hashed in serialised form: numbers bit by bit, fields by name.
 #[derive(Debug, Clone)]
 pub struct Key {
     kind: String,
@@ -38,8 +38,8 @@ pub struct Key {
 }
 
 impl Key {
-    /// Of a kind of result, such as `path`; `version` is that of what makes it, raised where other
-    /// results come out. The program's version is a part as well.
+    /// A key for a kind of result, such as `path`. `version` is that of its producer, raised where
+    /// results change. The program's version is a part as well.
     #[must_use]
     pub fn new(kind: impl Into<String>, version: &str) -> Self {
         let own = Self {
@@ -50,19 +50,19 @@ impl Key {
             .text("program", env!("CARGO_PKG_VERSION"))
     }
 
-    /// With a text.
+    /// Adds a text.
     #[must_use]
     pub fn text(self, part: &'static str, text: &str) -> Self {
         self.hash(part, blake3::hash(text.as_bytes()))
     }
 
-    /// With a value.
+    /// Adds a serialised value.
     #[must_use]
     pub fn value(self, part: &'static str, value: &impl Serialize) -> Self {
         self.hash(part, potamoi_base::content::hash_of(value))
     }
 
-    /// With what was hashed already.
+    /// Adds a part that is already hashed.
     #[must_use]
     pub fn hash(mut self, part: &'static str, hash: blake3::Hash) -> Self {
         self.parts.push((part, hash));
@@ -74,7 +74,7 @@ impl Key {
         self.parts.iter().map(|(name, _)| *name)
     }
 
-    /// 32 hexadecimal digits that differ where any part does.
+    /// The key as 32 hexadecimal digits; they differ where any part does.
     #[must_use]
     pub fn hex(&self) -> String {
         let mut all = blake3::Hasher::new();
@@ -90,15 +90,15 @@ impl Key {
         all.finalize().to_hex()[..KEY_DIGITS].to_owned()
     }
 
-    /// The file of the result in a folder.
+    /// File of the result in a folder.
     #[must_use]
     pub fn file(&self, folder: &Path, ending: &str) -> PathBuf {
         folder.join(format!("{}-{}.{ending}", self.kind, self.hex()))
     }
 }
 
-/// The result in a file, if it is there, whole, unchanged and nobody else's. Says of one that is
-/// there and not believed that it is made again.
+/// Reads the result in a file; `None` if it is missing, truncated, modified or of another key.
+/// Reports an invalid file, which will be replaced.
 #[must_use]
 pub fn read<T: DeserializeOwned>(path: &Path) -> Option<T> {
     let bytes = read_bytes(path)?;
@@ -109,13 +109,13 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Option<T> {
     found
 }
 
-/// As [`read`], of a text.
+/// As [`read`], for text.
 #[must_use]
 pub fn read_text(path: &Path) -> Option<String> {
     String::from_utf8(read_bytes(path)?).ok()
 }
 
-/// Keeps a result.
+/// Writes a result.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -123,7 +123,7 @@ pub fn write(path: &Path, result: &impl Serialize) -> std::io::Result<()> {
     write_bytes(path, &serde_json::to_vec(result)?)
 }
 
-/// As [`write`], of a text.
+/// As [`write`], for text.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -146,8 +146,8 @@ fn write_bytes(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     file.finish()
 }
 
-/// Whether a name is one that is given to what is kept: it ends with the digits of a key, but for
-/// an ending with a dot. What else lies in a folder of kept files is somebody's own.
+/// Whether a name is that of a cached file: apart from its extension it ends with the digits of a
+/// key. Other files in a cache folder belong to the user.
 #[must_use]
 pub fn ends_with_key(name: &str) -> bool {
     let stem = name.split('.').next().unwrap_or_default();
@@ -156,7 +156,7 @@ pub fn ends_with_key(name: &str) -> bool {
     digits.len() == KEY_DIGITS && digits.bytes().all(is_hex)
 }
 
-/// The name of a kept file, which holds its key.
+/// Name of a cached file, which contains its key.
 fn name(path: &Path) -> std::borrow::Cow<'_, str> {
     path.file_name().unwrap_or_default().to_string_lossy()
 }
@@ -235,7 +235,7 @@ mod tests {
         }
     }
 
-    /// What lies in the place of a kept file is replaced itself, and what it leads to stays.
+    /// An entry in the place of a cached file is replaced itself; the target of a link stays.
     #[test]
     fn strange_entries_are_replaced_and_never_written_through() {
         use std::os::unix::fs::PermissionsExt as _;

@@ -1,5 +1,5 @@
-//! The beats of a gathering unit's streams as words of its ports, and those of the
-//! features that must come back: for drivers of their own.
+//! Beats of a gathering unit's streams as port words, with the expected feature beats, for other
+//! drivers.
 
 use potamoi_cycles::{BeatWords, GatherWork, Group, StreamError};
 use potamoi_formats::config::Config;
@@ -8,7 +8,7 @@ use potamoi_reference::streams::frames;
 
 use super::gather_check::Expected;
 
-/// A beat that goes into the unit.
+/// An input beat.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct InputBeat {
     /// `tdata`, low word first.
@@ -17,35 +17,35 @@ pub struct InputBeat {
     pub keep: Vec<u32>,
     /// `tlast`.
     pub last: bool,
-    /// `tuser`, of the RIT stream alone.
+    /// `tuser`; RIT stream only.
     pub user: bool,
 }
 
-/// A beat that comes back.
+/// An output beat.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FeatureBeat {
-    /// `tdata`, low word first, and which of its bits are said.
+    /// `tdata`, low word first; only bits set in `mask` are defined.
     pub data: Vec<u32>,
-    /// Bits of `data` that are said.
+    /// Defined bits of `data`.
     pub mask: Vec<u32>,
     /// `tkeep`, low word first.
     pub keep: Vec<u32>,
-    /// Slot of each entry that is kept.
+    /// Slot of each valid entry.
     pub slots: Vec<u32>,
     /// `tlast`.
     pub last: bool,
 }
 
-/// Tasks as beats.
+/// Beats of a run of tasks.
 #[derive(Debug, Clone)]
 pub struct GatherBeats {
-    /// Settings by port.
+    /// Values of the settings' ports.
     pub settings: Vec<(&'static str, u64)>,
-    /// Beats of the RIT stream by packet.
+    /// Beats of the RIT stream, by packet.
     pub rit: Vec<Vec<InputBeat>>,
-    /// Beats of the MFT stream by MVoxel and segment.
+    /// Beats of the MFT stream, by MVoxel and segment.
     pub mft: Vec<Vec<InputBeat>>,
-    /// Bits of a slot.
+    /// Width of a slot in bits.
     pub slot_bits: u32,
 }
 
@@ -114,9 +114,8 @@ impl GatherBeats {
     }
 }
 
-/// The beats of features of tasks, given these features in task and entry order. Of
-/// each task and segment `ends_bare` says whether the packet that asks for it ends
-/// with a beat that has no bytes.
+/// Feature beats of tasks. `features` are in task and entry order. `ends_bare` tells for each task
+/// and segment whether its request packet ends with a beat without bytes.
 ///
 /// # Errors
 /// As [`GatherWork::new`].

@@ -1,4 +1,4 @@
-//! Runs under comparison: every bit and every cycle.
+//! Runs compared in every bit and every cycle.
 
 use std::path::Path;
 
@@ -17,29 +17,27 @@ use super::vector_check::VectorCheck;
 use super::vector_drive::{VectorBatch, VectorTotals};
 use super::wave_dump::Window;
 
-/// Cycles that a unit is watched after its last beat: nothing more may come.
+/// Cycles that a unit is observed after its last beat; no further beat may come.
 pub(super) const DRAIN: u64 = 16;
 
-/// What is to be compared, and under what conditions.
+/// Conditions of a comparison.
 pub struct Check<'a> {
-    /// How the streams are held up.
+    /// Random stalls of the streams.
     pub stalls: Stalls,
-    /// Seed of the stalls, and of state that reset does not set.
+    /// Seed of the stalls, and of state without reset.
     pub seed: u64,
-    /// What the sticky flags must be at the end.
+    /// Expected sticky flags at the end.
     pub flags: u64,
-    /// Told, now and then, how many cycles went by.
+    /// Called now and then with the cycles since the last call.
     pub progress: &'a mut dyn FnMut(u64),
 }
 
 impl GatherUnit {
-    /// Sends tasks through the unit from reset and compares every cycle with
-    /// the stepwise cycle model and every beat with `features` (or sums), in task
-    /// and entry order.
+    /// Runs tasks through the unit from reset, and compares every cycle with the stepwise cycle
+    /// model and every beat with `features` (or sums), in task and entry order.
     ///
     /// # Errors
-    /// [`RtlError::Mismatch`] at the first difference; else as
-    /// [`GatherUnit::run`].
+    /// [`RtlError::Mismatch`] at the first difference; otherwise as [`GatherUnit::run`].
     pub fn check<T: Copy + Into<i32>>(
         &self,
         config: &Config,
@@ -60,11 +58,11 @@ impl GatherUnit {
 }
 
 impl GatherUnit {
-    /// Repeats a check that failed in `cycle` and dumps the window around it
-    /// into a VCD file; gives the time of that cycle in the file.
+    /// Repeats a check that failed in `cycle`, and dumps the window around it into a VCD file.
+    /// Returns the time of that cycle in the file.
     ///
     /// # Errors
-    /// Anything but the mismatch.
+    /// Those of [`GatherUnit::check`], except the mismatch.
     pub fn excerpt<T: Copy + Into<i32>>(
         &self,
         config: &Config,
@@ -87,7 +85,7 @@ impl VectorUnit {
     /// As [`GatherUnit::excerpt`].
     ///
     /// # Errors
-    /// Anything but the mismatch.
+    /// Those of [`VectorUnit::check`], except the mismatch.
     pub fn excerpt(
         &self,
         config: &Config,
@@ -114,12 +112,11 @@ fn dumped(error: Option<RtlError>, time: u64) -> Result<u64, RtlError> {
 }
 
 impl VectorUnit {
-    /// Computes from reset and compares every cycle with the stepwise cycle
-    /// model and every result with `results`, batch after batch.
+    /// Computes from reset, and compares every cycle with the stepwise cycle model and every result
+    /// with `results`, batch after batch.
     ///
     /// # Errors
-    /// [`RtlError::Mismatch`] at the first difference; else as
-    /// [`VectorUnit::run`].
+    /// [`RtlError::Mismatch`] at the first difference; otherwise as [`VectorUnit::run`].
     pub fn check(
         &self,
         config: &Config,

@@ -1,4 +1,4 @@
-//! What runs a unit: the Verilated model, the netlist interpreter, or Icarus.
+//! Engines that run a unit: Verilated model, netlist interpreter or Icarus Verilog.
 
 use potamoi_netlist::{Interpreter, PortHandle};
 use potamoi_verilated::{Clock, Library, Model, PortId};
@@ -8,31 +8,31 @@ use super::model::RtlError;
 
 /// A simulator of one module with `clk` and `rst_n`.
 ///
-/// A cycle is [`Engine::settle`], after which outputs follow the inputs that
-/// were set, and [`Engine::edge`].
+/// A cycle is a call of [`Engine::settle`], after which outputs follow the inputs, and of
+/// [`Engine::edge`].
 pub(super) trait Engine {
-    /// A port that was looked up.
+    /// Handle of a port.
     type Port: Copy;
 
     fn port(&self, name: &str) -> Result<Self::Port, RtlError>;
-    /// Words of 32 bits of a port.
+    /// 32-bit words of a port.
     fn words(&self, port: Self::Port) -> usize;
-    /// For inputs of up to 64 bits.
+    /// Sets an input of up to 64 bits.
     fn set(&mut self, port: Self::Port, value: u64) -> Result<(), RtlError>;
-    /// For ports of up to 64 bits.
+    /// Reads a port of up to 64 bits.
     fn get(&self, port: Self::Port) -> Result<u64, RtlError>;
-    /// Low word first.
+    /// Sets an input, low word first.
     fn set_words(&mut self, port: Self::Port, value: &[u32]) -> Result<(), RtlError>;
-    /// Low word first.
+    /// Reads a port, low word first.
     fn get_words(&self, port: Self::Port, value: &mut [u32]) -> Result<(), RtlError>;
-    /// The bits of a port that are neither 0 nor 1, where that can be.
+    /// Bits of a port that are neither 0 nor 1, in engines that have them.
     fn unknown(&self, _: Self::Port) -> Option<&[u32]> {
         None
     }
     fn settle(&mut self) -> Result<(), RtlError>;
     fn edge(&mut self) -> Result<(), RtlError>;
 
-    /// Three clocks with `rst_n` low, then high.
+    /// Three clocks with `rst_n` low, then releases it.
     fn reset(&mut self) -> Result<(), RtlError> {
         let reset = self.port("rst_n")?;
         self.set(reset, 0)?;
@@ -44,7 +44,7 @@ pub(super) trait Engine {
     }
 }
 
-/// Passes the port accesses of an engine on to the one within.
+/// Forwards port accesses to the inner engine.
 macro_rules! pass_on {
     ($port:ty) => {
         type Port = $port;
@@ -174,7 +174,7 @@ impl Engine for Interpreter {
     }
 }
 
-/// Which simulator runs the units.
+/// Engine that runs the units.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
@@ -184,7 +184,7 @@ pub enum EngineKind {
     Verilator,
     /// The netlist's own interpreter: no tool, no Verilog.
     Interpreter,
-    /// Icarus Verilog: the emitted Verilog, event by event.
+    /// Icarus Verilog: the emitted Verilog, event-driven.
     Icarus,
 }
 
@@ -238,7 +238,7 @@ impl Engine for Icarus {
     }
 }
 
-/// What is to be done with a running engine, whichever it is.
+/// A job for any running engine.
 pub(super) trait Job {
     type Output;
 

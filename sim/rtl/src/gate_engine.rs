@@ -1,5 +1,5 @@
-//! Runs a unit's netlist in cells, in the netlist simulator, under the same comparison
-//! as every other engine.
+//! Runs a unit's gate-level netlist in the gate simulator, with the same comparison as every other
+//! engine.
 
 use potamoi_cycles::{Exponents, GatherWork, Plan, Stalls};
 use potamoi_formats::config::Config;
@@ -15,9 +15,9 @@ use super::model::RtlError;
 use super::vector_check::VectorCheck;
 use super::vector_drive::{self, VectorBatch, VectorTotals, Vectors};
 
-/// A netlist at work, with named ports. Its watch is told of the cycles after reset.
+/// A simulated netlist with named ports. Its observer sees the cycles after reset.
 pub struct GateEngine<W> {
-    /// What runs it.
+    /// The gate simulator.
     pub simulator: Simulator<W>,
 }
 
@@ -82,9 +82,9 @@ impl<W: Watch> Engine for GateEngine<W> {
 }
 
 impl<W: Watch> GateEngine<W> {
-    /// Sends tasks through a gathering unit from reset, streams always ready, and
-    /// compares every cycle with the stepwise cycle model and every beat with
-    /// `features`, as [`GatherUnit::check`](super::GatherUnit::check) does.
+    /// Runs tasks through a gathering unit from reset with streams always ready. Compares every
+    /// cycle with the stepwise cycle model and every beat with `features`, as
+    /// [`GatherUnit::check`](super::GatherUnit::check) does.
     ///
     /// # Errors
     /// [`RtlError::Mismatch`] at the first difference, or a unit that hangs.
@@ -109,8 +109,8 @@ impl<W: Watch> GateEngine<W> {
         Ok(totals)
     }
 
-    /// Computes in a vector unit from reset, streams always ready, and compares every
-    /// cycle with the stepwise cycle model and every result with `results`.
+    /// Computes in a vector unit from reset with streams always ready. Compares every cycle with
+    /// the stepwise cycle model and every result with `results`.
     ///
     /// # Errors
     /// As [`GateEngine::gather`].
@@ -134,8 +134,8 @@ impl<W: Watch> GateEngine<W> {
         Ok(totals)
     }
 
-    /// Cycles without work, after what went before: of the inputs named so, those that
-    /// there are are 0.
+    /// Idle cycles that continue from the current state; of the inputs in `valid`, those that exist
+    /// are 0.
     ///
     /// # Errors
     /// A memory that cannot be interpreted.

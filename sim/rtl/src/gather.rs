@@ -15,7 +15,7 @@ use super::runner::Runner;
 use super::wave_dump::Window;
 use super::words::{code, slot};
 
-/// More cycles than a dump goes on after a failure.
+/// Upper bound of the cycles that a dump continues after a failure.
 const AFTER_FAILURE: u64 = 64;
 
 /// A gathering unit, ready to run.
@@ -24,23 +24,23 @@ pub struct GatherUnit {
     runner: Runner,
 }
 
-/// What a run gave.
+/// Results of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GatherRun {
-    /// Features in task and entry order, all channels of an entry together; with
-    /// `gu.sums = "exact"` unrounded sums, in units of 2^-W.
+    /// Features in task and entry order, all channels of an entry together. With `gu.sums =
+    /// "exact"` unrounded sums, in units of 2^-W.
     pub features: Vec<i32>,
-    /// Slot of every entry of every segment, in the order in which they came.
+    /// Slot of every entry of every segment, in order of arrival.
     pub slots: Vec<u32>,
-    /// What it took.
+    /// Cycles and counters.
     pub totals: GatherTotals,
 }
 
 impl GatherUnit {
-    /// The Verilated unit of a configuration, built or found in the cache.
+    /// The Verilated unit of a configuration, built or taken from the cache.
     ///
     /// # Errors
-    /// A missing tool, or a failure of one.
+    /// A missing or failing tool.
     pub fn build(config: &Config) -> Result<Self, RtlError> {
         Self::on(EngineKind::Verilator, config)
     }
@@ -53,7 +53,7 @@ impl GatherUnit {
         Self::of_module(engine, config, &gathering_unit(config)?)
     }
 
-    /// Another netlist with the unit's ports, such as a faulty one.
+    /// A unit from another netlist with the same ports, such as a faulty one.
     ///
     /// # Errors
     /// As [`GatherUnit::build`].
@@ -68,7 +68,7 @@ impl GatherUnit {
         })
     }
 
-    /// Other Verilog with the unit's ports, by file, such as its netlist in cells.
+    /// A unit from other Verilog files with the same ports, such as its gate-level netlist.
     ///
     /// # Errors
     /// As [`GatherUnit::build`]; the interpreter runs none.
@@ -83,11 +83,10 @@ impl GatherUnit {
         })
     }
 
-    /// Sends tasks through the unit, from reset.
+    /// Runs tasks through the unit, from reset.
     ///
     /// # Errors
-    /// A malformed task, or a unit that hangs, fails, or gives beats that do
-    /// not add up to the tasks.
+    /// A malformed task, or a unit that hangs, fails, or returns beats that do not match the tasks.
     pub fn run(
         &self,
         tasks: &[GatherTask],
@@ -104,9 +103,9 @@ impl GatherUnit {
         })
     }
 
-    /// What the inputs of these names hold in every clock of a run, reset
-    /// included: 32-bit words, input after input, clock after clock. For
-    /// measuring other drivers of the Verilated unit with the same stimulus.
+    /// Values of the named inputs in every clock of a run, reset included: 32-bit words, input
+    /// after input, clock after clock. Serves to measure other drivers of the Verilated unit with
+    /// the same stimulus.
     ///
     /// # Errors
     /// As [`GatherUnit::run`].
@@ -123,7 +122,7 @@ impl GatherUnit {
         self.runner.run_recorded(seed, inputs, drive)
     }
 
-    /// Runs under a watch, and `drain` cycles more after the last beat.
+    /// Runs under an observer, and `drain` further cycles after the last beat.
     pub(super) fn watch(
         &self,
         work: &GatherWork<'_>,
@@ -136,8 +135,8 @@ impl GatherUnit {
         self.runner.run(seed, drive)
     }
 
-    /// The same run again, with a dump of a window of it. The watch's failure
-    /// comes back some cycles late.
+    /// Repeats the run, and dumps a window of it. The observer's failure is returned some cycles
+    /// late.
     pub(super) fn dump(
         &self,
         work: &GatherWork<'_>,
@@ -171,7 +170,7 @@ impl GatherUnit {
     }
 }
 
-/// Gathers the features of a run.
+/// Collects the features of a run.
 struct Collect<'a> {
     groups: Box<dyn Iterator<Item = Group> + 'a>,
     work: &'a GatherWork<'a>,

@@ -1,5 +1,5 @@
-//! Compares the gathering unit with its cycle model and its golden features,
-//! in every cycle and every bit.
+//! Compares the gathering unit with its cycle model and its golden features in every cycle and
+//! every bit.
 
 use potamoi_cycles::UnitModel;
 use potamoi_cycles::gathering_unit::Counters;
@@ -22,7 +22,7 @@ const COUNTERS: [&str; 6] = [
     "stat_stall_bank",
 ];
 
-/// A watch that fails at the first difference.
+/// Observer that fails at the first difference.
 pub(super) struct GatherCheck<'a, T> {
     work: &'a GatherWork<'a>,
     /// Features in task and entry order.
@@ -34,7 +34,7 @@ pub(super) struct GatherCheck<'a, T> {
     every: &'a mut dyn FnMut(u64),
 }
 
-/// The beat that comes next.
+/// The next expected beat.
 pub(super) struct Expected {
     group: Group,
     pub(super) data: Vec<u32>,
@@ -47,8 +47,7 @@ pub(super) struct Expected {
 const EVERY: u64 = 1 << 14;
 
 impl<'a, T: Copy + Into<i32>> GatherCheck<'a, T> {
-    /// `every` is told, now and then, how many cycles went by since it was
-    /// last called.
+    /// `every` is called now and then with the cycles since the last call.
     ///
     /// # Errors
     /// Work that the model refuses.

@@ -8,11 +8,11 @@ use super::engine::{Engine, Job};
 use super::model::RtlError;
 use super::post_failure_window::PostFailureWindow;
 
-/// Cycles without a handshake after which a unit is taken to hang: more than
-/// any plan's stalls are likely to last.
+/// Cycles without a handshake after which a unit counts as hanging: more than any plan's stalls are
+/// likely to last.
 const PATIENCE: u64 = 20_000;
 
-/// What the unit shows in one cycle.
+/// Outputs of the unit in one cycle.
 pub(super) struct GatherSeen<'a> {
     pub(super) rit_ready: bool,
     pub(super) mft_ready: bool,
@@ -26,14 +26,14 @@ pub(super) struct GatherSeen<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct BeatSeen<'a> {
     pub(super) data: &'a [u32],
-    /// Bits of `data` that are neither 0 nor 1.
+    /// Unknown bits of `data`, neither 0 nor 1.
     pub(super) unknown: Option<&'a [u32]>,
     pub(super) keep: &'a [u32],
     pub(super) user: &'a [u32],
     pub(super) last: bool,
 }
 
-/// What a run shows to whom it may concern.
+/// Observer, called once per simulated cycle.
 pub(super) trait GatherWatch {
     fn cycle(
         &mut self,
@@ -43,32 +43,32 @@ pub(super) trait GatherWatch {
     ) -> Result<(), RtlError>;
 }
 
-/// What a run took.
+/// Cycles and counters of a run.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct GatherTotals {
     /// Cycles until the last beat was accepted.
     pub cycles: u64,
     /// Cycle of the first accepted beat of the RIT stream.
     pub first_beat: u64,
-    /// Cycle of the first issue, from the unit's counter.
+    /// Cycle of the first issue, by the unit's counter.
     pub first_issue: u64,
     /// Cycle in which the first beat of features was offered.
     pub first_feature: u64,
-    /// Issuing cycles, from the unit's counter.
+    /// Busy cycles, in which a vertex is issued, by the unit's counter.
     pub busy: u64,
-    /// Stalls for want of FIFO room, MVoxel, entries, from its counters.
+    /// Stall cycles by the unit's counters: FIFO full, no MVoxel, no entry.
     pub stalls: [u64; 3],
-    /// Cycles in which lanes waited for a bank, or ports for their turn, from its
-    /// counter; 0 where none has to.
+    /// Cycles in which lanes waited for a bank or ports for their turn, by the unit's counter; 0
+    /// where none can wait.
     pub stall_bank: u64,
-    /// Entries issued, one for each segment, from its counter.
+    /// Entries issued, counted for each segment, by the unit's counter.
     pub entries: u64,
     /// Its sticky flags.
     pub errors: u64,
 }
 
 impl GatherTotals {
-    /// Cycles from the first to the last issue, both included.
+    /// Cycles from the first to the last issue, inclusive.
     #[must_use]
     pub fn issue_span(&self) -> u64 {
         self.busy + self.stalls.iter().sum::<u64>() + self.stall_bank
@@ -83,7 +83,7 @@ struct Ports<P> {
     /// valid, ready, data, keep, last, user
     feat: [P; 6],
     counters: [P; 5],
-    /// Stalls for banks, where there can be any.
+    /// Counter of bank stalls, where they are possible.
     bank: Option<P>,
     /// The MFT stream's keep, of the feature-major organisation.
     mft_keep: Option<P>,
@@ -102,7 +102,7 @@ impl<P: Copy> Ports<P> {
         Ok(counters)
     }
 
-    /// Puts a beat of the RIT on its stream.
+    /// Drives a beat of the RIT stream.
     fn show_rit(
         &self,
         engine: &mut impl Engine<Port = P>,
@@ -115,7 +115,7 @@ impl<P: Copy> Ports<P> {
         engine.set(self.rit[5], u64::from(again))
     }
 
-    /// Puts a row on the stream of the MFT.
+    /// Drives a row of the MFT stream.
     fn show_mft(
         &self,
         engine: &mut impl Engine<Port = P>,
@@ -130,7 +130,7 @@ impl<P: Copy> Ports<P> {
         }
     }
 
-    /// The beat of features on the output; `words` holds its data, keep and user.
+    /// The beat of features on the output; `words` receives its data, keep and user.
     fn beat<'a>(
         &self,
         engine: &'a impl Engine<Port = P>,
@@ -188,7 +188,7 @@ impl<P: Copy> Ports<P> {
     }
 }
 
-/// Holds the streams back, and sets the unit up for a kind of work.
+/// Holds all streams inactive, and sets the unit up for a kind of work.
 fn configure<E: Engine>(
     engine: &mut E,
     p: &Ports<E::Port>,
@@ -217,12 +217,12 @@ fn configure<E: Engine>(
     Ok(())
 }
 
-/// One run, on whatever engine.
+/// One run on any engine.
 pub(super) struct Drive<'a, W> {
     pub(super) config: &'a Config,
     pub(super) work: &'a GatherWork<'a>,
     pub(super) plan: Plan,
-    /// Cycles that are watched after the last beat.
+    /// Cycles observed after the last beat.
     pub(super) drain: u64,
     pub(super) watch: &'a mut W,
 }

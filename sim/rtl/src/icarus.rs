@@ -2,7 +2,7 @@
 //!
 //! A generated testbench reads one line of inputs a cycle, lets the module
 //! settle, prints its outputs and gives the clock edge. Digits with bits that
-//! are not 0 or 1 are kept apart.
+//! are neither 0 nor 1 are kept separately.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use potamoi_verilated::child::{self, Fault, Talker};
 
 use super::model::RtlError;
 
-/// Characters of a failed program's words that are shown.
+/// Longest quoted output of a failed program, in characters.
 const SAID: usize = 2000;
 
 /// A compiled testbench.
@@ -48,9 +48,9 @@ impl Pin {
 /// A running testbench.
 pub(super) struct Icarus {
     ports: [Vec<Port>; 2],
-    /// Words of every input and output.
+    /// 32-bit words of every input and output.
     values: [Vec<Vec<u32>>; 2],
-    /// Of every output, the digits that are not known, by words.
+    /// Unknown digits of every output, as words.
     unknown: Vec<Vec<u32>>,
     talker: Talker,
     line: String,
@@ -140,7 +140,7 @@ impl Program {
     }
 }
 
-/// Why one of the programs gave no answer.
+/// Error of a program that gave no answer.
 fn broken(tool: &'static str, fault: Fault) -> RtlError {
     match fault {
         Fault::Missing { .. } => RtlError::MissingTool {
@@ -152,7 +152,7 @@ fn broken(tool: &'static str, fault: Fault) -> RtlError {
     }
 }
 
-/// The testbench of a module: a line of hexadecimal numbers in, one out.
+/// Testbench of a module: it reads one line of hexadecimal numbers a cycle, and writes one.
 fn testbench(name: &str, inputs: &[Port], outputs: &[Port]) -> String {
     use std::fmt::Write as _;
     let mut text = String::from(
@@ -228,7 +228,7 @@ impl Icarus {
         Ok(())
     }
 
-    /// One clock cycle: outputs as they are before its edge.
+    /// One clock cycle; outputs are those before its edge.
     pub(super) fn exchange(&mut self) -> Result<(), RtlError> {
         self.line.clear();
         for value in &self.values[0] {
@@ -257,12 +257,12 @@ impl Icarus {
         Ok(())
     }
 
-    /// The digits of an output that are not known.
+    /// Unknown digits of an output.
     pub(super) fn unknown(&self, pin: Pin) -> Option<&[u32]> {
         pin.output.then(|| self.unknown[pin.index].as_slice())
     }
 
-    /// A number of which every bit must be known.
+    /// Value of a port without unknown bits.
     pub(super) fn read_known(&self, pin: Pin) -> Result<u64, RtlError> {
         let mut words = [0; 2];
         self.read(pin, &mut words)?;
@@ -277,8 +277,8 @@ impl Icarus {
     }
 }
 
-/// Hexadecimal digits as words, low word first. A digit that is x or z, wholly
-/// or in part, is 0 in `value` and 15 in `unknown`.
+/// Parses hexadecimal digits into words, low word first. A digit that is x or z, wholly or in part,
+/// is 0 in `value` and 15 in `unknown`.
 fn parse(text: &str, value: &mut [u32], unknown: &mut [u32]) -> bool {
     if text.is_empty() || text.len().div_ceil(8) > value.len() {
         return false;

@@ -2,7 +2,7 @@
 //! another engine), the streams of the units on its ports, and the comparison
 //! with golden values and cycle models.
 //!
-//! [`RtlUnits`] stands in the place of the reference units, so that a renderer runs on the hardware;
+//! [`RtlUnits`] replaces the reference units, so that a renderer runs on the hardware;
 //! [`verify`] compares each bit and cycle of a frame. [`GatherUnit`] and [`VectorUnit`] drive one
 //! unit by itself, on any engine ([`EngineKind`]); [`GateEngine`] runs its netlist in cells.
 //!

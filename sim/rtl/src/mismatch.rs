@@ -1,4 +1,4 @@
-//! Where hardware and prediction first differ.
+//! First difference between hardware and prediction.
 
 use serde::Serialize;
 use thiserror::Error;
@@ -11,17 +11,17 @@ pub struct Mismatch {
     pub module: &'static str,
     /// Cycles since the first after reset.
     pub cycle: u64,
-    /// Port, and part of it.
+    /// Port, and the part of it.
     pub signal: String,
-    /// What the golden model or the cycle model says.
+    /// Value by the golden model or the cycle model.
     pub expected: String,
-    /// What the hardware shows.
+    /// Value on the hardware.
     pub found: String,
-    /// Which piece of work it belongs to.
+    /// The piece of work that it belongs to.
     pub place: String,
 }
 
-/// Fails with a mismatch if the values differ.
+/// Returns a mismatch if the values differ.
 pub(super) fn same<T: PartialEq + std::fmt::Display>(
     found: T,
     expected: T,
@@ -34,8 +34,7 @@ pub(super) fn same<T: PartialEq + std::fmt::Display>(
     }
 }
 
-/// The first bit in which `found` and `expected` differ where `mask` is set, or
-/// that is unknown there.
+/// The first bit set in `mask` in which `found` and `expected` differ, or that is unknown.
 pub(super) fn first_difference(
     found: &[u32],
     unknown: Option<&[u32]>,

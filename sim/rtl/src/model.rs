@@ -1,4 +1,4 @@
-//! From a netlist to a Verilated model.
+//! Verilates netlists, and the crate's errors.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,46 +10,46 @@ use thiserror::Error;
 
 use super::mismatch::Mismatch;
 
-/// The hardware could not be built or run.
+/// Why hardware could not be built or run.
 #[derive(Debug, Error)]
 pub enum RtlError {
     /// Verilator, the compiler or the model failed.
     #[error(transparent)]
     Model(#[from] potamoi_verilated::Error),
-    /// The netlist is wrong.
+    /// The netlist is invalid.
     #[error("the generated netlist is wrong: {0}")]
     Netlist(#[from] IrErrors),
     /// The interpreter was misused.
     #[error(transparent)]
     Interpreter(#[from] potamoi_netlist::InterpretError),
-    /// A tool is not there.
+    /// A tool is missing.
     #[error("{tool} is missing, which disables {disables}; {get}")]
     MissingTool {
-        /// Its program.
+        /// Its program name.
         tool: &'static str,
-        /// What cannot be done.
+        /// What needs it.
         disables: &'static str,
         /// How to get it.
         get: &'static str,
     },
-    /// A tool does not work, whatever its input is.
+    /// A tool is broken, whatever its input.
     #[error("{tool} does not work: {fault}; `potamoi doctor` shows which tools are found")]
     BrokenTool {
-        /// Its program.
+        /// Its program name.
         tool: &'static str,
-        /// What it did.
+        /// The fault.
         fault: potamoi_verilated::child::Fault,
     },
     /// Icarus Verilog failed.
     #[error("Icarus Verilog: {0}")]
     Icarus(String),
-    /// No temporary folder.
+    /// No temporary folder could be created.
     #[error("cannot write the folder for temporary files: {0}; set TMPDIR to one that can be")]
     Folder(std::io::Error),
-    /// The work cannot be done, or its cycles not modelled.
+    /// The work cannot be done, or its cycles cannot be modelled.
     #[error(transparent)]
     Work(#[from] potamoi_cycles::WorkError),
-    /// A fault cannot be built in.
+    /// A fault cannot be injected.
     #[error(transparent)]
     Fault(#[from] potamoi_netlist::FaultError),
     /// The work does not fit the unit.
@@ -58,33 +58,33 @@ pub enum RtlError {
     /// Hardware and prediction differ.
     #[error(transparent)]
     Mismatch(#[from] Box<Mismatch>),
-    /// The unit stopped moving.
+    /// The unit hangs.
     #[error("{unit} made no progress for {cycles} cycles: {state}")]
     Hang {
         /// The unit.
         unit: &'static str,
-        /// How long.
+        /// Cycles without progress.
         cycles: u64,
-        /// How far it got.
+        /// State in which it stopped.
         state: String,
     },
-    /// Counts and lengths that do not go together.
+    /// Arguments contradict each other.
     #[error("{0}")]
     Usage(String),
 }
 
-/// Verilates a module, or finds it in the cache. `traced` models can dump
-/// their values, and are slower for it.
+/// Verilates a module, or takes it from the cache. `traced` models can dump their signals, and are
+/// slower.
 ///
 /// # Errors
-/// A missing tool, or a failure of one.
+/// A missing or failing tool.
 pub fn compile(module: &Arc<Module>, traced: bool) -> Result<Library, RtlError> {
     let tools = Toolchain::detect()?;
     let trace = if traced { Trace::Vcd } else { Trace::Off };
     Ok(model(module).trace(trace).build(&tools)?)
 }
 
-/// The module's Verilog with its ports, ready to be built.
+/// The module's Verilog and ports, ready to be built.
 #[must_use]
 pub fn model(module: &Arc<Module>) -> ModelBuilder {
     model_of_files(module, &verilog(module, &Header::default()))

@@ -1,9 +1,9 @@
-//! Lets a run go on after a failure, so that a dump shows what follows.
+//! Continues a run after a failure, so that a dump shows what follows.
 
 use super::model::RtlError;
 use super::wave_dump::AFTER;
 
-/// A watch that lets a run go on for some cycles after a failure.
+/// Observer that continues a run for some cycles after a failure.
 pub(super) struct PostFailureWindow<W> {
     inner: W,
     failed: Option<RtlError>,

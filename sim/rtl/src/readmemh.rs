@@ -1,5 +1,4 @@
-//! `$readmemh` files of a trace, and testbenches that need nothing else: for
-//! simulators that this crate does not drive.
+//! `$readmemh` files of a trace with testbenches, for simulators that this crate does not drive.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,27 +13,27 @@ use super::gather_check::Expected;
 use super::model::RtlError;
 use super::vector_drive::{VectorBatch, Vectors};
 
-/// One memory file.
+/// Description of one memory file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct MemoryFile {
-    /// Bits of a word.
+    /// Width of a word in bits.
     pub width: u32,
-    /// Words.
+    /// Number of words.
     pub count: usize,
-    /// Fields of a word with their bits, highest first.
+    /// Fields of a word with their widths, highest first.
     pub fields: Vec<(&'static str, u32)>,
 }
 
-/// Files by name.
+/// Generated files.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ReadmemhFiles {
-    /// Text of every file: memories and testbenches.
+    /// Text of every file by name: memories and testbenches.
     pub texts: BTreeMap<String, String>,
-    /// What the memories hold.
+    /// Description of every memory file by name.
     pub memories: BTreeMap<String, MemoryFile>,
 }
 
-/// A memory's words while they are put together from fields.
+/// A memory under construction.
 struct Memory {
     fields: Vec<(&'static str, u32)>,
     text: String,
@@ -54,8 +53,7 @@ impl Memory {
         self.fields.iter().map(|f| f.1).sum()
     }
 
-    /// Adds a word; `values` are the fields' words, low first, highest field
-    /// first.
+    /// Appends a word; `values` are the fields' words, low first, highest field first.
     fn push(&mut self, values: &[&[u32]]) {
         let width = self.width();
         let mut word = vec![0u32; width.div_ceil(32) as usize];
@@ -87,11 +85,11 @@ impl Memory {
     }
 }
 
-/// The streams of a trace and what must come back, with testbenches. Of the
-/// gathering tasks, those of the first's kind.
+/// Streams of a trace and expected outputs, with testbenches. Only gathering tasks of the first
+/// one's kind are included.
 ///
 /// # Errors
-/// Tasks that the units do not take.
+/// Tasks that the units cannot take.
 pub fn readmemh(
     config: &Config,
     gathered: &[Gathered],
@@ -262,20 +260,20 @@ fn sized(bits: u32, value: u64) -> String {
     format!("{bits}'d{value}")
 }
 
-/// A testbench: sources that always offer, a sink that always takes.
+/// A testbench with sources that are always valid and a sink that is always ready.
 struct Bench<'a> {
     unit: &'static str,
     inputs: Vec<(&'static str, &'static str, &'a Memory)>,
     output: (&'static str, &'static str, &'a Memory),
-    /// Bits of `tdata` that a bit of `tkeep` stands for.
+    /// Bits of `tdata` for each bit of `tkeep`.
     lane_bits: u32,
-    /// Bits of `tkeep`, and of `tuser`, a port has, if there is a `tuser`.
+    /// Bits of `tkeep` and of `tuser` for each port, if there is a `tuser`.
     tag_bits: Option<(u32, u32)>,
     settings: String,
 }
 
 impl Bench<'_> {
-    /// Writing to a string does not fail.
+    /// The testbench's text.
     fn text(&self) -> String {
         let mut t = String::new();
         let unit = self.unit;

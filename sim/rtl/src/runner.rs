@@ -11,7 +11,7 @@ use super::icarus;
 use super::model::{RtlError, compile, model_of_files};
 use super::wave_dump::{TracedModel, TracedPorts, Window};
 
-/// Keeps the inputs of every clock.
+/// Records the inputs of every clock.
 struct Recording {
     inner: Verilated,
     inputs: Vec<PortId>,
@@ -35,7 +35,7 @@ impl Engine for Recording {
     }
 }
 
-/// A module ready to run on an engine, as often as wanted.
+/// A module that can run on an engine any number of times.
 pub(super) struct Runner {
     module: Arc<Module>,
     program: Program,
@@ -60,7 +60,7 @@ impl Runner {
         })
     }
 
-    /// Other Verilog with the ports of a module, such as its netlist in cells.
+    /// A runner for other Verilog with the module's ports, such as its gate-level netlist.
     pub(super) fn of_files(
         kind: EngineKind,
         module: &Arc<Module>,
@@ -83,8 +83,7 @@ impl Runner {
         })
     }
 
-    /// Runs a job on a new instance; what reset leaves open is drawn from the
-    /// seed.
+    /// Runs a job on a new instance; state without reset is drawn from the seed.
     pub(super) fn run<J: Job>(&self, seed: u64, job: J) -> Result<J::Output, RtlError> {
         match &self.program {
             Program::Verilator(library) => job.run(&mut Verilated::new(library, seed)?),
@@ -93,8 +92,8 @@ impl Runner {
         }
     }
 
-    /// Runs a job and records the inputs of these names, in this order, of
-    /// every clock, those in reset included.
+    /// Runs a job, and records the named inputs in this order in every clock, those in reset
+    /// included.
     pub(super) fn run_recorded<J: Job>(
         &self,
         seed: u64,
@@ -116,8 +115,8 @@ impl Runner {
         Ok(recording.words)
     }
 
-    /// The same, and dumps a window of it: of a Verilated model every signal,
-    /// else the ports.
+    /// Runs a job, and dumps a window of it: every signal of a Verilated model, otherwise the
+    /// ports.
     pub(super) fn run_dumped<J: Job>(
         &self,
         seed: u64,

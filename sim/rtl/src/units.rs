@@ -1,4 +1,4 @@
-//! The generated hardware behind the golden renderers' [`Units`].
+//! The generated hardware as the golden renderers' [`Units`].
 
 use std::collections::BTreeMap;
 
@@ -14,16 +14,16 @@ use super::model::RtlError;
 use super::vector::VectorUnit;
 use super::vector_drive::VectorBatch;
 
-/// Cycles that the units ran, streams always ready, each call from reset.
+/// Cycles of the units with streams always ready, each call from reset.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct RtlCycles {
-    /// Of the gathering unit.
+    /// Gathering unit.
     pub gather: u64,
-    /// Of the vector unit.
+    /// Vector unit.
     pub vector: u64,
 }
 
-/// Both units on an engine. A unit is built with the first work for it.
+/// Both units on an engine, each built at its first call.
 pub struct RtlUnits {
     config: Config,
     engine: EngineKind,
@@ -55,10 +55,10 @@ impl RtlUnits {
         }
     }
 
-    /// Takes another netlist for the vector unit, such as a faulty one.
+    /// Replaces the vector unit's netlist, for example by a faulty one.
     ///
     /// # Errors
-    /// A missing tool, or a failure of one.
+    /// A missing or failing tool.
     pub fn with_vector_unit(
         mut self,
         module: &std::sync::Arc<potamoi_netlist::Module>,
@@ -68,10 +68,10 @@ impl RtlUnits {
         Ok(self)
     }
 
-    /// Builds both units now, whether there is work for them or not.
+    /// Builds both units now.
     ///
     /// # Errors
-    /// A missing tool, or a failure of one.
+    /// A missing or failing tool.
     pub fn instantiate(&mut self) -> Result<(), RtlError> {
         if self.gather.is_none() {
             self.gather = Some(GatherUnit::on(self.engine, &self.config)?);
@@ -82,13 +82,13 @@ impl RtlUnits {
         Ok(())
     }
 
-    /// Whether the gathering unit was built, and whether the vector unit was.
+    /// Whether the gathering unit and the vector unit were built.
     #[must_use]
     pub const fn instantiated(&self) -> [bool; 2] {
         [self.gather.is_some(), self.vector.is_some()]
     }
 
-    /// What came out of the units: feature vectors, elements.
+    /// Feature vectors and elements that the units returned.
     #[must_use]
     pub fn counts(&self) -> &UnitCounts {
         &self.counts
@@ -106,7 +106,7 @@ impl RtlUnits {
         self.flags
     }
 
-    /// Appends codes of the feature stream: features, or unrounded sums.
+    /// Appends codes of the feature stream: features or unrounded sums.
     fn gathered(&mut self, tasks: &[GatherTask], out: &mut Vec<i32>) -> Result<(), RtlError> {
         let unit = match &mut self.gather {
             Some(unit) => unit,
@@ -186,6 +186,6 @@ impl Units for RtlUnits {
         Ok(self.computed(op, a, b, out)?)
     }
 
-    /// Found in Rust: no unit computes it.
+    /// Computed in Rust: no unit does it.
     fn multiplied(&mut self, _product: Product) {}
 }

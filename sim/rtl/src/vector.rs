@@ -13,7 +13,7 @@ use super::runner::Runner;
 use super::vector_drive::{Drive, VectorBatch, VectorSeen, VectorTotals, VectorWatch, Vectors};
 use super::wave_dump::Window;
 
-/// More cycles than a dump goes on after a failure.
+/// Upper bound of the cycles that a dump continues after a failure.
 const AFTER_FAILURE: u64 = 64;
 
 /// A vector unit, ready to run.
@@ -23,22 +23,22 @@ pub struct VectorUnit {
     runner: Runner,
 }
 
-/// What a run gave.
+/// Results of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VectorRun {
     /// Results, one an element.
     pub results: Vec<i32>,
-    /// Cycle in which each vector was accepted, and in which its results were.
+    /// For each vector the cycles in which it and its results were accepted.
     pub vectors: Vec<(u64, u64)>,
-    /// What it took.
+    /// Cycles and counters.
     pub totals: VectorTotals,
 }
 
 impl VectorUnit {
-    /// The Verilated unit of a configuration, built or found in the cache.
+    /// The Verilated unit of a configuration, built or taken from the cache.
     ///
     /// # Errors
-    /// A missing tool, or a failure of one.
+    /// A missing or failing tool.
     pub fn build(config: &Config) -> Result<Self, RtlError> {
         Self::on(EngineKind::Verilator, config)
     }
@@ -51,7 +51,7 @@ impl VectorUnit {
         Self::of_module(engine, config, &vector_unit(config)?)
     }
 
-    /// Another netlist with the unit's ports, such as a faulty one.
+    /// A unit from another netlist with the same ports, such as a faulty one.
     ///
     /// # Errors
     /// As [`VectorUnit::build`].
@@ -67,7 +67,7 @@ impl VectorUnit {
         })
     }
 
-    /// Other Verilog with the unit's ports, by file, such as its netlist in cells.
+    /// A unit from other Verilog files with the same ports, such as its gate-level netlist.
     ///
     /// # Errors
     /// As [`VectorUnit::build`]; the interpreter runs none.
@@ -113,7 +113,7 @@ impl VectorUnit {
         })
     }
 
-    /// Runs under a watch, and `drain` cycles more after the last results.
+    /// Runs under an observer, and `drain` further cycles after the last results.
     pub(super) fn watch(
         &self,
         vectors: &Vectors<'_>,
@@ -131,8 +131,8 @@ impl VectorUnit {
         self.runner.run(seed, drive)
     }
 
-    /// The same run again, with a dump of a window of it. The watch's failure
-    /// comes back some cycles late.
+    /// Repeats the run, and dumps a window of it. The observer's failure is returned some cycles
+    /// late.
     pub(super) fn dump(
         &self,
         vectors: &Vectors<'_>,
@@ -152,7 +152,7 @@ impl VectorUnit {
     }
 }
 
-/// Gathers the results of a run.
+/// Collects the results of a run.
 struct Collect<'a> {
     vectors: &'a Vectors<'a>,
     results: Vec<i32>,

@@ -1,5 +1,5 @@
-//! Compares the vector unit with its cycle model and its golden results, in
-//! every cycle and every bit.
+//! Compares the vector unit with its cycle model and its golden results in every cycle and every
+//! bit.
 
 use potamoi_cycles::{VectorInputs, VectorModel, WorkError};
 use potamoi_formats::config::Config;
@@ -12,10 +12,10 @@ use super::vector_drive::{ResultSeen, Vector, VectorSeen, VectorWatch, Vectors};
 /// Cycles between two calls of the progress function.
 const EVERY: u64 = 1 << 14;
 
-/// A watch that fails at the first difference.
+/// Observer that fails at the first difference.
 pub(super) struct VectorCheck<'a> {
     vectors: &'a Vectors<'a>,
-    /// One an element.
+    /// Expected results, one for each element.
     results: &'a [i32],
     model: VectorModel,
     next: usize,
@@ -27,8 +27,7 @@ pub(super) struct VectorCheck<'a> {
 }
 
 impl<'a> VectorCheck<'a> {
-    /// `every` is told, now and then, how many cycles went by since it was
-    /// last called.
+    /// `every` is called now and then with the cycles since the last call.
     ///
     /// # Errors
     /// A configuration that the model refuses.

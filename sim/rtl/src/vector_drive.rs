@@ -7,17 +7,17 @@ use super::engine::{Engine, Job};
 use super::model::RtlError;
 use super::post_failure_window::PostFailureWindow;
 
-/// Cycles without a handshake after which a unit is taken to hang.
+/// Cycles without a handshake after which a unit counts as hanging.
 const PATIENCE: u64 = 20_000;
 
-/// One operation on operands of one length; a new vector begins with it.
+/// One operation on operands of equal length; it begins a new vector.
 #[derive(Debug, Clone, Copy)]
 pub struct VectorBatch<'a> {
     /// The operation.
     pub op: VectorOp,
     /// First operands.
     pub a: &'a [i32],
-    /// Second operands, as many.
+    /// Second operands, as many as first ones.
     pub b: &'a [i32],
 }
 
@@ -34,11 +34,11 @@ pub(super) struct Vector<'a> {
     pub(super) op: VectorOp,
     pub(super) a: &'a [i32],
     pub(super) b: &'a [i32],
-    /// The smallest exponent, with an early out.
+    /// Smallest exponent; used with early termination only.
     pub(super) exponent: u32,
-    /// First element, among those of all batches.
+    /// Index of the first element among those of all batches.
     pub(super) ordinal: usize,
-    /// The batch's last.
+    /// Whether it is the batch's last.
     pub(super) last: bool,
 }
 
@@ -78,10 +78,10 @@ impl<'a> Vectors<'a> {
     }
 }
 
-/// What the unit shows in one cycle.
+/// Outputs of the unit in one cycle.
 pub(super) struct VectorSeen<'a> {
     pub(super) ready: bool,
-    /// Results and kept lanes, if valid.
+    /// Results and valid lanes, if any.
     pub(super) result: Option<ResultSeen<'a>>,
     /// Vectors, busy, stalls.
     pub(super) counters: [u64; 3],
@@ -105,26 +105,26 @@ pub(super) trait VectorWatch {
     ) -> Result<(), RtlError>;
 }
 
-/// What a run took.
+/// Cycles and counters of a run.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct VectorTotals {
     /// Cycles until the last results were accepted.
     pub cycles: u64,
-    /// Vectors accepted, from the unit's counter.
+    /// Vectors accepted, by the unit's counter.
     pub vectors: u64,
-    /// Cycles in which a vector was accepted or stepped, from its counter.
+    /// Cycles in which a vector was accepted or stepped, by the unit's counter.
     pub busy: u64,
-    /// Cycles in which only the lack of room refused one, from its counter.
+    /// Cycles in which a vector was refused only by back-pressure, by the unit's counter.
     pub stall_out: u64,
     /// Its sticky flags.
     pub errors: u64,
 }
 
-/// One run, on whatever engine.
+/// One run on any engine.
 pub(super) struct Drive<'a, W> {
     pub(super) vectors: &'a Vectors<'a>,
     pub(super) plan: Plan,
-    /// Cycles that are watched after the last results.
+    /// Cycles observed after the last results.
     pub(super) drain: u64,
     pub(super) watch: &'a mut W,
 }
@@ -172,7 +172,7 @@ impl<P: Copy> Ports<P> {
     }
 }
 
-/// Words on the ports: operands with the lanes that hold any, and results with theirs.
+/// Port words: operands with their valid lanes, and results with theirs.
 struct VectorWords {
     operands: Vec<u32>,
     kept: Vec<u32>,
@@ -191,7 +191,7 @@ impl VectorWords {
         }
     }
 
-    /// Puts a vector on the input.
+    /// Drives a vector on the input.
     fn show<E: Engine>(
         &mut self,
         engine: &mut E,

@@ -1,4 +1,4 @@
-//! A value change dump of the window around a cycle.
+//! VCD dump of the window around a cycle.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -11,13 +11,13 @@ use vcd::{IdCode, TimescaleUnit, Value, Writer};
 use super::engine::{Engine, Verilated, pass_on};
 use super::model::RtlError;
 
-/// Cycles before and after the one of interest.
+/// Cycles dumped before and after the one of interest.
 const BEFORE: u64 = 24;
 pub(super) const AFTER: u64 = 8;
 /// Clocks before cycle 0, in reset.
 const RESET: u64 = 3;
 
-/// Which cycles are dumped, and where to.
+/// Range of cycles to dump, and the file.
 #[derive(Debug, Clone)]
 pub(super) struct Window {
     pub(super) path: PathBuf,
@@ -32,7 +32,7 @@ impl Window {
         }
     }
 
-    /// By clocks since the first in reset.
+    /// Whether a clock, counted from the first in reset, is in the window.
     fn holds(&self, clock: u64) -> bool {
         let at = self.cycle + RESET;
         (at.saturating_sub(BEFORE)..=at + AFTER).contains(&clock)

@@ -1,20 +1,20 @@
-//! What the length of an exponential follows from.
+//! Clocks of an exponential by form.
 
 use potamoi_formats::config::ExpConfig;
 
-/// The clocks of a form, in the iterative engine; its stages in the pipelined one.
+/// Clocks of a form in the iterative engine; its stages in the pipelined one.
 pub(super) trait Clocks: Sync {
-    /// Of a vector whose smallest exponent is `exponent`.
+    /// Clocks of a vector whose smallest exponent is `exponent`.
     fn clocks(&self, exp: &ExpConfig, exponent: u32) -> u32;
 
-    /// Whether they depend on the exponent.
+    /// Whether clocks depend on the exponent.
     fn looks_at_exponents(&self, exp: &ExpConfig) -> bool {
         let _ = exp;
         false
     }
 }
 
-/// Of a configuration whose engine has these knobs.
+/// Clocks for a configuration whose engine has these knobs.
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 pub(super) fn clocks_of(form: &dyn Clocks, knobs: &str, exponent: u32) -> u32 {

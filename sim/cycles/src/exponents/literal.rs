@@ -1,4 +1,4 @@
-//! The literal recurrence: one iteration after the other.
+//! The literal recurrence: one iteration a clock.
 
 use potamoi_formats::config::ExpConfig;
 

@@ -1,4 +1,4 @@
-//! Clocks of an exponential: a file a form.
+//! Clocks of an exponential, one file for each form.
 //!
 //! `docs/adding/exponential.md` adds a form step by step.
 
@@ -27,13 +27,13 @@ fn form(exp: &ExpConfig) -> &'static dyn Clocks {
 /// The largest exponent: one-minus-exp starts from 24 ln 2.
 pub(super) const MOST_EXPONENT: u32 = 24;
 
-/// Clocks of an exponential of any operands, or the most of them.
+/// Clocks of an exponential for any operands: the maximum.
 pub(super) fn clocks(exp: &ExpConfig) -> u64 {
     form(exp).clocks(exp, 0).into()
 }
 
-/// Clocks of an exponential by the smallest exponent of its lanes, the last one of all above;
-/// `None` where they do not depend on it.
+/// Clocks of an exponential by the smallest exponent of its lanes; the last entry holds for all
+/// larger ones. `None` where they do not depend on it.
 pub(super) fn clocks_by_exponent(exp: &ExpConfig) -> Option<Vec<u64>> {
     let form = form(exp);
     let by_exponent = || {
@@ -44,15 +44,14 @@ pub(super) fn clocks_by_exponent(exp: &ExpConfig) -> Option<Vec<u64>> {
     form.looks_at_exponents(exp).then(by_exponent)
 }
 
-/// The smallest exponents of vectors, where an early out makes their length
-/// depend on them.
+/// Smallest exponents of vectors, on which their length depends with early termination.
 #[derive(Debug, Clone)]
 pub struct Exponents {
     twin: Option<ExpTwin>,
 }
 
 impl Exponents {
-    /// Of a configuration that has passed its rules.
+    /// For a configuration that has passed its rules.
     #[must_use]
     pub fn of(config: &Config) -> Self {
         let exp = &config.vu.exp;
@@ -61,9 +60,8 @@ impl Exponents {
         }
     }
 
-    /// The smallest exponent k of a vector's powers `R_accum 2^-k`, whose kept
-    /// lanes have the first operands `a`; 0 where no length depends on it, and the
-    /// largest number where no lane is kept.
+    /// Smallest exponent k of a vector's powers `R_accum 2^-k`, where `a` are the first operands of
+    /// the kept lanes. 0 where no length depends on it, the maximum where no lane is kept.
     #[must_use]
     pub fn least(&self, op: OpCode, a: &[i32]) -> u32 {
         let Some(twin) = &self.twin else { return 0 };

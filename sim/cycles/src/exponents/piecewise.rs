@@ -1,4 +1,4 @@
-//! Straight pieces: one result a clock.
+//! Piecewise linear: one result a clock.
 
 use potamoi_formats::config::ExpConfig;
 use potamoi_formats::timing::PowerStage;

@@ -1,4 +1,4 @@
-//! Radix 4: digits and iterations of two bits, and the tail.
+//! Radix 4: digits and iterations of two bits each, and the tail.
 
 use potamoi_formats::config::ExpConfig;
 use potamoi_formats::timing::PowerStage;

@@ -1,4 +1,4 @@
-//! Restoring: digits and iterations, the tail, or as many as an early out leaves.
+//! Restoring: digits and iterations, with a tail or early termination.
 
 use potamoi_formats::config::ExpConfig;
 
@@ -21,7 +21,7 @@ mod tests {
     use super::super::clocks::clocks_of;
     use super::*;
 
-    /// Four digits and 16 iterations; n(k) of them with an early out, at least 6 clocks.
+    /// Four digits and 16 iterations; with early termination n(k) of them, at least 6 clocks.
     #[test]
     fn clocks_are_steps_and_tail() {
         assert_eq!(clocks_of(&Restoring, "", 0), 20);

@@ -1,4 +1,4 @@
-//! Cycles in closed form, R entries at a time: for data and sink that are
+//! Closed-form cycles of the feature-major organisation, R entries at a time, with sources and sink
 //! always ready.
 
 use potamoi_formats::config::Config;
@@ -7,22 +7,22 @@ use super::{LaneRun, Rounds, latency};
 use crate::closed::{Chain, GatherCycles, Halves, Part};
 use crate::work::WorkError;
 
-/// The lanes: when they are filled, gathered and free again.
+/// Times at which lanes are filled, gathered and free again.
 #[derive(Default)]
 struct Lanes {
     vertices: usize,
-    /// First cycle in which each half can be filled.
+    /// First cycle in which each half may be filled.
     free: [u64; 2],
-    /// Half that is filled next.
+    /// The half to fill next.
     half: usize,
-    /// Cycle of the last round so far.
+    /// Cycle of the last round.
     done: Option<u64>,
     out: GatherCycles,
 }
 
 impl Lanes {
-    /// Gathers so many channels of R entries, filled before cycle `filled`,
-    /// from an MVoxel that is loaded from cycle `loaded` on.
+    /// Gathers channels of R entries that were filled before cycle `filled`, from an MVoxel loaded
+    /// by cycle `loaded`.
     fn gather(&mut self, rounds: &Rounds, channels: u64, filled: u64, loaded: u64) {
         let v = self.vertices;
         let read = self.done.map_or(filled, |done| filled.max(done));
@@ -53,7 +53,7 @@ impl Lanes {
     }
 }
 
-/// Exact cycles of a run of the feature-major unit with data and sink ready.
+/// Exact cycles of a run of the feature-major unit with sources and sink always ready.
 ///
 /// Takes time in proportion to the entries.
 ///

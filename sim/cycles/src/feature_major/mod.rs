@@ -1,9 +1,9 @@
-//! The feature-major organisation: lanes that wait for one another at banks.
+//! The feature-major organisation, whose lanes have bank conflicts.
 //!
-//! Its cycles depend on which rows are read, unlike the channel-major ones:
-//! [`rounds`](super::rounds::rounds) counts them from the entries alone, [`FeatureMajorModel`] steps
-//! through every cycle, and [`feature_major_cycles`] gives the totals for data
-//! and sink that are always ready. Rules: `docs/explanation/organisations.md`.
+//! Its cycles depend on which rows are read, unlike the channel-major ones.
+//! [`rounds`](super::rounds::rounds) counts them from the entries alone, [`FeatureMajorModel`]
+//! steps through every cycle, and [`feature_major_cycles`] gives the totals for sources and sink
+//! that are always ready. Rules: `docs/explanation/organisations.md`.
 
 mod closed;
 mod model;
@@ -25,22 +25,22 @@ fn latency() -> u64 {
     Pipeline::crossbar().cycles().into()
 }
 
-/// MVoxels for the feature-major unit.
+/// A run of MVoxels on the feature-major unit.
 #[derive(Debug, Clone, Copy)]
 pub struct LaneRun<'a> {
     /// Sizes and settings.
     pub run: GatherRun<'a>,
-    /// Channels, all segments together.
+    /// Channels, summed over segments.
     pub channels: usize,
     /// For each MVoxel, the rounds of each R entries.
     pub rounds: &'a [Vec<Rounds>],
 }
 
 impl<'a> LaneRun<'a> {
-    /// Whether a unit of `config` can do this work.
+    /// Checks that a unit of `config` can do this work.
     ///
     /// # Errors
-    /// Names what is wrong.
+    /// Names the problem.
     pub fn check(&self, config: &Config) -> Result<(), WorkError> {
         self.run.check(config)?;
         if config.gu.organisation != Organisation::FeatureMajor {
@@ -76,15 +76,14 @@ impl<'a> LaneRun<'a> {
         channels_of(self.channels, config.gu.banks, segment)
     }
 
-    /// Beats of the MFT stream for a segment of an MVoxel: one a channel of B
-    /// rows.
+    /// Beats of the MFT stream for a segment of an MVoxel: one for each channel of B rows.
     #[must_use]
     pub fn mft_beats(&self, config: &Config, rows: u32, segment: u32) -> u64 {
         beats_of(self.channels, config.gu.banks, rows, segment)
     }
 
-    /// The beats of the MFT stream, in order; `row` is a beat's number in its
-    /// MVoxel and segment.
+    /// The beats of the MFT stream, in order; `row` is a beat's index within its MVoxel and
+    /// segment.
     pub fn mft_pieces(&self, config: &Config) -> impl Iterator<Item = MftPiece> + use<'a> {
         let (run, channels, banks) = (self.run, self.channels, config.gu.banks);
         run.mvoxels.iter().enumerate().flat_map(move |(mvoxel, m)| {
@@ -105,7 +104,7 @@ fn beats_of(channels: usize, banks: u32, rows: u32, segment: u32) -> u64 {
     u64::from(rows.div_ceil(banks)) * channels_of(channels, banks, segment)
 }
 
-/// Channels of a segment: B, and in the last one what is left.
+/// Channels of a segment: B, in the last one the remainder.
 fn channels_of(channels: usize, banks: u32, segment: u32) -> u64 {
     let before = u64::from(segment) * u64::from(banks);
     (channels as u64).saturating_sub(before).min(banks.into())

@@ -50,7 +50,7 @@ fn work_of_another_shape_or_organisation_is_refused() {
     assert!(refused(GatherModel::new(&own, Vertices::Two, 1).err()));
 }
 
-/// Plays the stepwise model; what it took, in the closed form's terms.
+/// Runs the stepwise model; returns its cycles in the closed form's terms.
 fn stepped(config: &Config, work: &LaneRun<'_>, stalls: &Stalls, seed: u64) -> GatherCycles {
     let mut plan = Plan::new(seed, stalls).unwrap();
     let mut model = FeatureMajorModel::new(config, work).unwrap();
@@ -95,8 +95,8 @@ fn stepped(config: &Config, work: &LaneRun<'_>, stalls: &Stalls, seed: u64) -> G
     out
 }
 
-/// Random sizes: lanes loaded slower and faster than they are gathered, MVoxels
-/// of one entry, of many halves, with several segments, few and many rows.
+/// Random sizes: lanes loaded slower and faster than they are gathered, MVoxels of one entry and of
+/// many halves, several segments, few and many rows.
 #[test]
 fn the_closed_form_is_the_stepwise_model() {
     let (mut rit, mut mft, mut bank) = (0, 0, 0);
@@ -163,7 +163,7 @@ fn the_closed_form_is_the_stepwise_model() {
     assert!(rit > 50 && mft > 50 && bank > 100, "{rit} {mft} {bank}");
 }
 
-/// With enough channels the rate is channels times rounds, and not one more.
+/// With enough channels the cycles are channels times rounds, without a bubble.
 #[test]
 fn no_bubble_between_steps_channels_lanes_or_mvoxels() {
     for (banks, lanes, ports, vertices) in [

@@ -1,4 +1,4 @@
-//! Any configuration, any work, any stalls.
+//! Properties for random configurations, work and stalls.
 
 use potamoi_formats::config::{Config, ExtraPorts, Organisation, rules};
 use potamoi_formats::rit::Vertices;
@@ -41,13 +41,13 @@ fn any_mvoxels() -> impl Strategy<Value = Vec<(u32, u32, u32)>> {
     prop::collection::vec((0u32..6, 0u32..10_000, 1u32..=64), 1..14)
 }
 
-/// One of the entry sizes that the unit is built for.
+/// One of the built entry sizes.
 fn one_of(config: &Config, which: usize) -> Vertices {
     let built = config.supported_vertices();
     built[which % built.len()]
 }
 
-/// Sizes that lie on both sides of what a half, or both, hold.
+/// Sizes below and above the capacity of one half and of both.
 fn sized(config: &Config, vertices: Vertices, raw: &[(u32, u32, u32)]) -> Vec<Mvoxel> {
     let half = config.rit_entries(vertices);
     raw.iter()
@@ -154,9 +154,8 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// Under any stalls: no deadlock, every group once and in order, every
-    /// entry counted, no more groups inside than the FIFO takes, and streams
-    /// that keep to AXI.
+    /// Under any stalls: no deadlock, every group once and in order, every entry counted, no more
+    /// groups in flight than the FIFO holds, and streams that obey AXI4-Stream.
     #[test]
     fn stalls_lose_nothing(config in any_config(), which in 0usize..4, segments in 1u32..4, raw in any_mvoxels(), stalls in any_stalls(), seed in any::<u64>()) {
         let vertices = one_of(&config, which);

@@ -1,4 +1,4 @@
-//! The gathering unit's share of a verification.
+//! Verification of the gathering unit.
 
 use potamoi_cycles::{GatherWork, runs};
 use potamoi_formats::units::GATHERING_UNIT;
@@ -9,8 +9,8 @@ use super::Verifier;
 use crate::{Check, GatherUnit, Mismatch, RtlError};
 
 impl Verifier<'_> {
-    /// Verifies the share of `tasks` that the settings ask for; `features` (or
-    /// sums) and `flags` are what the twin gave, `flags` a task.
+    /// Verifies the share of `tasks` in the settings. `features` (or sums) and `flags`, one for
+    /// each task, are the reference unit's.
     pub(super) fn verify_gather(
         &mut self,
         tasks: &[GatherTask],

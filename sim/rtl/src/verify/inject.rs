@@ -11,29 +11,27 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Injection {
-    /// The reducers' accumulators take over one bit inverted: that of the
-    /// result's lowest bit.
+    /// The reducers' accumulators get one bit inverted: the result's lowest bit.
     Bit,
-    /// After reset the unit believes that all places of the feature FIFO but
-    /// one are taken: every value stays right, and cycles are lost.
+    /// After reset the feature FIFO has one free place only: values stay right, and cycles are lost
+    /// to back-pressure.
     Bubble,
-    /// The lowest bit of port 0's weights is inverted, so that the weights of
-    /// an entry no longer sum to 1.
+    /// The lowest bit of port 0's weights is inverted, so that the weights of an entry no longer
+    /// sum to 1.
     Weight,
-    /// Lanes of the feature-major organisation take over inverted whether they
-    /// wait for a bank; with banks in parts, port 0 whether it had its turn.
+    /// Lanes of the feature-major organisation get inverted whether they wait for a bank; with
+    /// split banks, port 0 whether it had its turn.
     Grant,
-    /// The crossbar of the feature-major organisation gives lanes the word of
-    /// the bank beside theirs; with banks in parts, port 1 gets the other read's.
+    /// The crossbar of the feature-major organisation returns the neighbouring bank's word; with
+    /// split banks, port 1 gets the other read's word.
     Crossbar,
-    /// One bit of a constant of the exponential engines is inverted: of
-    /// ln(1 + 2^-1), or in the pipelined form of what the first stage keeps, or
-    /// of what the table of straight pieces gives.
+    /// One bit of a constant of the exponential engines is inverted: ln(1 + 2^-1), or in the
+    /// pipelined form a constant of the first stage, or an entry of the piece table.
     Exp,
 }
 
 impl Injection {
-    /// The fault, for the unit of a configuration.
+    /// The fault for the unit of a configuration.
     #[must_use]
     pub fn fault(self, config: &Config) -> Fault {
         let (gu, exp) = (&config.gu, &config.vu.exp);
@@ -84,16 +82,16 @@ impl Injection {
         }
     }
 
-    /// Whether the fault is the vector unit's; else it is the gathering unit's.
+    /// Whether the fault is in the vector unit; otherwise it is in the gathering unit.
     #[must_use]
     pub const fn is_of_vector_unit(self) -> bool {
         matches!(self, Self::Exp)
     }
 
-    /// The faulty unit.
+    /// The unit with the fault.
     ///
     /// # Errors
-    /// A unit without what the fault is to hit.
+    /// A unit without the part that the fault needs.
     pub fn apply(self, config: &Config, unit: &Arc<Module>) -> Result<Arc<Module>, FaultError> {
         self.fault(config).inject(unit)
     }

@@ -1,9 +1,8 @@
-//! Verification: hardware against golden values and cycle models.
+//! Verification of hardware against golden values and cycle models.
 //!
-//! A [`Verifier`] stands where a renderer's units stand. It computes with the
-//! twins, sends the same work through the hardware, and compares every bit and
-//! every cycle, without stalls and again under random ones, until the first
-//! difference.
+//! A [`Verifier`] replaces a renderer's units. It computes with the reference units, sends the same
+//! work through the hardware, and compares every bit and every cycle, without stalls and again
+//! under random stalls, until the first difference.
 
 mod gather;
 mod inject;
@@ -29,35 +28,35 @@ use crate::{EngineKind, GatherUnit, Mismatch, RtlError, VectorUnit};
 pub use inject::Injection;
 pub use report::{GatherReport, VectorReport};
 
-/// What is verified, and how.
+/// Extent and conditions of a verification.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// What runs the hardware.
+    /// Engine that runs the hardware.
     pub engine: EngineKind,
     /// Seed of the stalls.
     pub seed: u64,
-    /// Of so many MVoxels one is verified, 1 and up.
+    /// One of so many MVoxels is verified; at least 1.
     pub gather_every: u64,
-    /// Of so many blocks of a vector operation one is verified, 1 and up.
+    /// One of so many blocks of a vector operation is verified; at least 1.
     pub vector_every: u64,
-    /// A fault to build into the gathering unit.
+    /// Fault to inject.
     pub inject: Option<Injection>,
-    /// Where a dump of the window around a mismatch goes.
+    /// File for a dump of the window around a mismatch.
     pub excerpt: Option<PathBuf>,
 }
 
-/// A difference, and how it was met.
+/// A difference, with the conditions of its run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Failure {
     /// What differs.
     pub mismatch: Mismatch,
-    /// Whether the run was under random stalls.
+    /// Whether the run had random stalls.
     pub stalled: bool,
-    /// Seed of that run's stalls, from that of the settings.
+    /// Seed of the run's stalls, derived from the settings' seed.
     pub run_seed: u64,
-    /// The dump, if one was asked for and could be written.
+    /// The dump, if requested and written.
     pub excerpt: Option<Excerpt>,
-    /// Why there is none.
+    /// Why the dump was not written.
     pub excerpt_error: Option<String>,
 }
 
@@ -66,16 +65,16 @@ pub struct Failure {
 pub struct Excerpt {
     /// VCD file.
     pub path: PathBuf,
-    /// Time of the mismatch's cycle in it.
+    /// Time of the mismatch's cycle in the file.
     pub time: u64,
 }
 
-/// The work was stopped at a difference.
+/// Error that stops the renderer at a difference.
 #[derive(Debug, Error)]
 #[error("{0}")]
 struct Stopped(Mismatch);
 
-/// Units that compute with the twins and verify the hardware against them.
+/// Units that compute with the reference units and verify the hardware against them.
 pub struct Verifier<'p> {
     config: Config,
     settings: Settings,
@@ -91,17 +90,17 @@ pub struct Verifier<'p> {
     progress: &'p mut dyn FnMut(Progress),
 }
 
-/// How far a verification is.
+/// Progress of a verification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// Entries and elements seen so far, verified or passed over.
+    /// Entries and elements so far, verified or skipped.
     pub done: u64,
     /// Cycles compared so far.
     pub cycles: u64,
 }
 
 impl<'p> Verifier<'p> {
-    /// Nothing is built before there is work for it.
+    /// A verifier that builds each unit at its first call.
     #[must_use]
     pub fn new(config: &Config, settings: Settings, progress: &'p mut dyn FnMut(Progress)) -> Self {
         Self {
@@ -149,7 +148,7 @@ impl<'p> Verifier<'p> {
         (self.progress)(progress);
     }
 
-    /// The stalls of a run and their seed: another one for every run.
+    /// Stalls and seed of a run; every run has a new seed.
     fn stalls(&self, stalled: bool) -> (Stalls, u64) {
         let number = 2 * (self.gather.runs + self.vector.runs) + u64::from(stalled);
         let seed = self.settings.seed.wrapping_add(number);
@@ -274,6 +273,6 @@ impl Units for Verifier<'_> {
         Ok(())
     }
 
-    /// Found in Rust: no unit computes it.
+    /// Computed in Rust: no unit does it.
     fn multiplied(&mut self, _product: Product) {}
 }

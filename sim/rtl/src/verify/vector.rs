@@ -1,4 +1,4 @@
-//! The vector unit's share of a verification.
+//! Verification of the vector unit.
 
 use potamoi_cycles::vector_cycles;
 use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
@@ -7,12 +7,11 @@ use potamoi_units::vector_unit::vector_unit;
 use super::Verifier;
 use crate::{Check, Mismatch, RtlError, VectorBatch, VectorUnit};
 
-/// Vectors in a block, the piece of which a quick verification takes a share.
+/// Vectors in a block, the unit of sampling in a quick verification.
 const BLOCK_VECTORS: usize = 4;
 
 impl Verifier<'_> {
-    /// Verifies the share of the elements that the settings ask for; `results`
-    /// is what the twin gave.
+    /// Verifies the share of the elements in the settings. `results` are the reference unit's.
     pub(super) fn verify_vector(
         &mut self,
         op: VectorOp,
