@@ -1,5 +1,5 @@
-//! Speed of meshes: marching cubes of a built-in scene, and their depth.
-//! Elements are cells where a mesh is made, and triangles where it is drawn.
+//! Benchmark of meshes: marching cubes of a built-in scene, and depth from a mesh. Elements are
+//! cells for extraction and triangles for drawing.
 #![allow(missing_docs, clippy::expect_used)]
 
 use std::hint::black_box;

@@ -1,24 +1,20 @@
-//! Speed of the float renderer of splats, from Gaussians to picture, beside
-//! what the machine could do.
+//! Benchmark of the float splat renderer, from Gaussians to picture, against the machine's peak.
 //!
-//! Scenes: the built-in garden, as it is and at 800 x 800; `dense`, Gaussians
-//! that each fill the frame, so that nothing but the pixels' own arithmetic
-//! counts; and two published scenes of the shared data (`POTAMOI_SHARED`, or
-//! `../shared` beside the checkout), skipped with a message where they are
-//! not there.
+//! Scenes: the built-in garden, at its own size and at 800 x 800; `dense`, whose Gaussians each
+//! fill the frame, so that only the arithmetic of pixels counts; and two published scenes of the
+//! shared data (`POTAMOI_SHARED`, or `../shared` beside the checkout), skipped with a message if
+//! they are missing.
 //!
-//! *Processor time* is what all threads together spent computing (Linux; taken
-//! as elapsed time times threads elsewhere). Unlike elapsed time it stays put
-//! on a busy machine; divided by the number of cores it is what a quiet one
-//! would need.
+//! *Processor time* is the computing time of all threads together (on Linux; elsewhere elapsed
+//! time times threads). Unlike elapsed time it is stable on a busy machine. Divided by the number
+//! of cores it is the elapsed time of a quiet machine.
 //!
-//! An *evaluation* is one Gaussian at one pixel: [`OPERATIONS`] additions and
-//! multiplications of 64 bits. *Peak* is how many of these a processor does a
-//! second when they come in equal numbers, from registers, none waiting for
-//! another, compiled as the renderer is: measured here, just before. The
-//! fraction of it counts evaluations alone. Comparisons, selections,
-//! projection, sorting, finding spans and moving data count as nothing done;
-//! `dense` shows what is left without the last four.
+//! An *evaluation* is one Gaussian at one pixel: [`OPERATIONS`] 64-bit additions and
+//! multiplications. *Peak* is the number of these that a processor executes a second if they come
+//! in equal numbers, from registers and without dependencies, compiled like the renderer; it is
+//! measured just before. The fraction of peak counts only evaluations. Comparisons, selections,
+//! projection, sorting, finding spans and moving data do not count; `dense` shows the cost without
+//! the last four.
 //!
 //! `RAYON_NUM_THREADS` sets the number of threads.
 #![allow(missing_docs, clippy::expect_used, clippy::panic)]
@@ -35,17 +31,17 @@ use potamoi_base::record::Notes;
 use potamoi_scene::{Model, Scene, camera_file, garden};
 use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
 
-/// Additions and multiplications of an evaluation: 7 for the square, 32 for
-/// the exponential, 4 for alpha and transmittance, 6 for the colour.
+/// Additions and multiplications of an evaluation: 7 for the square, 32 for the exponential, 4 for
+/// alpha and transmittance, 6 for the colour.
 const OPERATIONS: u64 = 49;
-/// Independent values of the peak's loop: enough to hide latencies, few enough
-/// for the registers of the least machine.
+/// Independent values in the peak's loop: enough to hide latencies, few enough for the registers
+/// of the smallest machine.
 const CHAINS: usize = 24;
 const ROUNDS: u64 = 1_000_000_000;
-/// Gaussians of `dense`.
+/// Number of Gaussians in `dense`.
 const LAYERS: usize = 100;
 
-/// Processor time of all threads so far, where the system tells.
+/// Processor time of all threads so far, if the system reports it.
 fn processor() -> Option<Duration> {
     let mut sum = 0;
     for thread in std::fs::read_dir("/proc/self/task").ok()? {

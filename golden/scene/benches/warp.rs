@@ -1,4 +1,4 @@
-//! Warping of a million points, beside the time that memory alone would take.
+//! Benchmark of warping a million points, against the time of the memory traffic alone.
 #![allow(missing_docs)]
 
 use std::hint::black_box;

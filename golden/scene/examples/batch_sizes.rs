@@ -1,7 +1,6 @@
-//! What the size of batches does to the bytes of a field in several tables:
-//! `batch_sizes [SCENE] [WIDTH] [SIDE]...` counts what the renderer moves with so
-//! many samples of a ray in a batch, for ray groups of SIDE pixels a side; the rule
-//! ([`BatchSize::of`]) last.
+//! Effect of the batch size on the traffic of a field in several tables: `batch_sizes [SCENE]
+//! [WIDTH] [SIDE]...` counts the renderer's traffic for several numbers of samples a ray in a
+//! batch, for ray groups of SIDE pixels; the rule ([`BatchSize::of`]) comes last.
 
 use std::path::Path;
 

@@ -1,10 +1,10 @@
-//! The analytic scenes in pictures.
+//! Contact sheets of the analytic scenes.
 //!
 //! - `contact_sheet scenes FILE.png [SIDE]`: the ground truth of all.
-//! - `contact_sheet models FILE.png [SIDE] [SCENE]`: a row a scene, the ground
-//!   truth and behind it each ready-made model, rendered at SIDE and shown at
-//!   half of it, the PSNR below: decibels of linear RGB over the frame. Prints
-//!   them as the rows of a Markdown table too, behind each the PSNR over the
+//! - `contact_sheet models FILE.png [SIDE] [SCENE]`: one row a scene, with the ground truth
+//!   followed by each ready-made model, rendered at SIDE and shown at half of it, over the PSNR in
+//!   decibels of linear RGB over the frame. Also prints the values as rows of a Markdown table,
+//!   each followed by the PSNR over the covered pixels.
 //!   pixels that something covers.
 
 use std::path::Path;
@@ -16,11 +16,11 @@ use potamoi_scene::{Representation, Scene};
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Pictures a row of the scenes.
+/// Pictures a row in the sheet of scenes.
 const COLUMNS: u32 = 4;
 /// Pixels above and below pictures, for glyphs of 3 x 5 dots of 2 x 2 pixels.
 const MARGIN: u32 = 16;
-/// The dots of figures and letters, a row three bits; what is not here is blank.
+/// The dots of digits and letters, three bits a row; other characters are blank.
 const GLYPHS: [(char, [u8; 5]); 33] = [
     ('0', [7, 5, 5, 5, 7]),
     ('1', [2, 6, 2, 2, 7]),
@@ -141,7 +141,7 @@ fn models(side: u32, only: Option<&str>) -> Result<Picture, Failure> {
     Ok(sheet)
 }
 
-/// The mean of every two by two pixels.
+/// The mean of every 2 x 2 pixels.
 fn halved(picture: &Picture) -> Picture {
     let [width, height] = [picture.width / 2, picture.height / 2];
     let mut half = Picture::filled(width, height, [0.0; 3]);
@@ -157,7 +157,7 @@ fn halved(picture: &Picture) -> Picture {
     half
 }
 
-/// Copies a picture to where its corner is to lie.
+/// Copies a picture to a position.
 fn paste(sheet: &mut Picture, [x, y]: [u32; 2], picture: &Picture) {
     let rows = picture.rgb.chunks_exact(picture.width as usize);
     for (row, pixels) in (y..).zip(rows) {
@@ -166,13 +166,13 @@ fn paste(sheet: &mut Picture, [x, y]: [u32; 2], picture: &Picture) {
     }
 }
 
-/// Writes a text in the middle of `wide` pixels from a place on.
+/// Writes a text, centred in `wide` pixels from a position on.
 fn caption(sheet: &mut Picture, [x, y]: [u32; 2], wide: u32, text: &str) {
     let free = wide.saturating_sub(8 * text.len() as u32);
     write(sheet, [x + free / 2, y], text);
 }
 
-/// Writes a text, its upper left corner at a place.
+/// Writes a text with its upper left corner at a position.
 fn write(sheet: &mut Picture, [x, y]: [u32; 2], text: &str) {
     let wide = sheet.width;
     for (place, letter) in (0..).zip(text.to_uppercase().chars()) {

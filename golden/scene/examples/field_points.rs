@@ -1,22 +1,20 @@
-//! Densities and colours of an analytic scene at random points, for models that
-//! are fitted to them: `field_points SCENE FOLDER [VIEWS] [SEED]` writes NumPy
-//! arrays into the folder.
+//! Densities and colours of an analytic scene at random points, as training data for models:
+//! `field_points SCENE FOLDER [VIEWS] [SEED]` writes NumPy arrays into the folder.
 //!
-//! | file | type and shape | what |
+//! | file | type and shape | content |
 //! |---|---|---|
 //! | `box` | f64, 2 x 3 | corners of the scene in the world |
 //! | `voxel` | f64, 1 | edge of a voxel of the sampled grid |
-//! | `cells` | u8, 128 x 128 x 128 | along x, y, z: whether anything is in a cell of the scene's cube |
+//! | `cells` | u8, 128 x 128 x 128 | along x, y, z: whether a cell of the scene's cube is non-empty |
 //! | `at` | f32, N x 3 | points in the world |
-//! | `direction` | f32, N x 3 | unit vectors along which they are seen |
-//! | `density` | f32, N | optical depth a unit of length |
+//! | `direction` | f32, N x 3 | unit viewing directions |
+//! | `density` | f32, N | optical depth per unit of length |
 //! | `colour` | f32, N x 3 | linear RGB along the direction, 0 where there is no density |
-//! | `vertices` | f32, M x C | channels of vertices about surfaces of the sampled grid |
+//! | `vertices` | f32, M x C | channels of the sampled grid's vertices near surfaces |
 //!
-//! The cube has the box's middle and its longest side. Half of the points lie
-//! about where pictures along the scene's path take their light from, each seen
-//! along its ray; the others anywhere in cells that are not empty, seen from a
-//! place of the path, and few of them deep inside solids.
+//! The cube has the middle of the box and its longest side. Half of the points lie near the
+//! visible depth in pictures along the scene's path, each seen along its ray. The others lie
+//! anywhere in non-empty cells, seen from a point of the path, and few of them deep inside solids.
 
 use std::path::Path;
 
@@ -32,16 +30,16 @@ type Failure = Box<dyn std::error::Error>;
 
 /// Cells along an edge of the cube.
 const CELLS: usize = 128;
-/// Pixels a side of the pictures that say where light comes from.
+/// Side in pixels of the pictures that determine visible depths.
 const SIDE: u32 = 160;
-/// Seconds of the path.
+/// Duration of the path in seconds.
 const PATH: f64 = 10.0;
 /// Optical depth a voxel above which a point is deep inside.
 const DEEP: f64 = 7.0;
-/// The most vertices that are written.
+/// Maximum number of vertices written.
 const MOST_VERTICES: usize = 1 << 17;
 
-/// A point of a field as it is seen.
+/// A point of a field with its viewing direction.
 struct Sample {
     at: DVec3,
     direction: DVec3,
@@ -99,8 +97,8 @@ fn cube(scene: Analytic) -> (DVec3, f64) {
     ((low + high - side) / 2.0, side)
 }
 
-/// Whether there is density at a corner, in the middle of an edge, of a face, or
-/// of the cell.
+/// For each cell, whether there is density at a corner, in the middle of an edge or a face, or in
+/// the middle of the cell.
 fn cells(scene: Analytic) -> Array3<u8> {
     let (corner, side) = cube(scene);
     let points = 2 * CELLS + 1;
@@ -121,7 +119,7 @@ fn cells(scene: Analytic) -> Array3<u8> {
     })
 }
 
-/// Points about the middle of what each ray of pictures sees.
+/// Points near the mean depth of each ray in the pictures.
 fn lit(scene: Analytic, views: u32, random: &mut Pcg64Mcg) -> Vec<(DVec3, DVec3)> {
     let mut found = vec![];
     for _ in 0..views {
@@ -140,7 +138,7 @@ fn lit(scene: Analytic, views: u32, random: &mut Pcg64Mcg) -> Vec<(DVec3, DVec3)
     found
 }
 
-/// Points of cells that are not empty.
+/// Points in non-empty cells.
 fn anywhere(
     scene: Analytic,
     cells: &Array3<u8>,
@@ -169,7 +167,7 @@ fn anywhere(
     found
 }
 
-/// Channels of every so many of the grid's vertices that light may reach.
+/// Channels of every n-th of the grid's vertices that light may reach.
 fn vertices(scene: Analytic) -> Result<Array2<f32>, Failure> {
     let grid = scene.bake()?;
     let channels = grid.layout().channels();

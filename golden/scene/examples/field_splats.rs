@@ -1,14 +1,13 @@
-//! Gaussians of an analytic scene and their colours, for models that are fitted
-//! to them: `field_splats SCENE FOLDER [DISCS] [VIEWS]` writes NumPy arrays into
-//! the folder.
+//! Gaussians of an analytic scene with their colours, as training data for models: `field_splats
+//! SCENE FOLDER [DISCS] [VIEWS]` writes NumPy arrays into the folder.
 //!
-//! | file | type and shape | what |
+//! | file | type and shape | content |
 //! |---|---|---|
 //! | `mean`, `log_scale` | f32, N x 3 | centres in the world, logarithms of standard deviations |
 //! | `rotation` | f32, N x 4 | unit quaternions, w first |
 //! | `opacity` | f32, N | 0 to 1 |
-//! | `eye` | f64, V x 3 | places of the scene's path |
-//! | `colour` | f32, V x N x 3 | linear RGB, 0 to 1, of each centre as it is seen from there |
+//! | `eye` | f64, V x 3 | points of the scene's path |
+//! | `colour` | f32, V x N x 3 | linear RGB, 0 to 1, of each centre seen from each point |
 
 use std::path::Path;
 
@@ -21,7 +20,7 @@ use rayon::prelude::*;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Seconds of the path.
+/// Duration of the path in seconds.
 const PATH: f64 = 10.0;
 
 fn main() -> Result<(), Failure> {

@@ -1,9 +1,8 @@
-//! From which level on a grid hashed by MVoxel moves more bytes MVoxel by MVoxel
-//! than row by row: `hash_levels [SCENE] [SIDE] [GROUP]...` counts the rows that
-//! the base configuration of Instant-NGP (8 levels from 16 to 2048 vertices, 2^19
-//! rows a level) loads for a frame of an analytic scene at SIDE x SIDE, in ray
-//! groups of GROUP pixels a side, each gathered at once. Samples are those of
-//! the scene's `ngp` model, up to where rays stop.
+//! The level from which on a grid hashed by MVoxel moves more bytes MVoxel by MVoxel than row by
+//! row: `hash_levels [SCENE] [SIDE] [GROUP]...` counts the rows that the base configuration of
+//! Instant-NGP (8 levels from 16 to 2048 vertices, 2^19 rows a level) loads for a frame of an
+//! analytic scene at SIDE x SIDE, in ray groups of GROUP pixels, each gathered at once. Samples
+//! are those of the scene's `ngp` model, up to where rays stop.
 
 use std::path::Path;
 
@@ -21,11 +20,11 @@ const SHAPE: GridShape = GridShape {
     base: 16,
     growth: 2.0,
 };
-/// Energy of a byte from anywhere over one of a stream, in DRAM: 25 over 8.3
-/// (paper, Sec. "Experimental Setup").
+/// DRAM energy of a random byte relative to that of a streamed byte: 25 to 8.3 (paper, Sec.
+/// "Experimental Setup").
 const RANDOM: f64 = 25.0 / 8.3;
 
-/// A level as blocks: what lies in which, not what it holds.
+/// A level as blocks, without values.
 fn blocks(level: u32, config: &Config) -> Result<CodedTable, Box<dyn std::error::Error>> {
     let side = SHAPE.level(level).resolution as usize + 1;
     let rows = 1 << SHAPE.log2_entries;
@@ -109,7 +108,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// MVoxels visited, rows they load, and rows fetched row by row.
+/// Visited MVoxels, rows that they load, and rows fetched row by row.
 fn count(
     table: &BlockTable,
     level: u32,

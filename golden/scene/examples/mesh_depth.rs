@@ -1,16 +1,14 @@
-//! How near the depth of a model's mesh is to the exact depth of the analytic
-//! scene that the model was sampled from.
+//! Depth error of a model's mesh against the exact depth of its analytic scene.
 //!
 //! ```text
 //! cargo run --release -p potamoi-scene --example mesh_depth -- [SCENE ...] [-- CELLS ...]
 //! ```
 //!
-//! For each scene (default `cairn`), cells along its longest side (64, 128,
-//! 256) and factor of the level that is found: triangles, time, the median and
-//! the 95th percentile of the difference in depth in voxel edges, the median
-//! with its sign, and the share of pixels of which one has a surface and the
-//! other none, of those where the exact depth has one. 200 x 200 pixels, eight
-//! places on the scene's path.
+//! For each scene (default `cairn`), number of cells along its longest side (64, 128, 256) and
+//! factor of the computed level, it prints triangles, time, the median and the 95th percentile of
+//! the depth difference in voxel edges, the signed median, and the share of pixels in which only
+//! one of the two has a surface, relative to those with an exact depth. Pictures have 200 x 200
+//! pixels, from eight points of the scene's path.
 #![allow(clippy::print_stdout)]
 
 use std::error::Error;

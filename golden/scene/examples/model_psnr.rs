@@ -1,7 +1,6 @@
-//! How far a model of an analytic scene, an Instant-NGP snapshot or (`.npz`) one
-//! of Compact-3DGS, is from the scene's ground truth:
-//! `model_psnr SCENE FILE [SIDE] [PNG]` renders both, prints the PSNR in
-//! decibels of linear RGB over the frame, and writes them side by side.
+//! PSNR of a model of an analytic scene, an Instant-NGP snapshot or (`.npz`) a Compact-3DGS model,
+//! against the scene's ground truth: `model_psnr SCENE FILE [SIDE] [PNG]` renders both, prints the
+//! PSNR in decibels of linear RGB over the frame, and writes them side by side.
 
 use std::path::Path;
 

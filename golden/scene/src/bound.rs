@@ -1,4 +1,4 @@
-//! What pictures in the hardware's formats may be off by.
+//! Error bounds of pictures in the hardware's formats.
 
 use potamoi_formats::config::{Config, ExpConfig};
 
@@ -10,23 +10,22 @@ use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{self as splats, Cloud, Order, Pair, Rules, View, Work};
 
 impl Scene {
-    /// What each pixel's channels may be off by at most beside [`Scene::render_float`], derived
-    /// from the formats and the units' own bounds; nothing of models or orders for which none is
-    /// derived: splats in the order in which MVoxels bring them, and frames that leave effects or levels
-    /// out.
+    /// Upper bounds of the error of each pixel's channels against [`Scene::render_float`], derived
+    /// from the formats and the units' own bounds. `None` for models and options without a bound:
+    /// splats in approximate order, and frames that leave out effects or levels.
     ///
     /// # Errors
-    /// A scene or a configuration that does not fit.
+    /// The scene or the configuration is invalid.
     pub fn error_bounds(&self, config: &Config) -> Result<Option<Vec<f64>>, SceneError> {
         let vector = VectorBounds::by_formula(&config.vu.exp);
         self.error_bounds_beside(config, self.precision, &vector)
     }
 
-    /// The same beside the picture in floating point that stops and leaves out as another precision
-    /// says, of a vector unit whose results are off by no more than `vector`.
+    /// Error bounds against the floating-point picture with another precision, for a vector unit
+    /// with error bounds `vector`.
     ///
     /// # Errors
-    /// As [`Scene::error_bounds`].
+    /// Those of [`Scene::error_bounds`].
     pub fn error_bounds_beside(
         &self,
         config: &Config,

@@ -1,4 +1,4 @@
-//! The scenes that need no file, and what each can be represented by.
+//! Built-in scenes and their representations.
 
 use glam::DVec3;
 
@@ -7,38 +7,37 @@ use potamoi_analytic::Analytic;
 use potamoi_base::record::told;
 use potamoi_fields::AnyField;
 
-/// Pixels a side of a picture whose size nobody gave.
+/// Default side of a picture in pixels.
 pub(super) const SIDE: u32 = 400;
 
-/// Scenes that need no file: splats, voxels, and models of the fields of
-/// [`Analytic`].
+/// Names of the built-in scenes: splats, voxels, and the fields of [`Analytic`].
 pub const BUILTIN: [&str; 10] = [
     "garden", "lantern", "cairn", "vase", "lattice", "mist", "moons", "chrome", "gallery", "city",
 ];
 
-/// What an analytic scene is made into.
+/// The kind of model that represents an analytic scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Representation {
     /// A grid of densities and colours, sampled.
     Voxels,
     /// DirectVoxGO, sampled.
     Dvgo,
-    /// TensoRF, factors of what is sampled.
+    /// TensoRF, with factors fitted to samples.
     Tensorf,
-    /// Instant-NGP, fitted and stored.
+    /// Instant-NGP, fitted and stored in the program.
     Ngp,
-    /// 3D Gaussians, laid on surfaces and into fog.
+    /// 3D Gaussians, placed on surfaces and in fog.
     Splats,
     /// A two-level tree of EfficientNeRF, sampled.
     EfficientNerf,
-    /// Compact-3DGS: 3D Gaussians laid as those are, coded, fitted and stored.
+    /// Compact-3DGS: 3D Gaussians placed in the same way, coded, fitted and stored.
     Compact,
-    /// Instant-NGP hashed by MVoxel, of `cairn` alone.
+    /// Instant-NGP hashed by MVoxel, only of `cairn`.
     NgpMVoxel,
 }
 
 impl Representation {
-    /// Those of every scene; the first unless another is asked for.
+    /// The representations of every scene; the first is the default.
     pub const ALL: [Self; 7] = [
         Self::Voxels,
         Self::Dvgo,
@@ -49,7 +48,7 @@ impl Representation {
         Self::Compact,
     ];
 
-    /// Its name behind a scene's and a colon.
+    /// Its name after a scene's name and a colon.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -64,7 +63,7 @@ impl Representation {
         }
     }
 
-    /// Those of a scene.
+    /// The representations of a scene.
     fn of(analytic: Analytic) -> Vec<Self> {
         let mut all = Self::ALL.to_vec();
         if analytic == ready::HASHED_BY_MVOXEL {
@@ -88,8 +87,8 @@ impl Representation {
 }
 
 impl Scene {
-    /// A built-in scene: a name, or the name of one that is known exactly, a
-    /// colon, and that of a [`Representation`]. `None` of any other name.
+    /// A built-in scene by name. The name of an analytic scene may be followed by a colon and a
+    /// [`Representation`]. `None` for any other name.
     pub(super) fn builtin(name: &str) -> Option<Result<Self, SceneError>> {
         let (scene, representation) = match name.split_once(':') {
             Some((scene, representation)) => (scene, Some(representation)),
@@ -99,7 +98,7 @@ impl Scene {
         known.then(|| Self::represented(name, scene, representation))
     }
 
-    /// The same of a scene and a representation apart.
+    /// A built-in scene by the names of scene and representation.
     pub(super) fn represented(
         name: &str,
         scene: &str,
@@ -134,7 +133,7 @@ impl Scene {
         })
     }
 
-    /// One of those that are drawn by hand.
+    /// A built-in scene that has no analytic field.
     fn drawn(name: &str) -> Result<Self, SceneError> {
         Ok(match name {
             "garden" => {

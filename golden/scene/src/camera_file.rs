@@ -1,10 +1,9 @@
 //! Camera files of splat scenes: the `cameras.json` of 3D Gaussian splatting,
 //! or one such camera alone, in the OpenCV convention.
 //!
-//! A camera holds `width`, `height`, `fx`, `fy` in pixels, `position`, and
-//! `rotation` (camera to world, by rows). `cx` and `cy` default to the centre;
-//! `background` (linear RGB) to black. Other fields are listed, and refused
-//! where they tell of a lens that is no pinhole.
+//! A camera holds `width`, `height`, `fx`, `fy` in pixels, `position`, and `rotation` (camera to
+//! world, by rows). `cx` and `cy` default to the centre, `background` (linear RGB) to black. Other
+//! fields are listed as unused, and refused if they describe a lens that is not a pinhole.
 
 use std::path::{Path, PathBuf};
 
@@ -20,20 +19,20 @@ use potamoi_base::record::{Fate, Format, Key, Notes, Record};
 
 /// The largest camera file, in bytes.
 const LIMIT: u64 = 1 << 26;
-/// How far `rotation` may be from orthonormal: files hold some 7 digits.
+/// Maximum deviation of `rotation` from orthonormal: files hold about 7 digits.
 const ROTATION_TOLERANCE: f64 = 1e-4;
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-/// What a file that is something else should be.
+/// The expected content, for messages.
 const CAMERA: &str = "expected a camera, or a list of them, with width, height, fx, fy, position and \
                       rotation";
-/// Names of the axes that its cameras stand in.
+/// Names of the axis convention of these cameras.
 const AXES: [&str; 4] = ["OPENCV", "COLMAP", "RDF", "CV"];
 
-/// Its keys.
+/// Keys of the format.
 pub(super) static CAMERAS: Format = Format {
     name: "cameras.json",
     files: "`--camera` and `[camera] kind = \"opencv-json\"`: the cameras that 3D Gaussian splatting \
@@ -64,7 +63,7 @@ pub(super) static CAMERAS: Format = Format {
     others: Listed,
 };
 
-/// A camera and what is behind everything that it sees.
+/// A camera with its background.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FileCamera {
     /// The camera.
@@ -73,49 +72,49 @@ pub struct FileCamera {
     pub background: [f32; 3],
 }
 
-/// A camera file that cannot be used.
+/// A camera file that is invalid or not supported.
 #[derive(Debug, Error)]
 pub enum CameraFileError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot read cameras {path}: {source}; name a readable JSON file")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// Larger than any camera file.
+    /// The file is larger than the limit.
     #[error("{path}: expected a camera file of at most {LIMIT} bytes")]
     TooLarge {
         /// The file.
         path: PathBuf,
     },
-    /// Not JSON, or a field is missing or of the wrong kind.
+    /// The file is not JSON, or a field is missing or of the wrong kind.
     #[error("{origin}: {message}")]
     Parse {
         /// The file.
         origin: String,
-        /// What is wrong.
+        /// The problem.
         message: String,
     },
-    /// A list without cameras.
+    /// The list has no cameras.
     #[error("{origin}: no camera: expected at least one")]
     Empty {
         /// The file.
         origin: String,
     },
-    /// A value that makes no camera.
+    /// A value is not valid for a camera.
     #[error("{origin}: camera {index}: {field} is {value}: expected {expected}")]
     Value {
         /// The file.
         origin: String,
-        /// Which camera, from 0.
+        /// Index of the camera, from 0.
         index: usize,
         /// The field.
         field: &'static str,
         /// The value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: &'static str,
     },
 }
@@ -132,12 +131,11 @@ struct Entry {
     background: Option<[f32; 3]>,
 }
 
-/// Reads the cameras of a file, at least one, in its order. `notes` takes what is
-/// not used.
+/// Reads the cameras of a file, at least one, in the file's order. Unused fields are added to
+/// `notes`.
 ///
 /// # Errors
-/// The file cannot be read, is no camera file, or holds values that make no
-/// camera.
+/// The file cannot be read, is not a camera file, or holds values that are not valid for a camera.
 pub fn read(path: &Path, notes: &mut Notes) -> Result<Vec<FileCamera>, CameraFileError> {
     let fail = |source| CameraFileError::Read {
         path: path.to_owned(),
@@ -153,7 +151,7 @@ pub fn read(path: &Path, notes: &mut Notes) -> Result<Vec<FileCamera>, CameraFil
 /// Reads cameras from JSON; `origin` names it in errors.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn parse(
     json: &[u8],
     origin: &str,
@@ -193,7 +191,7 @@ pub fn parse(
         .collect()
 }
 
-/// What a field that may be left out says.
+/// The value of an optional field.
 fn optional<T: for<'a> Deserialize<'a>>(
     record: &mut Record<Value>,
     name: &str,

@@ -1,4 +1,4 @@
-//! From where a scene is seen, how large, and over what.
+//! Camera, picture size and background of a scene.
 
 use std::path::Path;
 
@@ -14,10 +14,10 @@ use potamoi_base::record::Notes;
 
 /// The largest picture side, in pixels.
 const MAX_SIDE: u32 = 1 << 14;
-/// The largest background of voxels in magnitude, which their accumulator holds.
+/// The largest magnitude of a voxel background that the accumulator can hold.
 const VOXEL_BACKGROUND: f64 = 7.999;
-/// The farthest that an orbit may be from its target, or a target from the
-/// origin; poses past it lose their rotation to rounding.
+/// The largest distance of an orbit from its target, or of a target from the origin. Beyond it,
+/// poses lose their rotation to rounding.
 const FAR: f64 = 1e9;
 
 /// An orbit that frames a box.
@@ -168,11 +168,11 @@ impl Scene {
         Ok(())
     }
 
-    /// Looks through camera `index` of a camera file, over its background.
+    /// Sets the camera and background to those of camera `index` of a camera file.
     ///
     /// # Errors
-    /// A file that cannot be used, no such camera in it, or a background that
-    /// the model's colour format does not hold.
+    /// The file is invalid, it does not have this camera, or the background does not fit the
+    /// model's colour format.
     pub fn set_camera_file(&mut self, path: &Path, index: usize) -> Result<(), SceneError> {
         let mut notes = Notes::default();
         let cameras = camera_file::read(path, &mut notes)?;
@@ -181,8 +181,7 @@ impl Scene {
         self.set_background("camera.background", cameras[index].background)
     }
 
-    /// Looks through one of a file's cameras; those from it on are the scene's
-    /// path.
+    /// Sets the camera to one of a file's; the following ones become the scene's path.
     fn follow(
         &mut self,
         mut cameras: Vec<Camera>,
@@ -209,11 +208,11 @@ impl Scene {
         Ok(())
     }
 
-    /// Gives the picture, and those of a path, another size; one side alone
-    /// keeps the shape of each.
+    /// Sets the size of the picture and of those on a path. If only one side is given, each keeps
+    /// its aspect ratio.
     ///
     /// # Errors
-    /// A side of 0 or above 16,384 pixels.
+    /// A side is 0 or above 16,384 pixels.
     pub fn set_size(&mut self, width: Option<u32>, height: Option<u32>) -> Result<(), SceneError> {
         let resized = |camera: &Camera| self.resized(camera, width, height);
         let path: Result<Vec<Camera>, SceneError> = self.path.iter().map(resized).collect();
@@ -247,7 +246,7 @@ impl Scene {
         Ok(camera.resized(size[0], size[1]))
     }
 
-    /// Codes saturate: what a format does not hold would be another colour.
+    /// Codes saturate, so a value outside the format would become another colour.
     pub(super) fn set_background(
         &mut self,
         field: &'static str,

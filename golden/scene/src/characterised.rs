@@ -1,4 +1,4 @@
-//! What rendering of any scene does to memory.
+//! Memory behaviour of any scene.
 
 use potamoi_formats::config::{Config, PRESETS};
 use rayon::join;
@@ -15,27 +15,26 @@ use potamoi_fields::{Field, FieldError, FixedField, Stops};
 use potamoi_reference::Twins;
 use potamoi_splats::{Cloud, View};
 
-/// What a frame does to memory in both orders, and what its stages take.
+/// Memory behaviour of a frame in both orders, and time of its stages.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Characterised {
     /// Reads of feature vectors in pixel-centric order.
     pub accesses: Accesses,
-    /// Bytes of the memory-centric order, by side of ray groups, and by halo where
-    /// MVoxels share vertices.
+    /// Traffic of the memory-centric order, by side of ray groups, and by halo if MVoxels share
+    /// vertices.
     pub traffic: Vec<Traffic>,
     /// Time of the paper's three stages in the float renderer, measured.
     pub stages: Stages,
 }
 
 impl Scene {
-    /// Counts what a frame does to memory: its reads through a buffer of
-    /// `capacity` bytes, and its bytes for each side of ray groups; with `full`,
-    /// reads are of tables as large as the algorithm's authors use, where
-    /// [`Model::full_size`] knows that.
+    /// Characterises a frame: its reads through a buffer of `capacity` bytes, and its traffic for
+    /// each side of ray groups. With `full`, reads are those of tables of the size that the
+    /// algorithm's authors use, if [`Model::full_size`] has it.
     ///
     /// # Errors
-    /// As [`Scene::render_float`], or a configuration whose rows hold no cell of
-    /// a table.
+    /// Those of [`Scene::render_float`], or the configuration's rows cannot hold a cell of a
+    /// table.
     pub fn characterise(
         &self,
         config: &Config,
@@ -68,11 +67,11 @@ impl Scene {
         }
     }
 
-    /// Reads of feature vectors of a frame, or of a mask's pixels, in pixel-centric order
-    /// through a buffer of `capacity` bytes with oracle replacement.
+    /// Reads of feature vectors of a frame, or of a mask's pixels, in pixel-centric order through
+    /// a buffer of `capacity` bytes with oracle replacement.
     ///
     /// # Errors
-    /// As [`Scene::render_float`], and for a mask of another size than the camera's.
+    /// Those of [`Scene::render_float`], or the mask does not have the camera's size.
     pub fn accesses(&self, capacity: u32, only: Option<&Mask>) -> Result<Accesses, SceneError> {
         let field = |field: &dyn Field| -> Result<Accesses, SceneError> {
             let field = self.stopping(field);
@@ -170,9 +169,9 @@ impl Scene {
     }
 }
 
-/// What is made with a configuration, or, where its vector unit lacks what a field
-/// needs, with that of the preset `fields` in its place: where rays stop follows
-/// from it, what an MVoxel moves does not.
+/// Calls a function with a configuration, or with that of the preset `fields` if the
+/// configuration's vector unit lacks an operation. This affects where rays stop, but not the
+/// traffic of an MVoxel.
 fn able<T>(
     config: &Config,
     make: impl Fn(&Config) -> Result<T, FieldError>,

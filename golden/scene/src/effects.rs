@@ -1,4 +1,4 @@
-//! What a scene's data calls for, and what its renderers are told to do.
+//! Effects that a scene's data needs, and their overrides.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
@@ -14,14 +14,14 @@ use potamoi_march::{Head, TRANSMITTANCE};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{Cloud, Octree, Partition, Sorting, Work};
 
-/// What roundings take of what is left of a ray in floating point, and more.
+/// Upper bound, with a margin, of the loss of transmittance a sample in floating point.
 pub(super) const LOST_IN_FLOATS: f64 = 1.0 / (1u64 << 40) as f64;
-/// By how much an alpha of splats may be above an opacity, of 16 fraction bits: both are rounded,
-/// and exponentials are 1 at most.
+/// Maximum excess of a splat's alpha over its opacity, at 16 fraction bits: both are rounded, and
+/// exponentials are at most 1.
 const SPLAT_OPACITY: f64 = 1.0 / (1 << 16) as f64;
 
 impl Model {
-    /// Whether it is of Gaussians.
+    /// Whether the model consists of Gaussians.
     #[must_use]
     pub fn is_splats(&self) -> bool {
         matches!(self.kind(), Kind::Splats(_))
@@ -29,18 +29,18 @@ impl Model {
 }
 
 impl Scene {
-    /// What is carried out, or left out, whatever is called for.
+    /// Effects that are forced or left out.
     #[must_use]
     pub const fn choices(&self) -> Choices {
         self.choices
     }
 
-    /// Carries effects out, or leaves them out, whatever is called for.
+    /// Sets the effects that are forced or left out.
     pub fn set_choices(&mut self, choices: Choices) {
         self.choices = choices;
     }
 
-    /// What the model's data says, found when it is first asked for.
+    /// Facts about the model's data, determined at the first call.
     #[must_use]
     pub fn facts(&self) -> &Facts {
         let rules = self.profile.rules().with(&self.precision);
@@ -60,8 +60,8 @@ impl Scene {
             .harmonics(facts.stored_harmonics(), facts.highest_harmonic())
     }
 
-    /// Coefficients of a Gaussian's colours that are called for and left out, over three channels; of
-    /// other models none.
+    /// Number of coefficients of a Gaussian's colours that matter but are left out, over three
+    /// channels; 0 for other models.
     #[must_use]
     pub fn left_out_coefficients(&self) -> u64 {
         let of = |degree: usize| 3 * (degree as u64 + 1).pow(2);
@@ -73,18 +73,18 @@ impl Scene {
         }
     }
 
-    /// Whether rays stop early, where roundings take so much of what is left, a sample.
+    /// Whether rays can terminate early, if roundings reduce the transmittance by `lost` a sample.
     pub(super) fn stops(&self, lost: f64) -> bool {
         let can_stop = self.facts().thickness.can_stop(lost);
         self.carries_out(Effect::EarlyTermination, can_stop)
     }
 
-    /// What roundings of a configuration's units may take of what is left of a ray, a sample: what
-    /// an opacity may be too large by, and a unit of the transmittance. Of fields nothing is known,
-    /// nor is how much light a ray loses.
+    /// Upper bound of the loss of transmittance a sample by roundings in a configuration's units:
+    /// the excess of an opacity, and one unit of the transmittance. 0 for fields, for which no
+    /// bound is known.
     ///
     /// # Errors
-    /// A configuration that does not fit the voxels.
+    /// The configuration does not fit the voxels.
     pub fn lost_a_sample(&self, config: &Config) -> Result<f64, SceneError> {
         Ok(match self.model.kind() {
             Kind::Splats(_) => self.lost_a_splat(),
@@ -101,7 +101,7 @@ impl Scene {
         })
     }
 
-    /// The same of a Gaussian, whatever the configuration.
+    /// The bound for a Gaussian, which does not depend on the configuration.
     fn lost_a_splat(&self) -> f64 {
         SPLAT_OPACITY + self.transmittance_unit()
     }
@@ -129,12 +129,12 @@ impl Scene {
         }
     }
 
-    /// Whether colours of voxels that are linear in the direction are seen from it.
+    /// Whether linear colours of voxels depend on the viewing direction.
     pub(super) fn voxel_directions(&self) -> bool {
         self.degree() > 0
     }
 
-    /// Refuses numbers of a precision that ask for more than the model has.
+    /// Checks that a precision does not ask for more than the model has.
     pub(super) fn has_what_is_asked_for(&self, precision: &Precision) -> Result<(), SceneError> {
         let all = self.facts().hashed_tables();
         match precision.hashed_levels {
@@ -167,7 +167,7 @@ impl Scene {
         }
     }
 
-    /// Which samples are left out as nothing is there.
+    /// The empty samples that are skipped.
     pub(super) fn skip(&self, mvoxels: &MVoxels) -> Skip {
         let [void, _] = mvoxels.void_cells();
         match self.carries_out(Effect::VoidTest, void > 0) {
@@ -176,7 +176,7 @@ impl Scene {
         }
     }
 
-    /// Cells of splats before and after merging, with MVoxels of so many rows.
+    /// Number of splat cells before and after merging, with MVoxels of `rows` rows.
     #[must_use]
     pub fn merged_cells(&self, rows: usize) -> Option<[usize; 2]> {
         let Kind::Splats(cloud) = self.model.kind() else {
@@ -201,10 +201,10 @@ impl Scene {
             && (self.choices.forces(effect) || can_merge())
     }
 
-    /// Operations of the vector unit that frames of the scene take.
+    /// Operations of the vector unit that frames of the scene need.
     ///
     /// # Errors
-    /// A configuration in which it cannot be rendered.
+    /// The scene cannot be rendered with this configuration.
     pub fn operations(&self, config: &Config) -> Result<Vec<OpCode>, SceneError> {
         let of = |head: &dyn Head| [head.operations(), vec![OpCode::Multiply]].concat();
         let splats = vec![OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
@@ -225,7 +225,7 @@ impl Scene {
         found.map_err(|e: SceneError| e.of(&self.name))
     }
 
-    /// The Gaussians of a model of splats.
+    /// The Gaussians of a splat model.
     pub fn cloud(&self) -> Option<&Cloud> {
         match self.model.kind() {
             Kind::Splats(cloud) => Some(cloud),
@@ -235,7 +235,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// The same with another model.
+    /// The same scene with another model.
     #[must_use]
     pub fn with_model(self, model: Model) -> Self {
         Self {

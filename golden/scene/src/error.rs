@@ -1,4 +1,4 @@
-//! What can go wrong between the name of a scene and its picture.
+//! Errors of scenes.
 
 use std::path::PathBuf;
 
@@ -17,35 +17,35 @@ use potamoi_warp::mesh::MeshError;
 /// A scene that cannot be opened or rendered.
 #[derive(Debug, Error)]
 pub enum SceneError {
-    /// Neither a built-in name nor a file.
+    /// The name is neither a built-in scene nor a file.
     #[error(
         "scene `{name}`: no built-in scene and no file of that name; built in are {builtin}, \
          and files end in {endings}"
     )]
     Unknown {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// The names that are built in.
+        /// Names of the built-in scenes.
         builtin: String,
-        /// The endings of files.
+        /// Extensions of scene files.
         endings: String,
     },
-    /// A file of a kind that is not read.
+    /// The kind of file is not supported.
     #[error("scene {path}: {kind} are not read: expected {expected}")]
     Ending {
         /// The file.
         path: PathBuf,
-        /// What is not read.
+        /// The kind of the file.
         kind: String,
-        /// The endings that are read.
+        /// The supported extensions.
         expected: String,
     },
-    /// A model does not fit in memory.
+    /// The model does not fit in memory.
     #[error("cannot load {path}: {why}; raise the limit, or name a smaller model")]
     Memory {
         /// The file.
         path: PathBuf,
-        /// What is lacking.
+        /// What does not fit.
         why: String,
     },
     /// A description cannot be read.
@@ -53,15 +53,15 @@ pub enum SceneError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// A description is not what it should be.
+    /// A description is invalid.
     #[error("scene {path}: {message}")]
     Description {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what was expected.
+        /// The problem and the expected content.
         message: String,
     },
     /// A value of a description or an argument is out of range.
@@ -73,16 +73,16 @@ pub enum SceneError {
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
-    /// A model file cannot be used.
+    /// A model file is invalid or not supported.
     #[error(transparent)]
     Model(#[from] FileError),
-    /// A camera file cannot be used.
+    /// A camera file is invalid or not supported.
     #[error(transparent)]
     Camera(#[from] CameraFileError),
-    /// Gaussians that make no cloud.
+    /// The Gaussians do not form a valid cloud.
     #[error(transparent)]
     Cloud(#[from] CloudError),
     /// Splats cannot be rendered.
@@ -91,24 +91,24 @@ pub enum SceneError {
     /// Voxels cannot be rendered.
     #[error(transparent)]
     Voxels(#[from] MarchError),
-    /// A camera path cannot be used.
+    /// A camera path is invalid or not supported.
     #[error(transparent)]
     Path(#[from] TransformsError),
-    /// Poses of a reconstruction cannot be used.
+    /// Poses of a reconstruction are invalid or not supported.
     #[error(transparent)]
     Poses(#[from] ColmapError),
     /// A field cannot be loaded or rendered.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// What names no scene itself.
+    /// An error that does not name the scene itself.
     #[error("scene {scene}: {source}")]
     Of {
         /// The scene.
         scene: String,
-        /// What is wrong with it.
+        /// The error.
         source: Box<SceneError>,
     },
-    /// A mesh cannot be made of the model.
+    /// No mesh can be made from the model.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The units of a configuration cannot render the scene.
@@ -120,13 +120,13 @@ pub enum SceneError {
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would do.
+        /// Allowed values.
         expected: String,
     },
 }
 
 impl SceneError {
-    /// Names the scene, where the text names neither it nor a file.
+    /// Adds the name of the scene, unless the message names it or a file.
     pub(super) fn of(self, scene: &str) -> Self {
         let nameless = match &self {
             Self::Cloud(_) | Self::Splats(_) | Self::Voxels(_) => true,
@@ -142,7 +142,7 @@ impl SceneError {
         }
     }
 
-    /// The error of a unit that stopped the rendering, if that is what it was.
+    /// The error of the unit that stopped rendering, if any.
     #[must_use]
     pub fn unit(&self) -> Option<&(dyn std::error::Error + Send + Sync + 'static)> {
         match self {

@@ -1,11 +1,11 @@
-//! Depth that is known exactly.
+//! Exact depth of analytic scenes.
 
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_warp::{Geometry, WarpError};
 
-/// Where the rays of a camera through an analytic field have lost half of their
-/// light; void where they keep more.
+/// Depth at which the transmittance of a camera's rays through an analytic field falls to one
+/// half; void for rays that keep more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ExactDepth(pub Analytic);
 

@@ -1,4 +1,4 @@
-//! The file formats that are read, by their keys.
+//! All file formats with their keys.
 
 use crate::compact;
 use potamoi_base::record::Format;

@@ -1,4 +1,4 @@
-//! Rendering of any scene in the hardware's formats, through units.
+//! Fixed-point rendering of any scene through the units.
 
 use potamoi_formats::config::{Config, ExpBase, ExpOutput};
 use potamoi_formats::record::RECORD_CHANNELS;
@@ -16,12 +16,12 @@ use potamoi_reference::Units;
 use potamoi_splats::{self as splats, Cells, Cloud};
 
 impl Scene {
-    /// Renders in the hardware's formats: every gather and every vector
-    /// operation goes through `units`, which are those of `config`.
+    /// Renders in the hardware's formats: every gather and every vector operation goes through
+    /// `units`, which must be those of `config`.
     ///
     /// # Errors
-    /// A configuration that cannot hold the scene, a camera or an option that is
-    /// not sensible, or a unit that fails.
+    /// The configuration cannot hold the scene, the camera or an option is out of range, or a unit
+    /// fails.
     pub fn render_fixed(
         &self,
         config: &Config,
@@ -30,11 +30,11 @@ impl Scene {
         self.render_chosen(config, None, units)
     }
 
-    /// The same of some pixels, the others being background; their bits are those of the whole
-    /// frame.
+    /// As [`Scene::render_fixed`], but renders only the pixels of a mask, bit for bit as in the
+    /// whole frame; the others are background.
     ///
     /// # Errors
-    /// As [`Scene::render_fixed`], and for a mask of another size than the camera's.
+    /// Those of [`Scene::render_fixed`], or the mask does not have the camera's size.
     pub fn render_fixed_masked(
         &self,
         config: &Config,
@@ -60,7 +60,8 @@ impl Scene {
         rendered.map_err(|e| e.of(&self.name))
     }
 
-    /// Operands are made for `exp(-u)`, results read as its code.
+    /// Checks that the exponential has base e and alpha output: operands are prepared for `exp(-u)`, and results
+    /// are read as its codes.
     fn powers_of_e(&self, config: &Config) -> Result<(), SceneError> {
         let exp = &config.vu.exp;
         let (field, value, expected) = if exp.base != ExpBase::E {
@@ -115,7 +116,7 @@ impl Scene {
         }
     }
 
-    /// How splats are rendered in a configuration.
+    /// Options of the splat renderer for a configuration.
     #[must_use]
     pub fn splat_options(&self, config: &Config) -> splats::FixedOptions {
         let rows = config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize;
@@ -209,7 +210,7 @@ impl Scene {
         })
     }
 
-    /// A field whose rays stop as the scene says.
+    /// A field with the scene's early-termination threshold.
     pub(super) fn stopping<'a>(&self, field: &'a dyn Field) -> Stopping<'a> {
         Stopping::new(field, self.precision.stop_below)
     }
@@ -227,7 +228,7 @@ impl Scene {
         }
     }
 
-    /// Records are codes of 16 bits, and take so many channels.
+    /// Checks that records fit: they take 16-bit codes and a fixed number of channels.
     fn check_splats(&self, config: &Config) -> Result<(), SceneError> {
         let refuse = |field, value: String, expected: String| {
             Err(SceneError::Config {

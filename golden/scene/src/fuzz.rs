@@ -1,4 +1,4 @@
-//! Damage to camera files that are text: bytes, and whole words of it.
+//! Damaged camera files for tests: changed bytes and words.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use proptest::sample::{Index, select};
 
 use super::transforms::PathFrame;
 
-/// Words that stand where a number, a name or a bracket should.
+/// Words to put in place of a number, a name or a bracket.
 const WORDS: [&str; 24] = [
     "0",
     "-0",
@@ -35,20 +35,20 @@ const WORDS: [&str; 24] = [
     "\u{e9}\u{1f600}",
 ];
 
-/// What is done to a text.
+/// A change to a text.
 #[derive(Debug, Clone)]
 pub(super) enum Damage {
     Byte(u8),
     Cut,
-    /// A word becomes another.
+    /// Replaces a word.
     Word(&'static str),
-    /// A word becomes one from elsewhere in the text.
+    /// Replaces a word by one from elsewhere in the text.
     Moved(Index),
-    /// The rest of the text comes again.
+    /// Repeats the rest of the text.
     Again,
 }
 
-/// One to three damages, and where each is.
+/// One to three damages with their positions.
 pub(super) fn damages() -> impl Strategy<Value = Vec<(Index, Damage)>> {
     let damage = prop_oneof![
         2 => any::<u8>().prop_map(Damage::Byte),
@@ -60,7 +60,7 @@ pub(super) fn damages() -> impl Strategy<Value = Vec<(Index, Damage)>> {
     prop::collection::vec((any::<Index>(), damage), 1..4)
 }
 
-/// Where words begin and end: runs of what is in numbers and names.
+/// Ranges of words: runs of characters of numbers and names.
 fn words(text: &[u8]) -> Vec<std::ops::Range<usize>> {
     let within = |b: u8| b.is_ascii_alphanumeric() || b"+-._/#\"".contains(&b);
     let mut found = vec![];
@@ -78,7 +78,7 @@ fn words(text: &[u8]) -> Vec<std::ops::Range<usize>> {
     found
 }
 
-/// The text with that done to it.
+/// The text after the damages.
 pub(super) fn damaged(text: &[u8], damages: &[(Index, Damage)]) -> Vec<u8> {
     let mut text = text.to_vec();
     for (at, damage) in damages {
@@ -103,7 +103,7 @@ pub(super) fn damaged(text: &[u8], damages: &[(Index, Damage)]) -> Vec<u8> {
     text
 }
 
-/// Cameras that can be rendered from, or one line that names the file.
+/// Checks for cameras that can be rendered from, or a one-line error that names the file.
 pub(super) fn sound<E: std::fmt::Display>(
     read: Result<Vec<PathFrame>, E>,
     file: &Path,

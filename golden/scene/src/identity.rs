@@ -1,11 +1,12 @@
-//! What decides a scene's pictures and the work of rendering them, part by part.
+//! The identity of a scene: hashes of everything that determines its pictures and their cost, part
+//! by part.
 
 use super::Scene;
 use potamoi_base::content::hash_of;
 
 impl Scene {
-    /// A hash of everything that decides what is rendered and how, by the name of its part. Scenes
-    /// that differ in none of them are rendered alike.
+    /// Hashes of everything that determines what is rendered and how, with the names of the parts.
+    /// Scenes with equal hashes are rendered alike.
     #[must_use]
     pub fn identity(&self) -> Vec<(&'static str, blake3::Hash)> {
         // A new field has to be put on one of the two lists.
@@ -73,7 +74,7 @@ mod tests {
     use potamoi_march::tiling::Halo;
     use potamoi_splats::{Cells, Order, Profile};
 
-    /// Every field of a scene, changed alone.
+    /// Changes every field of a scene alone.
     #[test]
     fn every_field_changes_its_part_and_no_other() {
         let scene = Scene::open("lantern").unwrap();
@@ -139,7 +140,7 @@ mod tests {
         assert_eq!(scene.clone().identity(), own);
     }
 
-    /// Paths of as many frames that begin alike, and differ in one number of one camera.
+    /// Paths of equal length and equal beginning that differ in one number of one camera.
     #[test]
     fn one_number_of_any_frame_changes_a_path() {
         let mut scene = Scene::open("lantern").unwrap();
@@ -174,7 +175,7 @@ mod tests {
         assert_eq!(known.len(), all);
     }
 
-    /// Models whose names, sizes and shapes are the same, and one number is not.
+    /// Models that differ only in one number, not in name, size or shape.
     #[test]
     fn one_number_of_a_model_changes_it() {
         let content = |model: &Model| hash_of(model);

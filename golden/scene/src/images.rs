@@ -1,5 +1,5 @@
-//! Image sequences with depth: frames that were taken, or rendered elsewhere, as
-//! what warping starts from.
+//! Image sequences with depth: frames that were captured or rendered elsewhere, as input for
+//! warping.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,8 +22,7 @@ use potamoi_warp::{Geometry, Renderer, Shaded, VOID_BELOW, WarpError, is_void};
 /// The largest image file, in bytes.
 const LIMIT: u64 = 1 << 29;
 
-/// What files were found to say that is not used, so far. No part of what a
-/// sequence is.
+/// Unused parts of the files read so far. They are not part of the identity of a sequence.
 #[derive(Debug, Clone, Default)]
 struct Heard(Arc<Mutex<Notes>>);
 
@@ -47,7 +46,7 @@ impl Heard {
     }
 }
 
-/// An image sequence. Frames are read when they are asked for.
+/// An image sequence. Frames are read on demand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Images {
     name: String,
@@ -59,11 +58,11 @@ pub struct Images {
 }
 
 impl Images {
-    /// Opens the sequence that a description tells of; nothing where it tells of
-    /// something else, or the name is not that of a description.
+    /// Opens the sequence of a description; `None` if the description has another model, or if the
+    /// name is not that of a description.
     ///
     /// # Errors
-    /// A description, or a path of cameras, that cannot be used.
+    /// The description or its camera path is invalid.
     pub fn open(name: &str) -> Result<Option<Self>, SceneError> {
         let path = Path::new(name);
         if path
@@ -123,23 +122,22 @@ impl Images {
         }))
     }
 
-    /// What files that were read so far say that is not used, and what was
-    /// assumed.
+    /// Unused parts of the files read so far, and assumptions.
     #[must_use]
     pub fn left_open(&self) -> Vec<String> {
         self.heard.all().sentences()
     }
 
-    /// Its name.
+    /// Name of the sequence.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The cameras of its first frames.
+    /// The cameras of the first `frames` frames.
     ///
     /// # Errors
-    /// More frames than it has.
+    /// The sequence has fewer frames.
     pub fn path(&self, frames: usize) -> Result<Vec<Camera>, SceneError> {
         match self.frames.get(..frames) {
             Some(all) => Ok(all.iter().map(|f| f.camera).collect()),
@@ -152,13 +150,13 @@ impl Images {
         }
     }
 
-    /// Frames that it has.
+    /// Number of frames.
     #[must_use]
     pub fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Whether it has none.
+    /// Whether there are no frames.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
@@ -248,8 +246,8 @@ impl Images {
         })
     }
 
-    /// Depths; of pixels that are void by them but not clear, as at the soft rim
-    /// of a picture, not known.
+    /// Depths. Pixels that are void by depth but not transparent, as at the soft edge of a
+    /// picture, become unknown.
     fn depth_of(&self, frame: &PathFrame) -> Result<Vec<f32>, SceneError> {
         let clear = self.image(frame)?;
         let mut depths = self.stored_depth(frame)?;
@@ -261,7 +259,7 @@ impl Images {
         Ok(depths)
     }
 
-    /// As the file has them. What lies behind the camera is not known.
+    /// Depths as in the file. Those behind the camera become unknown.
     fn stored_depth(&self, frame: &PathFrame) -> Result<Vec<f32>, SceneError> {
         // A stem may hold dots: `frame.0001.png` has the depth `frame.0001.exr`.
         let stem = match has_ending(&frame.picture) {
@@ -287,7 +285,7 @@ impl Images {
     }
 }
 
-/// Whether a picture is named with its ending: of `frame.0001`, the number is none.
+/// Whether a picture's name has a file extension: the number of `frame.0001` is none.
 fn has_ending(picture: &Path) -> bool {
     let ending = picture.extension().unwrap_or_default().to_string_lossy();
     !ending.bytes().all(|b| b.is_ascii_digit())

@@ -1,9 +1,9 @@
 //! The built-in voxel scene: a paper lantern that glows on a round stone.
 //!
-//! An analytic field of signed distances, baked to a vertex grid. Densities
-//! rise linearly through each surface and are held to -4 outside, so that their
-//! interpolation is sharp while far cells are empty. Colours are linear in the
-//! viewing direction: paper is brighter seen head-on, stone has a broad sheen.
+//! An analytic field of signed distances, sampled in a vertex grid. Densities rise linearly
+//! through each surface and are clamped to -4 outside, so that their interpolation is sharp while
+//! far cells are empty. Colours are linear in the viewing direction: paper is brighter seen
+//! head-on, stone has a broad sheen.
 
 use glam::DVec3;
 
@@ -13,14 +13,14 @@ use potamoi_march::MarchError;
 
 /// Vertices along x, y, z; z points up.
 pub const POINTS: [usize; 3] = [64, 64, 92];
-/// Linear RGB behind the lantern; 12 fraction bits hold it exactly.
+/// Background, linear RGB; 12 fraction bits represent it exactly.
 pub const BACKGROUND: [f32; 3] = [287.0 / 4096.0, 328.0 / 4096.0, 492.0 / 4096.0];
 
 /// Edge of a voxel: the stone spans the 63 voxels across.
 const VOXEL: f64 = 2.0 / 63.0;
 /// Optical depth a voxel edge far outside a surface, before the ReLU.
 const OUTSIDE: f64 = -4.0;
-/// What the light inside is seen from.
+/// Position of the light inside.
 const LAMP: DVec3 = DVec3::new(0.0, 0.0, 1.42);
 
 /// Half the height of the paper, and its largest radius.
@@ -29,7 +29,7 @@ const RADIUS: f64 = 0.68;
 /// Hoops under the paper.
 const HOOPS: f64 = 11.0;
 
-/// What a point belongs to.
+/// The material of a point.
 #[derive(Clone, Copy, PartialEq)]
 enum Material {
     Paper,
@@ -38,7 +38,7 @@ enum Material {
     Pebble(usize),
 }
 
-/// Place, radius and colour of the pebbles.
+/// Position, radius and colour of the pebbles.
 const PEBBLES: [(DVec3, f64, [f64; 3]); 4] = [
     (DVec3::new(0.60, -0.42, 0.40), 0.13, [0.55, 0.53, 0.50]),
     (DVec3::new(0.36, -0.68, 0.36), 0.09, [0.62, 0.50, 0.42]),
@@ -46,16 +46,16 @@ const PEBBLES: [(DVec3, f64, [f64; 3]); 4] = [
     (DVec3::new(-0.30, 0.72, 0.38), 0.11, [0.50, 0.52, 0.47]),
 ];
 
-/// Bakes the lantern.
+/// Samples the lantern.
 ///
 /// # Errors
-/// None in practice: its size and its values are right by construction.
+/// None in practice: size and values are valid by construction.
 pub fn lantern() -> Result<Grid, MarchError> {
     let corner = DVec3::new(-1.0, -1.0, 0.0);
     Grid::bake(POINTS, corner, VOXEL, Layout::Linear, vertex)
 }
 
-/// The camera that shows it, at any picture size.
+/// The default camera for any picture size.
 #[must_use]
 pub fn camera(width: u32, height: u32) -> Camera {
     let eye = DVec3::new(1.9, -4.4, 2.75);
@@ -87,7 +87,7 @@ fn vertex(at: DVec3, out: &mut [f32]) {
     }
 }
 
-/// Signed distance to the nearest surface, and whose it is.
+/// Signed distance to the nearest surface, and its material.
 fn nearest(p: DVec3) -> (f64, Material) {
     let mut best = (paper(p).abs() - 1.2 * VOXEL, Material::Paper);
     let mut offer = |distance: f64, material| {
@@ -152,8 +152,7 @@ fn gradient(p: DVec3, field: impl Fn(DVec3) -> f64) -> DVec3 {
     DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)).normalize_or_zero()
 }
 
-/// Red, green, blue: a constant and the slopes along x, y, z of the direction
-/// of view.
+/// Red, green, blue: a constant and the slopes along x, y, z of the viewing direction.
 fn shade(p: DVec3, normal: DVec3, material: Material) -> [[f64; 4]; 3] {
     match material {
         Material::Paper => {

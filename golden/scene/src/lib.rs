@@ -72,23 +72,22 @@ use potamoi_fields::{AnyField, Field, Size};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Cells, Cloud, Order, Profile};
 
-/// What is shown.
+/// What a scene shows.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub enum Model {
     /// 3D Gaussians.
     Splats(Cloud),
-    /// 3D Gaussians in the colours of a neural field, which every camera asks
-    /// anew.
+    /// 3D Gaussians coloured by a neural field, which is evaluated anew for every camera.
     Compact(Box<Compact>),
     /// A grid of vertex features.
     Voxels(Box<Grid>),
-    /// A field of any other algorithm.
+    /// A field of another algorithm.
     Field(AnyField),
 }
 
-/// A model by how it is rendered.
+/// A model by its renderer.
 pub enum Kind<'a> {
-    /// Of a model whose colours depend on the camera, in none.
+    /// Gaussians; with camera-dependent colours, the Gaussians without them.
     Splats(&'a Cloud),
     /// A grid of vertices.
     Voxels(&'a Grid),
@@ -108,8 +107,8 @@ impl Model {
         }
     }
 
-    /// How large the algorithm's authors make its tables, where that is one number; the colours of
-    /// Compact-3DGS have 2^19 entries a level.
+    /// Table size in the configuration of the algorithm's authors, if one number states it. The
+    /// colours of Compact-3DGS have 2^19 entries a level.
     #[must_use]
     pub fn full_size(&self) -> Option<Size> {
         match (self, self.kind()) {
@@ -120,7 +119,7 @@ impl Model {
         }
     }
 
-    /// Whether its samples are told in voxel edges, so that [`Scene::set_step`] changes it.
+    /// Whether its step is measured in voxel edges, so that [`Scene::set_step`] changes it.
     #[must_use]
     pub fn has_step(&self) -> bool {
         match self.kind() {
@@ -130,7 +129,7 @@ impl Model {
         }
     }
 
-    /// The preset whose units have what it takes.
+    /// The preset whose units support it.
     #[must_use]
     pub fn preset(&self) -> &'static str {
         match (self, self.kind()) {
@@ -141,7 +140,7 @@ impl Model {
         }
     }
 
-    /// The model by how it is rendered.
+    /// The model by its renderer.
     #[must_use]
     pub fn kind(&self) -> Kind<'_> {
         match self {
@@ -153,17 +152,17 @@ impl Model {
     }
 }
 
-/// Degrees a second of the way about a model that has none of its own.
+/// Speed of the default path around a model without a path of its own, in degrees a second.
 const TURN: f64 = 36.0;
 
-/// A model, a camera, and how to render.
+/// A model, a camera and render options.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     name: String,
-    /// Shared by copies that look at it otherwise.
+    /// The model, shared by copies with other options.
     model: Arc<Model>,
     camera: Camera,
-    /// The cameras of the file that the camera is of, from it on.
+    /// The cameras of a camera file, from the chosen one on.
     path: Vec<Camera>,
     /// The vertical axis, for orbits.
     up: DVec3,
@@ -173,101 +172,99 @@ pub struct Scene {
     group_tiles: Option<[u32; 2]>,
     group_side: Option<u32>,
     halo: Halo,
-    /// Whether cells of splats are merged into fuller MVoxels.
+    /// The division of splats into MVoxels.
     cells: Cells,
     step: f64,
     /// Whether the model was read from a file.
     from_file: bool,
-    /// The axes that a file of splats was read in, where they were asked for.
+    /// The requested axes of a splat file, if any.
     axes: Option<Axes>,
-    /// Where in the file's world the model's origin lies.
+    /// Position of the model's origin in the file's world.
     origin: DVec3,
-    /// What its files say that is not used, and what they leave to be assumed.
+    /// Unused parts of the files, and assumptions.
     notes: Notes,
-    /// The field that a built-in model was sampled from.
+    /// The analytic field that a built-in model was sampled from.
     truth: Option<Analytic>,
-    /// What is carried out whatever is called for.
+    /// Effects that are forced or left out.
     choices: Choices,
-    /// Cut-offs and widths in place of the rules'.
+    /// Thresholds and widths that override the rules'.
     precision: Precision,
-    /// What was found of the model.
+    /// Cached facts about the model.
     found: Cache,
 }
 
 impl Scene {
-    /// The built-in name or the file.
+    /// The built-in name or the file name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What is shown.
+    /// The model.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
     }
 
-    /// From where.
+    /// The camera.
     #[must_use]
     pub const fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     #[must_use]
     pub const fn background(&self) -> [f32; 3] {
         self.background
     }
 
-    /// The analytic field that the model was sampled from, where there is one.
+    /// The analytic field that the model was sampled from, if any.
     #[must_use]
     pub const fn analytic(&self) -> Option<Analytic> {
         self.truth
     }
 
-    /// Looks through another camera.
+    /// Sets the camera.
     pub fn set_camera(&mut self, camera: Camera) {
         self.camera = camera;
     }
 
-    /// Composites splats in another order.
+    /// Sets the order in which splats are composited.
     pub fn set_order(&mut self, order: Order) {
         self.order = order;
     }
 
-    /// Draws splats by another renderer's rules.
+    /// Sets the rule set for splats.
     pub fn set_profile(&mut self, profile: Profile) {
         self.profile = profile;
         self.found = Cache::default();
     }
 
-    /// How splats are cut into MVoxels: the coarsest grid that fits, merged, unless
-    /// [`Scene::set_cells`] says otherwise.
+    /// The division of splats into MVoxels: by default the coarsest grid that fits, merged.
     #[must_use]
     pub const fn cells(&self) -> Cells {
         self.cells
     }
 
-    /// Cuts splats into MVoxels otherwise.
+    /// Sets the division of splats into MVoxels.
     pub fn set_cells(&mut self, cells: Cells) {
         self.cells = cells;
     }
 
-    /// Cameras that its file has from the chosen one on, if it is of a file.
+    /// Number of cameras in the camera file, from the chosen one on, if the camera is from a file.
     #[must_use]
     pub fn path_length(&self) -> Option<u32> {
         (!self.path.is_empty()).then(|| self.path.len().try_into().unwrap_or(u32::MAX))
     }
 
-    /// The first `frames` cameras of a way through the scene. Where the camera
-    /// is one of a file, they are those of the file from it on, and `fps` is not
-    /// used; otherwise they are `fps` frames a second of the built-in way, or, of
-    /// a model that has none, of a turn about the vertical axis through its
-    /// middle, 36 degrees a second. Neighbours at 30 show nearly the same; at 1
-    /// they do not.
+    /// The first `frames` cameras of a path through the scene. If the camera is from a file, the
+    /// path continues in the file, and `fps` is not used. Otherwise it is the built-in path at
+    /// `fps` frames a second; a model without one is circled about the vertical axis through its
+    /// middle at 36 degrees a second. Successive frames overlap almost completely at 30 frames a
+    /// second, but not at 1.
     ///
     /// # Errors
-    /// A rate outside 0.001 to 1000, more frames than the file has, or more than
+    /// The rate is outside 0.001 to 1000, or there are more frames than the file has or more than
     /// 100,000.
     pub fn path(&self, fps: f64, frames: u32) -> Result<Vec<Camera>, SceneError> {
         let refuse = |field, value: String, expected: &str| {
@@ -302,7 +299,7 @@ impl Scene {
         Ok((0..frames).map(at).collect())
     }
 
-    /// Rule set for splats.
+    /// The rule set for splats.
     #[must_use]
     pub const fn profile(&self) -> Profile {
         self.profile

@@ -1,4 +1,4 @@
-//! From a name to a scene.
+//! Loading of scenes by name.
 
 use std::path::Path;
 
@@ -17,9 +17,9 @@ use potamoi_fields::{FieldFile, FileOptions, LoadedField, algorithms};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Order, Profile, files};
 
-/// Voxel edges from sample to sample unless a description says otherwise.
+/// Default step in voxel edges.
 pub(super) const STEP: f64 = 0.5;
-/// The endings of files that are scenes.
+/// Extensions of scene files.
 fn endings() -> String {
     let fields = algorithms::files().flat_map(|file| file.endings);
     let all = files::endings().into_iter().chain([compact::ENDING]);
@@ -30,30 +30,29 @@ fn endings() -> String {
     format!("{} or .toml", all.join(", "))
 }
 
-/// The farthest coordinate of a Gaussian's centre in a file: default views stand some extents away,
-/// which 32-bit floats have to hold.
+/// The largest coordinate of a Gaussian's centre in a file. Default cameras stand several extents
+/// away, which must fit 32-bit floats.
 const MAX_CENTRE: f32 = 1e30;
-/// Bytes of a path that the operating system takes.
+/// Maximum length of a path in bytes, set by the operating system.
 const LONGEST_PATH: usize = 4095;
 
 impl Scene {
-    /// Opens a scene: a built-in name, with a colon and a representation if it is
-    /// known exactly, a splat model of any format of [`files`] or of [`compact`],
-    /// a field, or a `.toml` description. Bare splats are seen from
-    /// [`Orbit::around`] them, y down as 3DGS trains, by the rules of `inria` on
-    /// black.
+    /// Opens a scene: a built-in name, with a colon and a representation for analytic scenes; a
+    /// splat model of any format of [`files`] or of [`compact`]; a field; or a `.toml`
+    /// description. Bare splats are seen from [`Orbit::around`] them, y down as in 3DGS training,
+    /// by the rules of `inria` on black.
     ///
     /// # Errors
-    /// No such scene, or a file that cannot be used.
+    /// There is no such scene, or the file is invalid or not supported.
     pub fn open(name: &str) -> Result<Self, SceneError> {
         Self::open_in(name, None)
     }
 
-    /// The same of splats whose axes are others than their file says or has by its format; what is
-    /// opened is turned, cameras are not.
+    /// As [`Scene::open`], for splats whose axes differ from those of their file or format. The
+    /// model is converted, cameras are not.
     ///
     /// # Errors
-    /// As [`Scene::open`], or axes for what is no file of splats.
+    /// Those of [`Scene::open`], or the name is not that of a splat file.
     pub fn open_in(name: &str, axes: Option<Axes>) -> Result<Self, SceneError> {
         let scene = Self::opened(name, axes).map_err(|e| e.of(name))?;
         match axes {
@@ -109,8 +108,8 @@ impl Scene {
         }
     }
 
-    /// A model in memory, seen through a camera with a vertical axis for ways around it, over linear
-    /// RGB, rendered as it is unless something else is said.
+    /// A scene from a model in memory, with default options. `up` is the vertical axis for paths
+    /// around it, `background` is linear RGB.
     #[must_use]
     pub fn of(name: &str, model: Model, camera: Camera, up: DVec3, background: [f32; 3]) -> Self {
         Self {
@@ -138,8 +137,8 @@ impl Scene {
         }
     }
 
-    /// Gaussians as 3DGS trains them, y down unless the file says otherwise, over black, seen from
-    /// [`Scene::default_orbit`].
+    /// Gaussians with y down as in 3DGS training, unless the file states otherwise, over black,
+    /// seen from [`Scene::default_orbit`].
     fn model_file(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
         let loaded = files::read(path, axes)?;
         let up = loaded.up.unwrap_or(DVec3::NEG_Y);
@@ -165,8 +164,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// A field in the world of `transforms.json`, z up, seen from
-    /// [`Scene::default_orbit`].
+    /// A field in the world of `transforms.json`, z up, seen from [`Scene::default_orbit`].
     pub(super) fn field_file(
         path: &Path,
         file: &FieldFile,
@@ -187,7 +185,7 @@ impl Scene {
         scene
     }
 
-    /// `asked` goes before the axes of the description.
+    /// Opens a description. `asked` has precedence over its axes.
     fn described(path: &Path, asked: Option<Axes>) -> Result<Self, SceneError> {
         let description = Description::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));

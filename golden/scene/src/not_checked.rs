@@ -1,32 +1,30 @@
-//! What of a picture no unit with verified RTL computes, and what a model's file
-//! left open: said with every run, so that "no mismatch" is not read as more than
-//! it is.
+//! Parts of a picture that no unit with verified RTL computes, and open questions of a model's
+//! file. They are printed with every run, so that "no mismatch" is not overrated.
 
 use super::{Kind, Model, Scene};
 use potamoi_fields::outside::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
 use potamoi_fields::voxels;
 use potamoi_march::tiling::Halo;
 
-/// Of splats alone.
+/// For splats.
 const PROJECTION: &str = "projection, harmonics, tiles and depth order of Gaussians: floating \
                           point, as on the GPU, rounded into records once";
 const HOLDING: &str = "records held back until their turn: Rust, no RTL";
 const CODES: &str =
     "sums of the codes of scales and rotations: floating point, when the file is read";
-/// Of a model's file.
+/// For a model's file.
 const NO_REFERENCE: &str = "nearness to the truth: no picture that the model was trained on is at \
                             hand, only its own rendering in floating point";
 
 impl Scene {
-    /// What no check of the units covers: what is computed outside them, and, of
-    /// a model that was read from a file, what the file does not tell or what of
-    /// it is not used.
+    /// Parts that no check of the units covers: those computed outside them, and for a model from
+    /// a file its unused parts and assumptions.
     #[must_use]
     pub fn not_checked(&self) -> Vec<String> {
         self.not_checked_along(&[self.camera])
     }
 
-    /// What is computed outside the units.
+    /// Parts computed outside the units.
     pub(super) fn outside(&self) -> Vec<String> {
         let outside: &[&str] = match (self.model(), self.model().kind()) {
             (Model::Compact(_), _) => &[
@@ -50,15 +48,14 @@ impl Scene {
         all
     }
 
-    /// The part of [`Scene::not_checked`] that holds in floating point too: effects that are left
-    /// out, and of a model that was read from a file, what the file does not tell or what of it is
-    /// not used. And it says where nothing is in view.
+    /// The part of [`Scene::not_checked`] that also applies to floating point: effects that are
+    /// left out, unused parts of a model's file and assumptions, and cameras that see nothing.
     #[must_use]
     pub fn left_open(&self) -> Vec<String> {
         self.left_open_along(&[self.camera])
     }
 
-    /// The same, whatever the camera sees.
+    /// As [`Scene::left_open`], without the check of the camera.
     #[must_use]
     pub fn left_open_of_files(&self) -> Vec<String> {
         let left_out: Vec<String> = (self.choices().left_out().iter())

@@ -1,32 +1,32 @@
-//! Cameras that look at the middle of a scene from a distance.
+//! Cameras that look at a point from a distance.
 
 use glam::{DAffine3, DVec3, dvec3};
 
 use potamoi_base::camera::Camera;
 use potamoi_splats::Cloud;
 
-/// Where a camera stands that looks at a point.
+/// Position of a camera that looks at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Orbit {
     /// Degrees about the vertical axis; 0 looks along +z.
     pub azimuth: f64,
     /// Degrees above the horizon.
     pub elevation: f64,
-    /// From the point, in the scene's units.
+    /// Distance from the point, in the scene's units.
     pub distance: f64,
     /// Vertical field of view in degrees.
     pub fov: f64,
-    /// What is in the middle of the picture.
+    /// The point in the middle of the picture.
     pub target: DVec3,
 }
 
-/// The part of Gaussians, by distance from the median, that a default view
-/// frames; a few far ones would leave the rest a speck.
+/// Fraction of Gaussians, nearest to the median, that a default view frames. A few distant ones
+/// would reduce the rest to a speck.
 const FRAMED: f64 = 0.95;
 
 impl Orbit {
-    /// The default for a splat model: 30 degrees to the side, 15 above, a field
-    /// of view of 45 degrees, and so far off that 95 % of the Gaussians are seen.
+    /// The default for a splat model: 30 degrees to the side, 15 above, a field of view of 45
+    /// degrees, and a distance at which 95 % of the Gaussians are visible.
     #[must_use]
     pub fn around(cloud: &Cloud) -> Self {
         let mut middle = [0.0; 3];
@@ -77,7 +77,7 @@ impl Orbit {
     }
 }
 
-/// A camera turned by so many degrees about the axis `up` through a point, as
+/// A camera rotated by `degrees` about the axis `up` through a point, in the direction in which
 /// [`Orbit::azimuth`] grows.
 pub(super) fn turned(camera: &Camera, about: DVec3, up: DVec3, degrees: f64) -> Camera {
     let turn = DAffine3::from_axis_angle(up, degrees.to_radians());

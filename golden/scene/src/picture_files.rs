@@ -1,5 +1,4 @@
-//! What the files of pictures and depths say beside their pixels: chunks of PNG,
-//! attributes and channels of OpenEXR.
+//! Metadata of picture and depth files: chunks of PNG, attributes and channels of OpenEXR.
 
 use potamoi_base::record::Fate::{Honoured, Listed, Refused};
 use potamoi_base::record::{Fate, Format, Key, Notes, Record};
@@ -10,7 +9,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
 
 const OTHER_COLOURS: &str = "colours are taken as sRGB: save the picture in sRGB";
 
-/// Chunks of a picture.
+/// Keys of a picture: chunks of PNG.
 pub(super) static PNG: Format = Format {
     name: "PNG of image sequences",
     files: "Pictures that `transforms.json` names: 8 or 16 bits, grey or colours, with or without \
@@ -39,7 +38,7 @@ pub(super) static PNG: Format = Format {
     others: Listed,
 };
 
-/// Attributes of a depth.
+/// Keys of a depth: attributes of OpenEXR.
 pub(super) static EXR: Format = Format {
     name: "OpenEXR of image sequences",
     files: "Depths beside the pictures.",
@@ -82,14 +81,14 @@ pub(super) static EXR: Format = Format {
     others: Listed,
 };
 
-/// How bytes behind a picture are listed.
+/// Name under which bytes behind a picture are listed.
 const BEHIND: &str = "bytes behind the picture";
 const PNG_HEAD: &[u8] = b"\x89PNG\r\n\x1a\n";
 const EXR_HEAD: &[u8] = b"\x76\x2f\x31\x01";
-/// Bits of OpenEXR's version that tell of several parts and of deep pixels.
+/// Bits of OpenEXR's version that mark several parts and deep pixels.
 const PARTS: u32 = 1 << 12;
 const DEEP: u32 = 1 << 11;
-/// The gamma of PNG that is sRGB's, as a hundred thousandth, and how far files round it.
+/// The PNG gamma of sRGB, in units of 1/100,000, and its rounding in files.
 const GAMMA: u32 = 45_455;
 const GAMMA_OFF: u32 = 500;
 
@@ -97,7 +96,7 @@ fn word(bytes: &[u8]) -> Option<[u8; 4]> {
     bytes.get(..4)?.try_into().ok()
 }
 
-/// Judges the chunks of a PNG file. One that is cut off is left to the decoder.
+/// Checks the chunks of a PNG file. A truncated chunk is left to the decoder.
 pub(super) fn png(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
     let mut rest = bytes.strip_prefix(PNG_HEAD).unwrap_or_default();
     let mut chunks: Vec<(String, &[u8])> = vec![];
@@ -137,14 +136,14 @@ pub(super) fn png(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
     record.finish(notes).map_err(|e| e.to_string())
 }
 
-/// A text that ends with a zero, and what is behind it.
+/// A zero-terminated text, and the bytes behind it.
 fn text(bytes: &[u8]) -> Option<(String, &[u8])> {
     let end = bytes.iter().take(256).position(|b| *b == 0)?;
     let text = String::from_utf8_lossy(&bytes[..end]).into_owned();
     Some((text, &bytes[end + 1..]))
 }
 
-/// The names of a list of channels, each behind 16 bytes of what it is made of.
+/// The names in a list of channels; each name is followed by 16 bytes of properties.
 fn channels(mut list: &[u8]) -> Vec<String> {
     let mut names = vec![];
     while let Some((name, rest)) = text(list).filter(|(name, _)| !name.is_empty()) {
@@ -154,8 +153,7 @@ fn channels(mut list: &[u8]) -> Vec<String> {
     names
 }
 
-/// Judges the attributes of an OpenEXR file. One that is cut off is left to the
-/// decoder.
+/// Checks the attributes of an OpenEXR file. A truncated attribute is left to the decoder.
 pub(super) fn exr(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
     let Some(version) = bytes.strip_prefix(EXR_HEAD).and_then(word) else {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Rendering of any scene in floating point, and what a rendered frame is.
+//! Rendering of any scene in floating point, and rendered frames.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,62 +16,60 @@ use potamoi_fields::voxels;
 use potamoi_march::streams::Streams;
 use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, Partition};
 
-/// The most pixels of a picture.
+/// Maximum number of pixels in a picture.
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// What the units did for a frame, by the renderer's own count.
+/// Work of the units for a frame, as the renderer counts it.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct FrameCounts {
     /// Rays of fields; pixels of splats.
     pub rays: u64,
-    /// Samples along rays, gathered or not; none of splats.
+    /// Samples along rays, whether gathered or not; 0 for splats.
     pub samples: u64,
     /// MVoxels gathered, over all ray groups.
     pub mvoxels: u64,
-    /// Feature vectors out of the gathering unit, one a RIT entry that has all
-    /// its vertices.
+    /// Feature vectors that the gathering unit returned, one for each RIT entry that has all its
+    /// vertices.
     pub feature_vectors: u64,
-    /// Elements out of the vector unit, by operation.
+    /// Elements that the vector unit returned, by operation.
     pub elements: BTreeMap<OpCode, u64>,
-    /// Bytes, stream by stream.
+    /// Bytes by stream.
     pub streams: Streams,
-    /// Of the bytes of MVoxels, those that were fetched row by row: of tables that
-    /// do not stream, and of splats' MVoxels of which a ray group uses little.
+    /// MVoxel bytes that were fetched row by row: of tables that do not stream, and of splat
+    /// MVoxels of which a ray group uses little.
     pub scattered_bytes: u64,
-    /// The first table of a field, from 1, from which on most samples are gathered
-    /// row by row, and how many tables there are.
+    /// The first table of a field, counted from 1, from which on most samples are gathered row by
+    /// row, and the number of tables.
     pub reverts: Option<[usize; 2]>,
-    /// Of splats alone.
+    /// Counts of splats.
     pub splats: Option<SplatCounts>,
 }
 
-/// What the order of splats took and what their records could not hold.
+/// Statistics of splats: sorting, reorder buffer and saturation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct SplatCounts {
-    /// Gaussians of the model.
+    /// Number of Gaussians in the model.
     pub gaussians: u64,
-    /// Those that touch a tile.
+    /// Gaussians that touch a tile.
     pub visible: u64,
     /// (tile, Gaussian) pairs.
     pub pairs: u64,
-    /// The most records held back at once, in exact order.
+    /// Peak number of records in the reorder buffer, in exact order.
     pub records_held: u64,
-    /// The most (tile, Gaussian) entries of them.
+    /// Peak number of their (tile, Gaussian) entries.
     pub entries_held: u64,
-    /// Records that went to memory and came back because more were held than
-    /// fit on chip.
+    /// Records written to memory and read back because the reorder buffer was full.
     pub records_spilled: u64,
-    /// The (tile, Gaussian) entries of those records.
+    /// The (tile, Gaussian) entries of spilled records.
     pub entries_spilled: u64,
-    /// Entries that arrived at their tile after one of a higher rank, in
-    /// approximate order.
+    /// Entries that reached their tile after one of a higher rank, in approximate order.
     pub inversions: u64,
-    /// Values of records held at a limit of their format.
+    /// Record values that saturated.
     pub saturated: u64,
 }
 
 impl FrameCounts {
-    /// Adds what was gathered and computed of vertices.
+    /// Adds the counts of a ray-marched frame.
     pub(super) fn add(&mut self, stats: potamoi_march::FixedStats) {
         self.rays += stats.rays;
         self.samples += stats.samples;
@@ -90,17 +88,17 @@ impl FrameCounts {
 /// A rendered frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rendered {
-    /// The picture, background included.
+    /// The picture, including the background.
     pub picture: Picture,
-    /// Whether anything was drawn at a pixel.
+    /// Whether a pixel is covered by anything.
     pub covered: Vec<bool>,
-    /// What the units did; nothing in floating point.
+    /// Work of the units; zero in floating point.
     pub counts: FrameCounts,
     pub(super) decisions: Option<Decisions>,
 }
 
 impl Rendered {
-    /// Skips and stops in which two renderings of splats differ.
+    /// Numbers of skips and stops that differ between two renderings of splats.
     #[must_use]
     pub fn flips(&self, other: &Self) -> Option<Flips> {
         self.decisions.as_ref()?.flips(other.decisions.as_ref()?)
@@ -111,7 +109,7 @@ impl Scene {
     /// Renders in 64-bit floating point.
     ///
     /// # Errors
-    /// A camera or an option that is not sensible.
+    /// The camera or an option is out of range.
     pub fn render_float(&self) -> Result<Rendered, SceneError> {
         self.floating().map_err(|e| e.of(&self.name))
     }
@@ -155,7 +153,7 @@ impl Scene {
         }
     }
 
-    /// Gaussians in the colours of a camera's side.
+    /// The Gaussians with the colours that a camera sees.
     pub(super) fn seen_from<'a>(&'a self, cloud: &'a Cloud, camera: &Camera) -> Cow<'a, Cloud> {
         match self.model() {
             Model::Compact(model) => Cow::Owned(model.seen_from(camera.position())),
@@ -163,8 +161,8 @@ impl Scene {
         }
     }
 
-    /// The merged partition of splats into MVoxels of at most `rows` Gaussians;
-    /// nothing for other models.
+    /// The merged partition of splats into MVoxels of at most `rows` Gaussians; `None` for other
+    /// models.
     #[must_use]
     pub fn octree(&self, rows: usize) -> Option<Octree> {
         let Kind::Splats(cloud) = self.model.kind() else {
@@ -177,11 +175,10 @@ impl Scene {
         ))
     }
 
-    /// Renders the analytic field that a built-in model was sampled from: what
-    /// every picture of the model is an approximation of.
+    /// Renders the ground truth: the analytic field that a built-in model was sampled from.
     ///
     /// # Errors
-    /// A model without such a field, or a picture of more than 2^26 pixels.
+    /// The model has no such field, or the picture has more than 2^26 pixels.
     pub fn render_truth(&self) -> Result<Rendered, SceneError> {
         let refuse = |field, value: String, expected: String| {
             Err(SceneError::Value {

@@ -1,4 +1,4 @@
-//! How a scene is rendered, as a description says it.
+//! Render options of a scene.
 
 use std::str::FromStr as _;
 use std::sync::Arc;
@@ -100,14 +100,15 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether splats are drawn as trained with antialiasing: what the pixel filter adds to their
-    /// area is taken from their opacity.
+    /// Whether splats are drawn as trained with antialiasing: their opacity compensates for the
+    /// area that the pixel filter adds.
     #[must_use]
     pub fn is_antialiased(&self) -> bool {
         matches!(self.model.kind(), Kind::Splats(cloud) if cloud.is_antialiased())
     }
 
-    /// Draws splats so, or not, whatever their file says; other models stay what they are.
+    /// Sets the antialiasing flag of splats, whatever their file states; other models do not
+    /// change.
     pub fn set_antialiased(&mut self, antialiased: bool) {
         if antialiased == self.is_antialiased() {
             return;
@@ -120,10 +121,10 @@ impl Scene {
         self.found = Cache::default();
     }
 
-    /// Sets how far apart samples are, in voxel edges; of fields that step so.
+    /// Sets the step in voxel edges, for fields that have one.
     ///
     /// # Errors
-    /// A step outside 1/64 to 8.
+    /// The step is outside 1/64 to 8.
     pub fn set_step(&mut self, step: f64) -> Result<(), SceneError> {
         if !(1.0 / 64.0..=8.0).contains(&step) {
             let expected = "1/64 to 8 voxel edges";
@@ -140,18 +141,19 @@ impl Scene {
         Ok(())
     }
 
-    /// Cut-offs and widths in place of the rules'.
+    /// Thresholds and widths that override the rules'.
     #[must_use]
     pub const fn precision(&self) -> Precision {
         self.precision
     }
 
-    /// Composites more coarsely, or more finely, than the rules say.
+    /// Sets thresholds, widths and levels that override the rules'.
     ///
     /// # Errors
-    /// A number outside its range, or one that is not of such a model: all but levels are of splats;
-    /// of stored voxels where rays stop and how wide transmittances are; of fields where rays stop; levels of models with
-    /// hashed tables, at most as many as they have.
+    /// A number is out of range, or does not apply to the model. All numbers except levels apply
+    /// to splats. Stored voxels have the early-termination threshold and the width of
+    /// transmittances, fields have the threshold, and models with hashed tables have levels, at
+    /// most as many as tables.
     pub fn set_precision(&mut self, precision: Precision) -> Result<(), SceneError> {
         let refuse = |e: PrecisionError| self.value(e.field, e.value, &e.expected);
         precision.check().map_err(refuse)?;

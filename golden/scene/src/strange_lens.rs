@@ -1,5 +1,5 @@
-//! Keys of camera files that change what a camera sees, whatever the file: they are
-//! refused unless they say that they change nothing.
+//! Keys of any camera file that change what a camera sees. They are refused unless their value has
+//! no effect.
 
 use potamoi_base::record::{Fate, Format, KeyError, told};
 use potamoi_formats::document::Value;
@@ -14,7 +14,7 @@ pub(super) const OTHER_AXES: &str = "cameras stand in the axes of this kind of f
 pub(super) const OTHER_NAMES: &str = "focal lengths and principal points are read by their own names: give \
                                       these, and leave it out";
 
-/// Names of lenses that are pinholes once their distortion is 0.
+/// Names of lenses that are pinholes if their distortion is 0.
 pub(super) const PINHOLES: [&str; 7] = [
     "PINHOLE",
     "SIMPLE_PINHOLE",
@@ -24,10 +24,10 @@ pub(super) const PINHOLES: [&str; 7] = [
     "SIMPLE_RADIAL",
     "RADIAL",
 ];
-/// How deep a document is looked into.
+/// Maximum depth of the search in a document.
 const DEPTH: usize = 8;
 
-/// Rows of a format, its own before these.
+/// Keys of a format, its own before these.
 macro_rules! with_strange_lenses {
     ($($own:expr),* $(,)?) => {{
         use potamoi_base::record::Fate::Refused;
@@ -76,7 +76,7 @@ macro_rules! with_strange_lenses {
 }
 pub(super) use with_strange_lenses;
 
-/// Whether what a key says changes nothing; `axes` are the names of the file's own convention.
+/// Whether a key's value has no effect; `axes` are the names of the file's own convention.
 pub(super) fn is_neutral(key: &str, value: &Value, axes: &[&str]) -> bool {
     let of_axes = key.contains("convention") || key.starts_with("coordinate_");
     let known: &[&str] = if of_axes { axes } else { &PINHOLES };
@@ -102,7 +102,7 @@ pub(super) fn is_neutral(key: &str, value: &Value, axes: &[&str]) -> bool {
     }
 }
 
-/// Entries without those that are refused but say that they change nothing.
+/// The entries without refused keys whose value has no effect.
 pub(super) fn telling<K: AsRef<str>>(
     format: &Format,
     entries: Vec<(K, Value)>,
@@ -115,10 +115,10 @@ pub(super) fn telling<K: AsRef<str>>(
     })
 }
 
-/// Looks for such keys within the values of others, which would be listed as wholes.
+/// Searches for such keys within the values of others, which would be listed as wholes.
 ///
 /// # Errors
-/// The first that is refused, by its path.
+/// The first key that is refused, with its path.
 pub(super) fn within(
     format: &Format,
     path: &str,

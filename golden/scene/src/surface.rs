@@ -1,4 +1,4 @@
-//! The surface of a scene's model, as a mesh.
+//! The surface of a scene's model as a mesh.
 
 use glam::{DMat3, DVec3};
 
@@ -9,39 +9,37 @@ use potamoi_splats::{Cloud, rotation, sigmoid};
 use potamoi_warp::Renderer;
 use potamoi_warp::mesh::{Density, Lattice, Mesh, half_light};
 
-/// The level of a surface: of rays, the share that has lost half of its light
-/// where the density is below it. The middle one would be nearest in depth, but
-/// would take what is seen from aside off at the rim, where a mesh that says
-/// that nothing is costs more than one that lies a fraction of a voxel in front
+/// The level of a surface: fraction of rays that reach half transmittance at a density below it.
+/// One half would give the most accurate depth, but would cut off the rim of surfaces seen from
+/// the side, where a missing surface costs more than one that lies a fraction of a voxel in front
 /// (`--example mesh_depth`).
 const SHARE: f64 = 0.1;
-/// The same of splats: blurred, they reach out on both sides, and a surface lies
-/// in their middle.
+/// The level for splats: blurred, they extend to both sides, and the surface lies in their middle.
 const SHARE_OF_SPLATS: f64 = 0.5;
-/// Standard deviations at which Gaussians end: there, they are below 1/255.
+/// Radius of Gaussians in standard deviations: beyond it, alpha is below 1/255.
 const REACH: f64 = 3.34;
-/// Opacities are held to this, as in rendering.
+/// Upper limit of opacities, as in rendering.
 const OPAQUE: f64 = 0.99;
-/// Of a cell's edge, the standard deviation by which Gaussians are blurred, so
-/// that thin ones do not fall between the points.
+/// Standard deviation of the blur of Gaussians, relative to a cell's edge, so that thin ones do
+/// not fall between the sampled points.
 const BLUR: f64 = 0.5;
 
-/// The surface of a scene's model at its [`level_of`], with `cells` cells along
-/// the longest side of its box. The mesh is closed.
+/// The surface of a scene's model at its [`level_of`], with `cells` cells along the longest side
+/// of its box. The mesh is closed.
 ///
 /// # Errors
-/// As [`level_of`] and [`of_scene_at`].
+/// Those of [`level_of`] and [`of_scene_at`].
 pub fn of_scene(scene: &Scene, cells: u32) -> Result<Mesh, SceneError> {
     of_scene_at(scene, cells, level_of(scene, cells)?)
 }
 
-/// The same at a level that is given, an optical depth a unit of length. Of
-/// splats the density is the sum of the Gaussians, each blurred by half a cell,
-/// and an optical depth that is right along its thinnest axis.
+/// The surface at a given level, an optical depth per unit of length. The density of splats is the
+/// sum of the Gaussians, each blurred by half a cell, with the correct optical depth along its
+/// thinnest axis.
 ///
 /// # Errors
-/// 0 or more than 1024 cells, a model with no finite box, a level that is not
-/// finite, or a surface of too many triangles or none.
+/// `cells` is 0 or above 1024, the model has no finite box, the level is not finite, or the
+/// surface has no triangles or too many.
 pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneError> {
     with_density(scene, cells, |density, lattice| {
         let mesh = Mesh::of_surface(density, lattice, level)?;
@@ -58,11 +56,11 @@ pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneE
     })
 }
 
-/// The density at which a model has its surface: where rays have lost half of
-/// their light, as [`half_light`] finds it.
+/// The density at the surface of a model: where rays reach half transmittance, as [`half_light`]
+/// computes it.
 ///
 /// # Errors
-/// As [`of_scene_at`], and a model that stops no light.
+/// Those of [`of_scene_at`], or the model absorbs no light.
 pub fn level_of(scene: &Scene, cells: u32) -> Result<f64, SceneError> {
     let share = match scene.model.kind() {
         Kind::Splats(_) => SHARE_OF_SPLATS,
@@ -102,7 +100,7 @@ fn with_density<T>(
     }
 }
 
-/// A grid's density before its ReLU, which is linear between vertices.
+/// The density of a grid before its ReLU, which is linear between vertices.
 struct OfGrid<'a>(&'a Grid);
 
 impl Density for OfGrid<'_> {
@@ -122,7 +120,7 @@ impl Density for OfGrid<'_> {
     }
 }
 
-/// A field's density, 0 where it is known to be empty.
+/// The density of a field, 0 where it is known to be empty.
 struct OfField<'a>(&'a dyn Field);
 
 impl OfField<'_> {
@@ -164,15 +162,15 @@ impl Density for OfField<'_> {
 /// A Gaussian as a density.
 struct Gaussian {
     mean: DVec3,
-    /// Half the box that it reaches.
+    /// Half the size of its bounding box.
     reach: DVec3,
-    /// Of its covariance.
+    /// Inverse of its covariance.
     inverse: DMat3,
-    /// In its middle.
+    /// Density at its centre.
     peak: f64,
 }
 
-/// The densities of blurred Gaussians, summed in their order.
+/// The sum of the densities of blurred Gaussians, in their order.
 struct Gaussians(Vec<Gaussian>);
 
 impl Gaussians {
@@ -231,7 +229,7 @@ impl Density for Gaussians {
         }
     }
 
-    /// A sum over all Gaussians would not be cheap.
+    /// Not available: a sum over all Gaussians would be expensive.
     fn at(&self, _: DVec3) -> Option<f64> {
         None
     }

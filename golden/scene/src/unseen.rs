@@ -1,5 +1,5 @@
-//! Frames in which nothing of the model is in view: said, since their pictures
-//! are the background alone.
+//! Detection of frames in which no part of the model is in view, since their pictures are only
+//! background.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,11 +9,11 @@ use potamoi_base::camera::{Camera, crossing};
 use potamoi_fields::Along;
 use potamoi_splats as splats;
 
-/// Frames that are told by number.
+/// Maximum number of frames listed by number.
 const TOLD: usize = 8;
 
 impl Scene {
-    /// What [`Scene::left_open`] says, of frames that are seen through `cameras`.
+    /// [`Scene::left_open`] for frames seen through `cameras`.
     #[must_use]
     pub fn left_open_along(&self, cameras: &[Camera]) -> Vec<String> {
         let mut all = self.left_open_of_files();
@@ -21,8 +21,7 @@ impl Scene {
         all
     }
 
-    /// What [`Scene::not_checked`] says, of frames that are seen through
-    /// `cameras`.
+    /// [`Scene::not_checked`] for frames seen through `cameras`.
     #[must_use]
     pub fn not_checked_along(&self, cameras: &[Camera]) -> Vec<String> {
         let mut all = self.outside();
@@ -30,8 +29,8 @@ impl Scene {
         all
     }
 
-    /// A sentence where nothing of the model is in view of a camera, with the
-    /// numbers of the frames where there are several.
+    /// A sentence if some camera has no part of the model in view, with the numbers of the frames
+    /// if there are several.
     #[must_use]
     pub fn unseen(&self, cameras: &[Camera]) -> Option<String> {
         let frames: Vec<usize> = (cameras.iter().enumerate())
@@ -78,7 +77,7 @@ impl Scene {
     }
 }
 
-/// Whether the ray through a pixel's centre is within a box and a range.
+/// Whether the ray through a pixel's centre meets a box within a range.
 fn meets(bounds: [DVec3; 2], camera: &Camera, range: [f64; 2], along: Along) -> bool {
     if is_beside(bounds, camera) {
         return false;
@@ -101,8 +100,7 @@ fn meets(bounds: [DVec3; 2], camera: &Camera, range: [f64; 2], along: Along) -> 
             .any(|y| (0..camera.width).any(|x| meets(x, y)))
 }
 
-/// Whether a box is beyond one of the planes between which a camera sees, so that
-/// no ray needs to be looked at.
+/// Whether a box lies outside one of a camera's side planes, so that no ray needs to be tested.
 fn is_beside([low, high]: [DVec3; 2], camera: &Camera) -> bool {
     let corners = (0..8).map(|i| {
         let part = |bit: u32, axis: usize| match i >> bit & 1 {

@@ -1,4 +1,4 @@
-//! A scene as what renders warped sequences, in floating point.
+//! A scene as the floating-point renderer of warped sequences.
 
 use glam::DVec3;
 
@@ -86,8 +86,7 @@ fn shaded(picture: Picture, transmittance: &[f64], depth: &[f64]) -> Shaded {
     }
 }
 
-/// Around every Gaussian as far as it is seen; nothing without Gaussians or
-/// where one is not finite.
+/// Bounds of every Gaussian's visible extent; `None` without Gaussians or if one is not finite.
 fn splat_bounds(cloud: &Cloud) -> Option<[DVec3; 2]> {
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let all = cloud.means().iter().zip(cloud.log_scales());

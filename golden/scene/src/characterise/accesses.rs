@@ -1,4 +1,4 @@
-//! Reads of a frame, counted as they are found: no list of all of them is kept.
+//! Reads of a frame, counted in one pass without storing them.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -8,38 +8,37 @@ use super::oracle::Oracle;
 use super::{BANKS, Banks, LANES, Memory};
 use potamoi_fields::{FieldError, TableShape};
 
-/// Reads after which a batch is closed.
+/// Number of reads in a batch.
 const BATCH: usize = 1 << 20;
-/// Misses whose places are kept.
+/// Maximum number of misses whose positions are kept.
 const KEPT: usize = 1 << 16;
-/// Bytes that a GPU's cache gives at a time.
+/// Bytes in a sector of a GPU's cache.
 const SECTOR: u32 = 32;
 
-/// Vectors of one size, which follow one another in memory.
+/// Vectors of one size, consecutive in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Vectors {
-    /// How many.
+    /// Number of vectors.
     pub count: u32,
-    /// Bytes of one.
+    /// Bytes of a vector.
     pub bytes: u32,
 }
 
-/// What the reads of a frame in pixel-centric order do.
+/// Behaviour of the reads of a frame in pixel-centric order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Accesses {
-    /// The model's vectors, one table behind another.
+    /// The model's vectors, table after table.
     pub tables: Vec<Vectors>,
-    /// With the first of [`LANES`] side by side.
+    /// Buffer statistics with the first number of [`LANES`] side by side.
     pub memory: Memory,
-    /// Of the reads that the buffer cannot serve, the first 65,536: where each begins in the
-    /// tables, and its bytes.
+    /// The first 65,536 reads that miss the buffer: offset in the tables, and bytes.
     pub first_misses: Vec<(u64, u32)>,
-    /// By [`LANES`], then by [`BANKS`].
+    /// Bank statistics by [`LANES`], then by [`BANKS`].
     pub banks: [[Banks; BANKS.len()]; LANES.len()],
 }
 
 impl Accesses {
-    /// Bytes of all vectors.
+    /// Total bytes of all vectors.
     #[must_use]
     pub fn stored_bytes(&self) -> u64 {
         let of = |table: &Vectors| u64::from(table.count) * u64::from(table.bytes);
@@ -47,22 +46,22 @@ impl Accesses {
     }
 }
 
-/// What reads vectors, lane after lane.
+/// Lanes, which read lists of vectors.
 pub(super) trait Lanes: Sync {
-    /// How many.
+    /// Number of lanes.
     fn count(&self) -> usize;
 
-    /// Reads of a lane, at most.
+    /// Maximum number of reads of a lane.
     fn reads(&self, lane: usize) -> usize;
 
     /// Appends the vectors that a lane reads, in order.
     fn list(&self, lane: usize, out: &mut Vec<u32>);
 }
 
-/// Where each table's vectors begin in the number of them all.
+/// Number of the first vector of each table.
 ///
 /// # Errors
-/// More than 2^32 vectors.
+/// There are more than 2^32 vectors.
 pub(super) fn firsts(tables: &[Vectors]) -> Result<Vec<u32>, FieldError> {
     let mut first = 0u32;
     let mut all = vec![];
@@ -83,10 +82,10 @@ fn too_many(rows: usize) -> FieldError {
     }
 }
 
-/// The vectors of a table: its rows, in two bytes a channel.
+/// The vectors of a table: its rows, with two bytes a channel.
 ///
 /// # Errors
-/// More than 2^32.
+/// There are more than 2^32 vectors.
 pub(super) fn rows_of(table: &TableShape) -> Result<Vectors, FieldError> {
     let rows = table.rows();
     Ok(Vectors {
@@ -95,9 +94,9 @@ pub(super) fn rows_of(table: &TableShape) -> Result<Vectors, FieldError> {
     })
 }
 
-/// Reads of lanes side by side.
+/// Reads of lanes that run side by side.
 struct Block {
-    /// In the order of rounds of the first of [`LANES`].
+    /// Vectors in the order of rounds, for the first number of [`LANES`].
     vectors: Vec<u32>,
     conflicts: Conflicts,
 }
@@ -124,11 +123,11 @@ fn block(lanes: &dyn Lanes, number: usize) -> Block {
     }
 }
 
-/// Counts the reads of a frame: of lanes side by side, then of the next ones;
-/// of all lanes of a phase before the next phase. The buffer has `capacity` bytes.
+/// Counts the reads of a frame, lanes side by side, block after block. All lanes of a phase
+/// precede those of the next phase. The buffer has `capacity` bytes.
 ///
 /// # Errors
-/// More than 2^32 vectors.
+/// There are more than 2^32 vectors.
 pub(super) fn count(
     tables: Vec<Vectors>,
     phases: &[&dyn Lanes],

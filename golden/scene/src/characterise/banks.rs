@@ -1,29 +1,30 @@
-//! Conflicts of banks, for several numbers of lanes and of banks at once.
+//! Bank conflicts, for several numbers of lanes and banks at once.
 
 use serde::Serialize;
 
 use super::ratio;
 
-/// Lanes side by side, each twice as many as those before: the paper's first.
+/// Numbers of lanes side by side, each twice the one before; the paper's is the first.
 pub const LANES: [usize; 3] = [16, 32, 64];
-/// Banks, the paper's first: powers of two, of which the last is the bits of a set.
+/// Numbers of banks, all powers of two; the paper's is the first, and the last is the number of
+/// bits in a set.
 pub const BANKS: [u32; 4] = [16, 32, 64, 128];
-/// Lanes that are counted at a time.
+/// Number of lanes counted at a time.
 pub(super) const BLOCK: usize = LANES[2];
 
-/// What the banks of a feature-major buffer do: vector `v` lies wholly in bank
-/// `v mod banks` (the layout that the paper argues against), and a bank gives one
-/// vector a round. Lanes that want the same vector share it.
+/// Bank statistics of a feature-major buffer. Vector `v` lies wholly in bank `v mod banks` (the
+/// layout that the paper argues against), and a bank serves one vector a round. Lanes that read
+/// the same vector share it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Banks {
-    /// Reads.
+    /// Number of reads.
     pub reads: u64,
-    /// Reads that wait for another vector of their bank in their round.
+    /// Reads that wait for another vector of their bank in the same round.
     pub conflicts: u64,
 }
 
 impl Banks {
-    /// Conflicts over reads.
+    /// Ratio of conflicts to reads.
     #[must_use]
     pub fn conflict_rate(&self) -> f64 {
         ratio(self.conflicts, self.reads)
@@ -33,12 +34,12 @@ impl Banks {
 /// Conflicts by [`LANES`], then by [`BANKS`].
 pub(super) type Conflicts = [[u64; BANKS.len()]; LANES.len()];
 
-/// Cells of a set of numbers, more than twice what goes in.
+/// Cells of the hash set, more than twice its elements.
 const CELLS: usize = 256;
 
-/// Different vectors of a round, and their banks.
+/// Distinct vectors of a round, and their banks.
 struct Round {
-    /// The round in which each cell was written, and what was.
+    /// For each cell, the round in which it was written, and the vector.
     cells: [(u32, u32); CELLS],
     number: u32,
     different: u64,
@@ -55,7 +56,7 @@ impl Round {
         }
     }
 
-    /// Whether a vector is the first of its kind.
+    /// Adds a vector; returns whether it is new in this round.
     fn add(&mut self, vector: u32) -> bool {
         let mut cell = (vector.wrapping_mul(0x9e37_79b1) >> 24) as usize;
         while self.cells[cell].0 == self.number {
@@ -70,7 +71,7 @@ impl Round {
         true
     }
 
-    /// Ends the round: vectors that wait, by [`BANKS`].
+    /// Ends the round and adds the waiting vectors by [`BANKS`].
     fn end(&mut self, conflicts: &mut [u64; BANKS.len()]) {
         for (sum, banks) in conflicts.iter_mut().zip(BANKS) {
             let mut set = self.banks;
@@ -86,7 +87,7 @@ impl Round {
     }
 }
 
-/// Counts the conflicts of at most [`BLOCK`] lanes, each of which reads its list.
+/// Counts the conflicts of at most [`BLOCK`] lanes with their lists of reads.
 pub(super) fn conflicts(lanes: &[&[u32]]) -> Conflicts {
     let mut found = Conflicts::default();
     let mut rounds = [const { Round::new() }; LANES.len()];

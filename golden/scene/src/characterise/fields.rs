@@ -1,5 +1,4 @@
-//! Accesses of fields that are sampled along rays, and of colours that are asked
-//! of one.
+//! Accesses of fields that are sampled along rays, and of colours from such fields.
 
 use std::borrow::Cow;
 
@@ -10,7 +9,7 @@ use super::full_size::with_entries;
 use super::{Accesses, FullSize};
 use potamoi_fields::{FieldError, HashedColour, Stops, Table, TableShape};
 
-/// The rows of samples, numbered one table behind another.
+/// The rows that samples read, numbered table after table.
 struct Rows<'a> {
     tables: Vec<Cow<'a, TableShape>>,
     firsts: Vec<u32>,
@@ -26,7 +25,7 @@ impl<'a> Rows<'a> {
         Ok((Self { tables, firsts }, vectors))
     }
 
-    /// Rows of a sample, at most.
+    /// Maximum number of rows a sample.
     fn a_sample(&self) -> usize {
         self.tables.iter().map(|table| table.vertices()).sum()
     }
@@ -38,12 +37,12 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// A ray a lane.
+/// Lanes with one ray each.
 struct Rays<'a> {
     stops: &'a Stops<'a>,
     rows: Rows<'a>,
     full: Option<&'a FullSize>,
-    /// Samples in the place of one.
+    /// Number of samples that replace one.
     parts: u32,
 }
 
@@ -79,14 +78,14 @@ impl Lanes for Rays<'_> {
     }
 }
 
-/// Reads of a frame: every row of every sample that is gathered, a ray a lane,
-/// rays of a picture row side by side, through a buffer of `capacity` bytes.
-/// Vectors are the rows of the tables, in two bytes a channel.
+/// Reads of a frame: every row of every gathered sample, one lane a ray, rays of a picture row
+/// side by side, through a buffer of `capacity` bytes. Vectors are the rows of the tables, with
+/// two bytes a channel.
 ///
-/// With `full`, rows are those of other tables in place of the field's.
+/// With `full`, rows are those of larger tables that replace the field's.
 ///
 /// # Errors
-/// Tables of 2^32 rows or more.
+/// The tables have 2^32 rows or more.
 pub fn field_accesses(
     stops: &Stops<'_>,
     full: Option<&FullSize>,
@@ -106,7 +105,7 @@ pub fn field_accesses(
     count(vectors, &[&rays], capacity)
 }
 
-/// A Gaussian's colour a lane.
+/// Lanes with the colour of one Gaussian each.
 pub(super) struct Colours<'a> {
     field: &'a HashedColour,
     centres: &'a [[f32; 3]],
@@ -114,8 +113,8 @@ pub(super) struct Colours<'a> {
 }
 
 impl<'a> Colours<'a> {
-    /// Colours of Gaussians at `centres`, and the vectors of the field; its tables
-    /// have as many entries as it says, or as `entries`.
+    /// Colours of Gaussians at `centres`, and the vectors of the field. Its tables have `entries`
+    /// entries if given, otherwise their own number.
     pub(super) fn new(
         field: &'a HashedColour,
         centres: &'a [[f32; 3]],

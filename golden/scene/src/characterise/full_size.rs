@@ -1,25 +1,24 @@
-//! The size that the authors of an algorithm use, for a model that is smaller:
-//! which samples there are is the model's, which rows they read is of tables as
-//! large as theirs. No read depends on what a row holds, so that the values may
-//! be any.
+//! Tables of the size that an algorithm's authors use, in place of a smaller model's. The samples
+//! are those of the model, the rows that they read are those of the larger tables. No read depends
+//! on a value, so the tables need none.
 
 use glam::DVec3;
 
 use potamoi_fields::{Field, FieldError, Nodes, Size, Table, TableShape};
 
-/// Tables that stand in for a field's.
+/// Tables that replace those of a field.
 pub struct FullSize {
     tables: Vec<TableShape>,
-    /// From a place in vertices of the field's table to one of this.
+    /// Scales from positions in the field's tables to positions in these.
     scales: Vec<DVec3>,
     parts: u32,
 }
 
 impl FullSize {
-    /// Tables of a size in place of a field's.
+    /// Tables of a given size in place of a field's.
     ///
     /// # Errors
-    /// A size that no table has.
+    /// The size is out of range for a table.
     pub fn new(field: &dyn Field, size: Size) -> Result<Self, FieldError> {
         let mut made = Self {
             tables: vec![],
@@ -59,23 +58,23 @@ impl FullSize {
         &self.tables
     }
 
-    /// The place in a table, of that in the field's.
+    /// The position in a table for a position in the field's table.
     #[must_use]
     pub fn place(&self, table: usize, own: DVec3) -> DVec3 {
         own * self.scales[table]
     }
 
-    /// Samples in the place of one of the field's, a whole number.
+    /// Number of samples that replace one of the field's.
     #[must_use]
     pub const fn parts(&self) -> u32 {
         self.parts
     }
 }
 
-/// A table with so many entries, or with one a vertex if those are fewer.
+/// A table with at most `most` entries, or with one a vertex if that is fewer.
 ///
 /// # Errors
-/// A size that no table has.
+/// The size is out of range for a table.
 pub(super) fn with_entries(table: &Table, most: usize) -> Result<TableShape, FieldError> {
     let (points, channels) = (table.points(), table.channels());
     let vertices = points.iter().map(|p| *p as u128).product::<u128>();
@@ -87,7 +86,7 @@ pub(super) fn with_entries(table: &Table, most: usize) -> Result<TableShape, Fie
     }
 }
 
-/// The geometric mean of a scale over the axes that have more than one vertex.
+/// The geometric mean of a scale over the axes that have several vertices.
 fn mean(scale: DVec3, points: [usize; 3]) -> f64 {
     let along = scale.to_array().into_iter().zip(points);
     let along: Vec<f64> = along.filter(|(_, p)| *p > 1).map(|(s, _)| s).collect();
@@ -97,7 +96,7 @@ fn mean(scale: DVec3, points: [usize; 3]) -> f64 {
         .powf(1.0 / along.len().max(1) as f64)
 }
 
-/// A node where the field has something in the middle of its coarse cell.
+/// Nodes for the coarse cells whose middle is non-empty in the field.
 fn nodes(field: &dyn Field, side: usize) -> Nodes {
     let [low, high] = field.sampling().bounds;
     Nodes::new(

@@ -1,10 +1,9 @@
-//! The paper's motivation figures, counted on the accesses of a frame rendered
-//! in pixel-centric order (Sec. "Motivation", "DRAM Access Inefficiency" and
-//! "SRAM Access Inefficiency").
+//! The paper's motivation figures, counted on the accesses of a frame rendered in pixel-centric
+//! order (Sec. "Motivation", "DRAM Access Inefficiency" and "SRAM Access Inefficiency").
 //!
-//! What is counted is feature vectors, whole ones: of a vertex, or of a
-//! Gaussian. Rays, or the tiles of splats, go on side by side in *lanes*: in
-//! every round each lane that is not done reads its next vector.
+//! The unit of counting is a whole feature vector: of a vertex or of a Gaussian. Rays, or the
+//! tiles of splats, run side by side in *lanes*: in every round each unfinished lane reads its
+//! next vector.
 
 mod accesses;
 mod banks;
@@ -29,31 +28,31 @@ pub use stages::{Stages, field_stages, splat_stages};
 pub use tables::{colour_traffic, sized_traffic, table_traffic};
 pub use traffic::{Traffic, traffic};
 
-/// What an on-chip buffer with oracle replacement lets through to memory.
+/// Statistics of an on-chip buffer with oracle replacement.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Memory {
-    /// Reads of the buffer.
+    /// Number of reads.
     pub reads: u64,
-    /// Their bytes.
+    /// Bytes read.
     pub read_bytes: u64,
-    /// Their parts of 32 bytes, each read beginning a new one.
+    /// Number of 32-byte sectors read; every read begins a new one.
     pub sectors: u64,
-    /// Reads that it could not serve.
+    /// Number of reads that miss the buffer.
     pub misses: u64,
-    /// The bytes of these.
+    /// Bytes of the misses.
     pub bytes: u64,
-    /// Of those reads, vectors that do not lie behind the one before in memory.
+    /// Misses whose vector does not follow that of the miss before in memory.
     pub not_streaming: u64,
 }
 
 impl Memory {
-    /// Misses over reads.
+    /// Ratio of misses to reads.
     #[must_use]
     pub fn miss_rate(&self) -> f64 {
         ratio(self.misses, self.reads)
     }
 
-    /// Accesses to memory that do not stream, over all of them.
+    /// Ratio of non-streaming accesses to all accesses to memory.
     #[must_use]
     pub fn not_streaming_rate(&self) -> f64 {
         ratio(self.not_streaming, self.misses)

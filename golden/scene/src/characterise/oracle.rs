@@ -1,34 +1,32 @@
 //! A buffer with oracle replacement, in one pass over the reads.
 //!
-//! Holding a vector from a read to its next takes its bytes over all that time.
-//! Reads are taken in order, and each is served if those bytes were free since
-//! the read before, after what served the reads before it. Where vectors are of
-//! one size, that keeps the same vectors as letting go of the one whose next
-//! read is the farthest (Belady 1966), which no replacement beats; what is read
-//! later is never known, so that no list of reads is kept (Jain and Lin, ISCA
-//! 2016, decide the same way).
+//! Keeping a vector from one read to its next occupies its bytes during that time. Reads are
+//! processed in order. A read hits if those bytes have been free since the vector's previous read,
+//! after the hits before it. For vectors of one size, this keeps the same vectors as evicting the
+//! one whose next read is farthest (Belady 1966), which no replacement beats. Later reads are
+//! never needed, so no list of reads is stored (Jain and Lin, ISCA 2016, decide the same way).
 
-/// Never read.
+/// Marks a vector that has not been read.
 const NEVER: u32 = u32::MAX;
-/// Slots that are made before the first clearing, besides one a vector.
+/// Number of slots before the first clearing, beyond one a vector.
 const SLACK: usize = 1 << 20;
 
 /// The buffer.
 pub(super) struct Oracle {
-    /// Bytes that have been free since each slot, a read in which something left.
-    /// The first have never been used.
+    /// Bytes that have been free since each slot. A slot is a read after which something was
+    /// evicted. The bytes of the first slot have never been used.
     free: Vec<u32>,
-    /// A slot at or before each that may have free bytes, itself if it has.
+    /// For each slot, a slot at or before it that may have free bytes; itself if it has.
     link: Vec<u32>,
-    /// Of each vector, the last slot when it was read.
+    /// For each vector, the last slot at the time of its last read.
     last: Vec<u32>,
-    /// Slots at which those without free bytes are cleared away.
+    /// Number of slots at which those without free bytes are removed.
     limit: usize,
     slack: usize,
 }
 
 impl Oracle {
-    /// An empty buffer of `capacity` bytes, for so many vectors.
+    /// An empty buffer of `capacity` bytes for `vectors` vectors.
     pub(super) fn new(capacity: u32, vectors: usize) -> Self {
         Self {
             free: vec![capacity],
@@ -39,7 +37,7 @@ impl Oracle {
         }
     }
 
-    /// Reads a vector: whether the buffer holds it.
+    /// Reads a vector; returns whether it hits.
     pub(super) fn read(&mut self, vector: u32, bytes: u32) -> bool {
         let before = self.last[vector as usize];
         let hit = before != NEVER && self.take(before, bytes);
@@ -54,7 +52,7 @@ impl Oracle {
         hit
     }
 
-    /// The last slot up to this that has free bytes, or the first of all.
+    /// The last slot up to `slot` that has free bytes, or the first of all.
     fn find(&mut self, mut slot: u32) -> u32 {
         while self.link[slot as usize] != slot {
             let next = self.link[slot as usize];
@@ -64,8 +62,7 @@ impl Oracle {
         slot
     }
 
-    /// Takes bytes that have been free since a slot, those first that have not
-    /// been free for longer.
+    /// Takes bytes that have been free since a slot, the most recently freed first.
     fn take(&mut self, since: u32, bytes: u32) -> bool {
         let mut at = self.find(since);
         let (mut slot, mut found) = (at, self.free[at as usize]);
@@ -92,7 +89,7 @@ impl Oracle {
         }
     }
 
-    /// Numbers the slots that have free bytes anew, and forgets the others.
+    /// Renumbers the slots with free bytes and removes the others.
     fn clear(&mut self) {
         for vector in 0..self.last.len() {
             if self.last[vector] != NEVER {

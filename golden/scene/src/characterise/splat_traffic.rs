@@ -1,4 +1,4 @@
-//! Bytes that the memory-centric order of splats moves, by ray group.
+//! Memory traffic of splats in the memory-centric order, by ray group.
 
 use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
 use rayon::prelude::*;
@@ -10,14 +10,13 @@ use potamoi_splats::{
     TILE, View,
 };
 
-/// Counts a frame for each side of ray groups, rounded up to whole tiles. The
-/// GPU writes one record a visible Gaussian; every ray group loads the MVoxels
-/// that it needs, by stream or record by record ([`Load`](potamoi_splats::Load)),
-/// for one entry a (tile, Gaussian). Entries are gathered whether or not pixels of
-/// their tile have stopped.
+/// Counts a frame for each side of ray groups, rounded up to whole tiles. The GPU writes one
+/// record a visible Gaussian. Every ray group loads the MVoxels that it needs, by stream or record
+/// by record ([`Load`](potamoi_splats::Load)), with one entry a (tile, Gaussian). Entries are
+/// gathered even if all pixels of their tile have stopped.
 ///
 /// # Errors
-/// As [`potamoi_splats::render_fixed`].
+/// Those of [`potamoi_splats::render_fixed`].
 pub fn splat_traffic(
     cloud: &Cloud,
     view: &View,
@@ -51,7 +50,7 @@ pub fn splat_traffic(
     sides.par_iter().map(|side| of(*side)).collect()
 }
 
-/// What holding records of a group back takes, where `capacity` fit on chip.
+/// Reorder-buffer statistics of a group, with room for `capacity` records on chip.
 fn held_back(group: &Group, capacity: usize) -> HoldStats {
     let mut hold = Hold::new(capacity);
     for (t, task) in group.tasks.iter().enumerate() {

@@ -9,7 +9,7 @@ use potamoi_fields::FieldError;
 use potamoi_fields::Size;
 use potamoi_splats::{Cloud, View};
 
-/// A tile a lane: Gaussians in depth order, behind the vectors of other tables.
+/// Lanes with one tile each: Gaussians in depth order, numbered after the vectors of other tables.
 struct Tiles {
     lists: Vec<Vec<u32>>,
 }
@@ -28,18 +28,17 @@ impl Lanes for Tiles {
     }
 }
 
-/// Reads of a frame through a buffer of `capacity` bytes: every Gaussian of every
-/// 16 x 16 tile in depth order, a tile a lane, as a rasteriser fetches them; tiles
-/// that end early are not cut short. Vectors are the Gaussians, all of their
-/// parameters in 32-bit floats.
+/// Reads of a frame through a buffer of `capacity` bytes: every Gaussian of every 16 x 16 tile in
+/// depth order, one lane a tile, as a rasteriser fetches them. Tiles that terminate early are not
+/// cut short. Vectors are the Gaussians, with all parameters in 32-bit floats.
 ///
-/// With `colour`, every Gaussian's is asked for first, a Gaussian a lane, whether
-/// it is seen or not; its vectors are the rows of the field's tables, in two bytes
-/// a channel, and lie before the Gaussians. With `full`, hashed tables have other
-/// numbers of entries; with `only`, tiles are those that have a pixel of a mask.
+/// With `colour`, the colour of every Gaussian is computed first, one lane a Gaussian, whether it
+/// is visible or not. Its vectors are the rows of the field's tables, with two bytes a channel,
+/// and precede the Gaussians. With `full`, hashed tables have other numbers of entries; with
+/// `only`, only tiles that have a pixel of a mask count.
 ///
 /// # Errors
-/// 2^32 vectors or more.
+/// There are 2^32 vectors or more.
 pub fn splat_accesses(
     cloud: &Cloud,
     colour: Option<&Compact>,

@@ -1,4 +1,4 @@
-//! What the paper's three stages take of the float renderer's time.
+//! Time of the paper's three stages in the float renderer.
 
 use std::time::{Duration, Instant};
 
@@ -9,24 +9,24 @@ use potamoi_base::camera::Camera;
 use potamoi_fields::{RayStages, Stops};
 use potamoi_splats::{Cloud, FloatOptions, Profile, RenderError, View, render_view};
 
-/// Rays of a field that are timed at most, spread over the frame.
+/// Maximum number of rays that are timed, spread over the frame.
 const RAYS: u32 = 5_000;
 
-/// Time of the stages, in seconds, measured on this machine. Of a field: of one
-/// thread, on rays spread over the frame. Of splats: of all threads, on the
-/// frame; what a pixel fetches of a Gaussian and what it makes of it are one.
+/// Time of the stages in seconds, measured on this machine. For a field: of one thread, on rays
+/// spread over the frame. For splats: of all threads, on the whole frame, with gathering and
+/// computation of a pixel as one stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stages {
-    /// Where samples lie; of splats projection, order and tiles.
+    /// Locating samples; for splats projection, sorting and tiling.
     pub indexing: f64,
     /// Reading and interpolating vertices.
     pub gathering: Option<f64>,
-    /// What is made of it, compositing included.
+    /// Feature computation, including compositing.
     pub computation: f64,
 }
 
 impl Stages {
-    /// Shares of each.
+    /// Share of each stage in the total.
     #[must_use]
     pub fn shares(&self) -> [Option<f64>; 3] {
         let total = self.indexing + self.gathering.unwrap_or(0.0) + self.computation;
@@ -39,7 +39,7 @@ impl Stages {
     }
 }
 
-/// Times a field, on rays up to where they are known to stop.
+/// Times a field on rays of known lengths.
 #[must_use]
 pub fn field_stages(stops: &Stops<'_>) -> Stages {
     let camera = stops.camera();
@@ -77,7 +77,7 @@ pub fn field_stages(stops: &Stops<'_>) -> Stages {
 /// Times splats.
 ///
 /// # Errors
-/// A camera that is not sensible.
+/// The camera is invalid.
 pub fn splat_stages(
     cloud: &Cloud,
     camera: &Camera,

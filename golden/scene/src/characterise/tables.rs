@@ -1,6 +1,5 @@
-//! Bytes that the memory-centric order moves of a field in several tables, by
-//! ray group and halo: the batches of [`FixedField`](potamoi_fields::FixedField),
-//! counted without gathers.
+//! Memory traffic of a field in several tables in the memory-centric order, by ray group and halo:
+//! the batches of [`FixedField`](potamoi_fields::FixedField), counted without gathers.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -14,13 +13,13 @@ use potamoi_fields::{
 };
 use potamoi_march::tiling::Halo;
 
-/// Counts what the renderer moves of a frame whose rays stop behind so many
-/// gathered samples ([`FixedField::stops`](potamoi_fields::FixedField::stops)), for
-/// each side of ray groups, and for both halos where a table has one.
+/// Counts the renderer's traffic for a frame whose rays stop after the given numbers of gathered
+/// samples ([`FixedField::stops`](potamoi_fields::FixedField::stops)), for each side of ray
+/// groups, and for both halos if a table has one.
 ///
 /// # Errors
-/// A configuration whose gathering unit does not fit the tables, or stops that
-/// are not one a pixel.
+/// The configuration's gathering unit does not support the tables, or the number of stops is not
+/// that of pixels.
 pub fn table_traffic(
     field: &dyn Field,
     camera: &Camera,
@@ -31,10 +30,10 @@ pub fn table_traffic(
     sized_traffic(field, camera, stops, config, sides, None)
 }
 
-/// The same of batches of another size than the renderer's own.
+/// As [`table_traffic`], for batches of another size than the renderer's own.
 ///
 /// # Errors
-/// As [`table_traffic`].
+/// Those of [`table_traffic`].
 pub fn sized_traffic(
     field: &dyn Field,
     camera: &Camera,
@@ -108,11 +107,11 @@ pub fn sized_traffic(
     Ok(found)
 }
 
-/// Counts what the colours of Gaussians at `centres` move, which are asked for
-/// once a frame. Its side means nothing.
+/// Counts the traffic of the colours of Gaussians at `centres`, which are computed once a frame.
+/// The result's `side` has no meaning.
 ///
 /// # Errors
-/// A configuration whose gathering unit does not fit the tables.
+/// The configuration's gathering unit does not support the tables.
 pub fn colour_traffic(
     field: &HashedColour,
     centres: &[[f32; 3]],
@@ -131,7 +130,7 @@ pub fn colour_traffic(
     Ok(batches.reduce(|| Traffic::of(0, None), Traffic::and))
 }
 
-/// Tables whose codes say nothing: which rows are read depends on no value.
+/// Quantised tables with arbitrary codes: the rows that are read depend on no value.
 fn coded(tables: &[Table], config: &Config, halo: Halo) -> Result<Vec<CodedTable>, FieldError> {
     let tables = tables.iter();
     tables
@@ -139,7 +138,7 @@ fn coded(tables: &[Table], config: &Config, halo: Halo) -> Result<Vec<CodedTable
         .collect()
 }
 
-/// Samples that are gathered together, of every table.
+/// Samples gathered together, for every table.
 struct Batch<'a>(Vec<BatchCount<'a>>);
 
 impl<'a> Batch<'a> {

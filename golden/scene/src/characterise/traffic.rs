@@ -1,11 +1,10 @@
-//! Bytes that the memory-centric order moves, by ray group and halo.
+//! Memory traffic of the memory-centric order, by ray group and halo.
 //!
-//! An MVoxel of `e` vertices an edge holds `e - 1` cells an edge where it shares
-//! its faces with its neighbours (*shared*: stored twice, one entry a sample),
-//! or `e` where nothing is stored twice (*split*: a sample whose vertices lie in
-//! several MVoxels has an entry in each, and partial sums are added up).
-//! Counted is what the renderer moves whose rays stop where they are known to: an
-//! MVoxel is gathered to its end.
+//! With a *shared* halo, an MVoxel of `e` vertices an edge holds `e - 1` cells an edge; vertices
+//! on shared faces are stored twice, and a sample has one entry. With a *split* halo it holds `e`
+//! cells; nothing is stored twice, a sample whose vertices lie in several MVoxels has an entry in
+//! each, and partial sums are added. The count is that of a renderer whose rays stop where they
+//! are known to: an MVoxel is gathered to its end.
 
 use serde::Serialize;
 
@@ -15,26 +14,26 @@ use potamoi_fields::voxels::{self, FixedOptions, Volume};
 use potamoi_march::streams::Streams;
 use potamoi_march::tiling::Halo;
 
-/// What a frame moves for one size of ray groups.
+/// Traffic of a frame for one size of ray groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Traffic {
-    /// Pixels a side of a ray group.
+    /// Side of a ray group in pixels.
     pub side: u32,
-    /// How MVoxels share vertices; splats have none.
+    /// The kind of halo; `None` for splats.
     pub halo: Option<Halo>,
     /// MVoxels loaded, over all ray groups.
     pub mvoxels: u64,
     /// Entries of the ray index table.
     pub entries: u64,
-    /// Bytes, stream by stream.
+    /// Bytes by stream.
     pub streams: Streams,
-    /// Of the bytes of MVoxels, those that are fetched row by row: of tables that
-    /// do not stream, and of splats' MVoxels of which a ray group uses little.
+    /// MVoxel bytes that are fetched row by row: of tables that do not stream, and of splat
+    /// MVoxels of which a ray group uses little.
     pub scattered: u64,
 }
 
 impl Traffic {
-    /// Of nothing.
+    /// No traffic.
     pub(super) fn of(side: u32, halo: Option<Halo>) -> Self {
         Self {
             side,
@@ -46,7 +45,7 @@ impl Traffic {
         }
     }
 
-    /// Of both.
+    /// The sum of both.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
             mvoxels: self.mvoxels + other.mvoxels,
@@ -58,12 +57,12 @@ impl Traffic {
     }
 }
 
-/// Counts what the renderer moves of a frame of one volume whose rays stop behind
-/// so many gathered samples ([`FixedFrame::stops`](potamoi_march::FixedFrame::stops)),
-/// for each side of ray groups and both halos.
+/// Counts the renderer's traffic for a frame of one volume whose rays stop after the given numbers
+/// of gathered samples ([`FixedFrame::stops`](potamoi_march::FixedFrame::stops)), for each side of
+/// ray groups and both halos.
 ///
 /// # Errors
-/// As [`moved`].
+/// Those of [`moved`].
 pub fn traffic(
     volume: &Volume<'_>,
     camera: &Camera,

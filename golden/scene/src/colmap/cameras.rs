@@ -1,4 +1,4 @@
-//! Lenses, as `cameras.txt` lists them.
+//! Lenses from `cameras.txt`.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ use super::text::{Fields, MAX_ENTRIES, Text, shown};
 /// The longest picture side.
 const MAX_SIDE: f64 = 32768.0;
 
-/// What `cameras.txt` says of a camera.
+/// The lens of a camera in `cameras.txt`.
 pub(super) enum Lens {
-    /// A pinhole, posed nowhere.
+    /// A pinhole without a pose.
     Pinhole(Camera),
-    /// Another lens, by its line; images of it are refused, and it is listed where there are none.
+    /// Another lens, with its line. Images that use it are refused; without images it is listed.
     Strange { line: usize, wrong: Wrong },
 }
 

@@ -1,13 +1,13 @@
-//! Why poses cannot be used.
+//! Errors of COLMAP poses.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Poses that cannot be used.
+/// Poses that are invalid or not supported.
 #[derive(Debug, Error)]
 pub enum ColmapError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error(
         "cannot read poses {path}: {source}; name a folder with COLMAP's cameras.txt and \
          images.txt (colmap model_converter --output_type TXT writes them)"
@@ -15,34 +15,34 @@ pub enum ColmapError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// A file that is no such text as a whole.
+    /// The file as a whole is invalid.
     #[error("poses {path}: {found}: expected {expected}")]
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         found: String,
-        /// What would be right.
+        /// Allowed content.
         expected: String,
     },
-    /// A line that says something else.
+    /// A line is invalid.
     #[error("poses {path}, line {line}: {field} is {value}: expected {expected}")]
     Line {
         /// The file.
         path: PathBuf,
-        /// Its line, from 1.
+        /// Line number, from 1.
         line: usize,
         /// The field, as COLMAP names it.
         field: &'static str,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
 }
 
-/// What is wrong in a line: field, value, what was expected.
+/// An invalid field of a line: field, value, allowed values.
 pub(super) type Wrong = (&'static str, String, String);

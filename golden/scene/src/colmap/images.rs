@@ -1,4 +1,4 @@
-//! Poses and pictures, as `images.txt` lists them.
+//! Poses and picture names from `images.txt`.
 
 use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
@@ -10,20 +10,19 @@ use super::cameras::Lens;
 use super::error::{ColmapError, Wrong};
 use super::text::{Fields, MAX_ENTRIES, Text, shown};
 
-/// How far a quaternion's length may be from 1: files may hold few digits.
+/// Maximum deviation of a quaternion's length from 1: files may hold few digits.
 const UNIT_TOLERANCE: f64 = 1e-2;
 
 /// A line of `images.txt`.
 pub(super) struct Posed {
-    /// Its `CAMERA_ID`, which `cameras.txt` has.
+    /// Its `CAMERA_ID`, which exists in `cameras.txt`.
     pub(super) lens: u32,
     pub(super) world_to_camera: DAffine3,
     pub(super) picture: PathBuf,
 }
 
-/// Images, with a line of points behind each, which may be empty; or images
-/// alone. A line that could be both is refused, so that no image is taken for
-/// points, whatever its name.
+/// Reads images, either each followed by a line of points, which may be empty, or images alone. A
+/// line that could be both is refused, so that no image is mistaken for points, whatever its name.
 pub(super) fn images(
     text: &mut Text,
     cameras: &BTreeMap<u32, Lens>,
@@ -118,7 +117,7 @@ fn image(mut fields: Fields<'_>, cameras: &BTreeMap<u32, Lens>) -> Result<(u32, 
     Ok((image, posed))
 }
 
-/// Whether a line is of points: X, Y and POINT3D_ID of each, or nothing at all.
+/// Whether a line holds points, with X, Y and POINT3D_ID each, or is empty.
 fn are_points(line: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(line) else {
         return false;
@@ -133,7 +132,7 @@ fn are_points(line: &[u8]) -> bool {
     })
 }
 
-/// A line that could be an image and points.
+/// The error for a line that could be an image or points.
 fn either() -> Wrong {
     let expected = "an image or points; this line could be both: put a line of points, or an empty \
                     one, behind every image, as COLMAP does, or name pictures by more than numbers";

@@ -1,4 +1,4 @@
-//! What the files of a reconstruction say, and what becomes of it.
+//! Keys of a reconstruction's files, and their treatment.
 
 use potamoi_base::record::Fate::{Honoured, Listed, Refused};
 use potamoi_base::record::{Fate, Format, Key};
@@ -9,7 +9,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
 
 const UNDISTORT: &str = "only pinholes are rendered; colmap image_undistorter makes such pictures";
 
-/// The folder, by its files.
+/// Keys of the folder: its files.
 pub(in super::super) static FOLDER: Format = Format {
     name: "COLMAP's folder",
     files: "`[camera] kind = \"colmap\"`: a reconstruction as text. Of other files of the folder \
@@ -35,7 +35,7 @@ pub(in super::super) static FOLDER: Format = Format {
     others: Listed,
 };
 
-/// Lines of `cameras.txt`: models and their parameters.
+/// Keys of `cameras.txt`: models and their parameters.
 pub(in super::super) static INTRINSICS: Format = Format {
     name: "COLMAP's cameras.txt",
     files: "Models, and the parameters of theirs.",
@@ -53,7 +53,7 @@ pub(in super::super) static INTRINSICS: Format = Format {
     others: Refused,
 };
 
-/// Lines of `images.txt`.
+/// Keys of `images.txt`.
 pub(in super::super) static POSES: Format = Format {
     name: "COLMAP's images.txt",
     files: "Fields of an image.",

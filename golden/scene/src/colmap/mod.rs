@@ -1,9 +1,9 @@
 //! Poses of a COLMAP reconstruction in text form: a folder with `cameras.txt`
 //! and `images.txt` (COLMAP's document "Output Format").
 //!
-//! COLMAP's cameras look along +z with y down, poses map the world to the
-//! camera, and the centre of the upper left pixel is at (0.5, 0.5): all of it
-//! is this project's convention too, so that no number is converted.
+//! COLMAP's cameras look along +z with y down, poses map the world to the camera, and the centre
+//! of the upper left pixel is at (0.5, 0.5). This project has the same convention, so no number is
+//! converted.
 
 mod cameras;
 mod error;
@@ -24,12 +24,10 @@ pub use error::ColmapError;
 pub(super) use keys::{FOLDER, INTRINSICS, POSES};
 use text::{Text, shown};
 
-/// Reads all images of a folder, at least one, sorted by name. `notes` takes what
-/// is not used.
+/// Reads all images of a folder, at least one, sorted by name. Unused parts are added to `notes`.
 ///
 /// # Errors
-/// A file cannot be read, is no such text, or holds numbers that make no
-/// undistorted camera.
+/// A file cannot be read or is invalid, or its numbers do not describe undistorted cameras.
 pub fn read(folder: &Path, notes: &mut Notes) -> Result<Vec<PathFrame>, ColmapError> {
     files(folder, notes);
     let mut listed = Text::open(folder.join("cameras.txt"))?;

@@ -8,18 +8,18 @@ use std::str::FromStr;
 
 use super::error::{ColmapError, Wrong};
 
-/// The longest line, in bytes: one of `images.txt` holds every point of an image.
+/// The longest line in bytes: a line of `images.txt` holds every point of an image.
 pub(super) const MAX_LINE: u64 = 1 << 26;
-/// Characters of a wrong value that are told.
+/// Maximum length of a wrong value in messages, in characters.
 const TOLD: usize = 60;
-/// The most cameras and the most images.
+/// Maximum number of cameras and of images.
 pub(super) const MAX_ENTRIES: usize = 1 << 20;
 
-/// A file, one line of it at a time.
+/// A file, read line by line.
 pub(super) struct Text {
     path: PathBuf,
     file: BufReader<File>,
-    /// The line that was read last, and its number, from 1.
+    /// The current line and its number, from 1.
     bytes: Vec<u8>,
     pub(super) number: usize,
 }
@@ -51,7 +51,7 @@ impl Text {
         }
     }
 
-    /// Something in the line that was read last.
+    /// An error in the current line.
     pub(super) fn at(&self, (field, value, expected): Wrong) -> ColmapError {
         ColmapError::Line {
             path: self.path.clone(),
@@ -62,7 +62,7 @@ impl Text {
         }
     }
 
-    /// Reads a line; `false` behind the last.
+    /// Reads the next line; `false` at the end.
     pub(super) fn advance(&mut self) -> Result<bool, ColmapError> {
         self.bytes.clear();
         self.number += 1;
@@ -81,8 +81,8 @@ impl Text {
         Ok(read)
     }
 
-    /// Reads up to a line feed, a carriage return, or both; `false` if nothing is left. Of a line
-    /// that is too long, a part.
+    /// Reads up to a line feed, a carriage return, or both; `false` at the end. Lines that are too
+    /// long are cut off.
     fn read_line(&mut self) -> std::io::Result<bool> {
         let mut any = false;
         while self.bytes.len() as u64 <= MAX_LINE {
@@ -109,13 +109,12 @@ impl Text {
         Ok(any)
     }
 
-    /// The line that was read last.
+    /// The current line.
     pub(super) fn line(&self) -> &[u8] {
         self.bytes.trim_ascii()
     }
 
-    /// Reads up to a line that is neither empty nor a comment; `false` if there
-    /// is none.
+    /// Reads up to a line that is neither empty nor a comment; `false` if there is none.
     pub(super) fn advance_to_text(&mut self) -> Result<bool, ColmapError> {
         while self.advance()? {
             if !self.line().is_empty() && !self.line().starts_with(b"#") {
@@ -126,7 +125,7 @@ impl Text {
     }
 }
 
-/// The fields of a line, one after the other.
+/// The fields of a line, one after another.
 pub(super) struct Fields<'a>(pub(super) &'a str);
 
 impl<'a> Fields<'a> {
@@ -143,7 +142,7 @@ impl<'a> Fields<'a> {
         Ok(Self(text))
     }
 
-    /// The next field's text; empty behind the last.
+    /// The next field; empty at the end.
     pub(super) fn next(&mut self) -> &'a str {
         let (field, rest) = self
             .0
@@ -187,7 +186,7 @@ impl<'a> Fields<'a> {
         self.whole(field, ids, expected).map(|id| id as u32)
     }
 
-    /// A whole number, however it is written.
+    /// A whole number in any notation.
     pub(super) fn whole<R>(
         &mut self,
         field: &'static str,

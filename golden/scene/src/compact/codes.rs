@@ -1,5 +1,5 @@
-//! Residual vector quantisation: a value is the sum of a codebook entry of every
-//! stage. Indices are packed without gaps, Gaussian by Gaussian, stage by stage.
+//! Residual vector quantisation: a value is the sum of one codebook entry from every stage.
+//! Indices are packed without gaps, Gaussian by Gaussian, stage by stage.
 
 use std::path::Path;
 
@@ -9,20 +9,20 @@ use super::npz::Array;
 use potamoi_containers::torch::Checkpoint;
 use potamoi_splats::files::{FileError, Origin};
 
-/// The most stages.
+/// Maximum number of stages.
 const MAX_STAGES: i64 = 32;
 
-/// How a value is divided.
+/// The stages of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stages {
-    /// Codes of a value.
+    /// Number of codes in a value.
     pub(super) count: usize,
     /// Bits of a code, 1 to 8.
     pub(super) bits: usize,
 }
 
 impl Stages {
-    /// Of the array of both numbers.
+    /// Reads both numbers from an array.
     pub(super) fn read(info: &Array<'_>) -> Result<Self, FileError> {
         let expected = format!("two: 1 to {MAX_STAGES} stages and 1 to 8 bits of a code");
         match info.integers()?[..] {
@@ -41,8 +41,8 @@ impl Stages {
         1 << self.bits
     }
 
-    /// The entries of all stages, `D` numbers each: an array of them, stage by
-    /// stage, or the `state_dict` of a `ResidualVQ` (vector-quantize-pytorch).
+    /// The entries of all stages, `D` numbers each: an array of them, stage by stage, or the
+    /// `state_dict` of a `ResidualVQ` (vector-quantize-pytorch).
     pub(super) fn codebooks<const D: usize>(
         self,
         array: &Array<'_>,
@@ -72,7 +72,7 @@ impl Stages {
         Ok(values.as_chunks().0.to_vec())
     }
 
-    /// The values of so many Gaussians.
+    /// Decodes the values of `count` Gaussians.
     pub(super) fn decode<const D: usize>(
         self,
         gaussians: usize,
@@ -102,8 +102,7 @@ impl Stages {
         Ok(all.map(value).collect())
     }
 
-    /// Bits of a code follow one another from its lowest; those of a byte begin
-    /// at its highest.
+    /// A code. Its bits start at the lowest; those of a byte start at the highest.
     fn code(self, bytes: &[u8], index: usize) -> usize {
         (0..self.bits).fold(0, |code, bit| {
             let at = index * self.bits + bit;

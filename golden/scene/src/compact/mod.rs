@@ -1,15 +1,13 @@
-//! Compact-3DGS (Lee, Rho, Sun, Ko, Park: Compact 3D Gaussian Representation for
-//! Radiance Field, CVPR 2024): Gaussians whose scales and rotations are sums of
-//! codes, and whose colour is a neural field's.
+//! Compact-3DGS (Lee, Rho, Sun, Ko, Park: Compact 3D Gaussian Representation for Radiance Field,
+//! CVPR 2024): Gaussians whose scales and rotations are sums of codes, and whose colours come from
+//! a neural field.
 //!
-//! A camera makes an ordinary [`Cloud`] of degree 0 of it: the field is asked
-//! for every Gaussian's colour from there before anything is drawn, as its
-//! authors' renderer does.
+//! For a camera it becomes an ordinary [`Cloud`] of degree 0: the field is evaluated for every
+//! Gaussian before anything is drawn, as in its authors' renderer.
 //!
-//! Read is the plain `.npz` of their `save_npz`. Its codebooks are pickles of
-//! PyTorch, read as data; arrays of numbers, (stages, codes, 3 and 4) in 32
-//! bits, are taken in their place. The field is computed in 64 bits: theirs
-//! rounds features and layers to 16.
+//! The file is the plain `.npz` of their `save_npz`. Its codebooks are PyTorch pickles, which are
+//! read as data; arrays of numbers, (stages, codes, 3 and 4) in 32 bits, are accepted in their
+//! place. The field is computed in 64 bits, whereas the authors round features and layers to 16.
 
 mod codes;
 mod npz;
@@ -35,7 +33,7 @@ use potamoi_splats::Cloud;
 use potamoi_splats::Raw;
 use potamoi_splats::files::{self, FileError, Origin};
 
-/// The ending of a model's name.
+/// File extension of a model.
 pub const ENDING: &str = "npz";
 
 /// The arrays of a model.
@@ -54,10 +52,10 @@ const ARRAYS: [&str; 9] = [
 /// A Compact-3DGS model.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Compact {
-    /// Without colour.
+    /// The Gaussians without colours.
     gaussians: Cloud,
     colour: HashedColour,
-    /// Of the file, in which colours are asked for.
+    /// Axes of the file, in which colours are evaluated.
     axes: Axes,
 }
 
@@ -65,7 +63,7 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-/// Arrays of the archive.
+/// Keys of the format: arrays of the archive.
 pub static FORMAT: Format = Format {
     name: "Compact-3DGS",
     files: "`.npz`: arrays of the archive",
@@ -108,11 +106,11 @@ pub static FORMAT: Format = Format {
 };
 
 impl Compact {
-    /// Loads a model, `.npz`, with what of the file is not used or had to be assumed. It is
-    /// turned from the axes `asked` for, or right, down and to the front.
+    /// Loads a model, `.npz`, with its unused parts and assumptions. It is converted from the axes
+    /// `asked`, by default right, down and front.
     ///
     /// # Errors
-    /// The file cannot be read, is no such model, or its post-processed variant.
+    /// The file cannot be read, is not such a model, or is its post-processed variant.
     pub fn load(path: &Path, asked: Option<Axes>) -> Result<(Self, Notes), FileError> {
         let origin = path.display().to_string();
         Self::parse(&files::whole(path)?, &origin, asked)
@@ -121,7 +119,7 @@ impl Compact {
     /// Reads a model from a file's bytes; `origin` names it in errors.
     ///
     /// # Errors
-    /// As [`Compact::load`].
+    /// Those of [`Compact::load`].
     pub fn parse(
         bytes: &[u8],
         origin: &str,
@@ -184,31 +182,31 @@ impl Compact {
         Ok((model, loaded.notes))
     }
 
-    /// Says that it was trained with antialiasing, or not.
+    /// Sets the antialiasing flag.
     pub const fn set_antialiased(&mut self, antialiased: bool) {
         self.gaussians.set_antialiased(antialiased);
     }
 
-    /// Centres in the axes of the file, in which colours are asked for.
+    /// Centres in the axes of the file, in which colours are evaluated.
     #[must_use]
     pub fn asked_at(&self) -> Vec<[f32; 3]> {
         let means = self.gaussians.means().iter();
         means.map(|own| self.axes.point_of_file(*own)).collect()
     }
 
-    /// Its Gaussians, all of the same colour.
+    /// The Gaussians, all of the same colour.
     #[must_use]
     pub const fn gaussians(&self) -> &Cloud {
         &self.gaussians
     }
 
-    /// What gives them their colour.
+    /// The field of their colours.
     #[must_use]
     pub const fn colour(&self) -> &HashedColour {
         &self.colour
     }
 
-    /// The Gaussians in the colours that a camera at `eye` sees them in.
+    /// The Gaussians with the colours that a camera at `eye` sees.
     #[must_use]
     pub fn seen_from(&self, eye: DVec3) -> Cloud {
         let means = self.asked_at();
@@ -222,13 +220,13 @@ impl Compact {
         self.gaussians.recoloured(colours.collect())
     }
 
-    /// The same in the hardware's formats: features are gathered and colours
-    /// computed through `units`, which are those of `config`; `work` says what is done. With what
-    /// was counted.
+    /// The Gaussians with fixed-point colours: features are gathered and colours computed through
+    /// `units`, which must be those of `config`; `work` selects optional parts. Also returns the
+    /// counts.
     ///
     /// # Errors
-    /// A configuration whose units lack what it needs, values that no format
-    /// holds, or a unit that fails.
+    /// The configuration's units lack an operation or format, a value fits no format, or a unit
+    /// fails.
     pub fn seen_in_codes(
         &self,
         eye: DVec3,
@@ -244,10 +242,10 @@ impl Compact {
         Ok((self.gaussians.recoloured(colours), stats))
     }
 
-    /// What a Gaussian's colour in the hardware's formats may be off by at most, seen from `eye`.
+    /// Upper bound of the error of a Gaussian's fixed-point colour, seen from `eye`.
     ///
     /// # Errors
-    /// As [`Compact::seen_in_codes`], but for units.
+    /// Those of [`Compact::seen_in_codes`], except for units.
     pub fn colours_off(&self, eye: DVec3, config: &Config) -> Result<f64, FieldError> {
         let off = (self.colour).off(&self.centres(), self.axes.of_file(eye), config)?;
         Ok(sh::basis(DVec3::X)[0] * off)

@@ -1,5 +1,5 @@
-//! Arrays of an `.npz` file as NumPy writes them (`numpy.lib.format`, versions
-//! 1 to 3): a ZIP archive with a member an array, each with a header of text.
+//! Arrays of an `.npz` file in NumPy's format (`numpy.lib.format`, versions 1 to 3): a ZIP archive
+//! with one member an array, each with a text header.
 
 use std::io::{Cursor, Read as _};
 
@@ -9,11 +9,11 @@ use zip::ZipArchive;
 use potamoi_containers::archive;
 use potamoi_splats::files::{FileError, Origin};
 
-/// What a member may unpack to, in lengths of the whole file.
+/// Maximum ratio of a member's unpacked size to the size of the file.
 const RATIO: u64 = 64;
 /// The longest header of an array, in bytes.
 const LONGEST_HEADER: usize = 1 << 12;
-/// Names of arrays that an error lists.
+/// Maximum number of array names in a message.
 const LISTED: usize = 16;
 
 /// An open archive.
@@ -27,9 +27,9 @@ pub(super) struct Npz<'a> {
 /// An array.
 pub(super) struct Array<'a> {
     name: Origin<'a>,
-    /// As errors name it.
+    /// Name in messages.
     field: String,
-    /// As NumPy names it.
+    /// Type as NumPy names it.
     kind: String,
     pub(super) shape: Vec<usize>,
     bytes: Vec<u8>,
@@ -52,7 +52,7 @@ impl<'a> Npz<'a> {
         })
     }
 
-    /// Names of the arrays, and of what the archive holds beside them.
+    /// Names of the arrays and of other members.
     pub(super) fn keys(&self) -> impl Iterator<Item = String> {
         let names = self.names().map(str::to_owned);
         names.chain(self.beside.iter().cloned())
@@ -64,7 +64,7 @@ impl<'a> Npz<'a> {
         names.map(|n| n.strip_suffix(".npy").unwrap_or(n))
     }
 
-    /// Refuses a file that lacks one of these arrays.
+    /// Checks that the file has these arrays.
     pub(super) fn require(&self, arrays: &[&str]) -> Result<(), FileError> {
         let missing = arrays.iter().find(|a| self.names().all(|n| n != **a));
         let Some(missing) = missing else {
@@ -115,7 +115,7 @@ fn array(name: &str) -> String {
     format!("array `{name}`")
 }
 
-/// The header's text, and where the numbers begin.
+/// The text of the header, and the offset of the numbers.
 fn header(bytes: &[u8]) -> Result<(&str, usize), String> {
     let rest = bytes.strip_prefix(b"\x93NUMPY");
     let version = rest.and_then(|r| r.first_chunk::<2>());
@@ -178,7 +178,7 @@ impl Array<'_> {
         })
     }
 
-    /// Arrays of numbers are as long as their shape says.
+    /// Checks that the length of an array of numbers fits its shape.
     fn check_length(&self) -> Result<(), FileError> {
         let Some(width) = self.width() else {
             return Ok(());
@@ -202,12 +202,12 @@ impl Array<'_> {
         self.name.field(field, value, expected)
     }
 
-    /// What a reader of its content refused.
+    /// An error from the reader of its content.
     pub(super) fn refused(&self, error: impl ToString) -> FileError {
         self.name.part(self.field.clone(), error)
     }
 
-    /// Refuses another type.
+    /// Checks the type.
     fn of(&self, kinds: &[&str]) -> Result<(), FileError> {
         if kinds.contains(&self.kind.as_str()) {
             return Ok(());
@@ -215,7 +215,7 @@ impl Array<'_> {
         Err(self.wrong("type", &self.kind, kinds.join(" or ")))
     }
 
-    /// Refuses another shape, of which `expected` says what it should be.
+    /// Returns an error with the `expected` shape unless the shape is right.
     pub(super) fn shaped(&self, right: bool, expected: &str) -> Result<(), FileError> {
         if right {
             return Ok(());
@@ -223,7 +223,7 @@ impl Array<'_> {
         Err(self.wrong("shape", format!("{:?}", self.shape), expected))
     }
 
-    /// Whether it holds an object of Python.
+    /// Whether it holds a Python object.
     pub(super) fn is_object(&self) -> bool {
         self.kind == "|O"
     }
@@ -237,14 +237,14 @@ impl Array<'_> {
         Ok(&self.bytes)
     }
 
-    /// Finite numbers of 16 bits.
+    /// The numbers of a finite 16-bit array.
     pub(super) fn halves(&self) -> Result<Vec<f32>, FileError> {
         self.of(&["<f2"])?;
         let (words, _) = self.bytes.as_chunks();
         self.finite(words.iter().map(|b| f16::from_le_bytes(*b).to_f32()))
     }
 
-    /// Finite numbers of 32 bits.
+    /// The numbers of a finite 32-bit array.
     pub(super) fn floats(&self) -> Result<Vec<f32>, FileError> {
         self.of(&["<f4"])?;
         let (words, _) = self.bytes.as_chunks();

@@ -1,23 +1,21 @@
 //! Scales and rotations of decoded Gaussians.
 //!
-//! The rasteriser makes a matrix of a quaternion without normalising it, and
-//! the sum of codes has not the length 1; what is drawn is the covariance
-//! `M Mᵀ`, `M` that matrix with its columns scaled. Here columns are turned
-//! against each other until they are orthogonal, by one-sided Jacobi rotations,
-//! which leave the covariance as it is; their lengths are then the scales.
+//! The rasteriser builds a matrix from a quaternion without normalising it, and a sum of codes is
+//! not of length 1. It draws the covariance `M Mᵀ`, where `M` is that matrix with scaled columns.
+//! Here columns are rotated against each other until they are orthogonal, by one-sided Jacobi
+//! rotations, which leave the covariance unchanged. Their lengths are then the scales.
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// Rotations over all pairs of columns until they are orthogonal; four or five
-/// do.
+/// Maximum number of sweeps over all pairs of columns; four or five suffice.
 const SWEEPS: usize = 12;
-/// Columns whose cosine is at most this are orthogonal.
+/// Largest cosine between columns that count as orthogonal.
 const ORTHOGONAL: f64 = 1e-15;
-/// The smallest scale: of what has none, its logarithm would not be finite.
+/// The smallest scale, since the logarithm of 0 is not finite.
 const LEAST: f64 = 1e-37;
 
-/// Log scales and the unit quaternion `w, x, y, z` of the Gaussian that the
-/// rasteriser draws of decoded ones.
+/// Log scales and unit quaternion `w, x, y, z` of the Gaussian that the rasteriser draws for
+/// decoded values.
 pub(super) fn axes(scales: [f64; 3], rotation: [f64; 4]) -> ([f32; 3], [f32; 4]) {
     let mut columns = matrix(rotation);
     for (column, scale) in columns.iter_mut().zip(scales) {
@@ -37,7 +35,7 @@ pub(super) fn axes(scales: [f64; 3], rotation: [f64; 4]) -> ([f32; 3], [f32; 4])
     (log_scales, [w, x, y, z])
 }
 
-/// The columns of the rasteriser's matrix of a quaternion of any length.
+/// The columns of the rasteriser's matrix for a quaternion of any length.
 fn matrix([w, x, y, z]: [f64; 4]) -> [DVec3; 3] {
     let column = |a, b, c| DVec3::new(a, b, c);
     [
@@ -59,8 +57,8 @@ fn matrix([w, x, y, z]: [f64; 4]) -> [DVec3; 3] {
     ]
 }
 
-/// Turns two columns within their plane until they are orthogonal; whether they
-/// were not.
+/// Rotates two columns within their plane until they are orthogonal; returns whether that was
+/// needed.
 fn turn(columns: &mut [DVec3; 3], i: usize, j: usize) -> bool {
     let (a, b) = (columns[i], columns[j]);
     let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
@@ -76,8 +74,8 @@ fn turn(columns: &mut [DVec3; 3], i: usize, j: usize) -> bool {
     true
 }
 
-/// The rotation whose axes the columns are. One of no length is completed from
-/// the others, and one is turned around where they are left-handed.
+/// The rotation whose axes are the columns. A column of length 0 is completed from the others, and
+/// one is reversed if they are left-handed.
 fn frame(columns: [DVec3; 3], lengths: [f64; 3]) -> DMat3 {
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| lengths[*b].total_cmp(&lengths[*a]));

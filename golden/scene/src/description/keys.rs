@@ -4,7 +4,7 @@ use potamoi_base::precision::NUMBERS;
 use potamoi_base::record::Fate::Honoured;
 use potamoi_base::record::{Fate, Format, Key};
 
-/// Its fields.
+/// Keys of the format.
 pub(crate) static DESCRIPTION: Format = Format {
     name: "Scene descriptions",
     files: "`.toml`. Every list has as many values as stand here, at every depth.",
@@ -12,7 +12,7 @@ pub(crate) static DESCRIPTION: Format = Format {
     others: Fate::Refused,
 };
 
-/// Those that are read here.
+/// The keys that are read here.
 const OWN: [Key; 28] = [
     key(
         "model.kind",
@@ -83,7 +83,7 @@ const OWN: [Key; 28] = [
     ),
 ];
 
-/// Those, and the numbers of [`Precision`](potamoi_base::precision::Precision).
+/// All keys, with the numbers of [`Precision`](potamoi_base::precision::Precision).
 static KEYS: [Key; OWN.len() + NUMBERS.len()] = {
     let mut keys = [OWN[0]; OWN.len() + NUMBERS.len()];
     let mut at = 0;

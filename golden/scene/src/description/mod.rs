@@ -1,4 +1,4 @@
-//! Scene descriptions: TOML files that name a model, a camera and how to render.
+//! Scene descriptions: TOML files with a model, a camera and render options.
 
 mod keys;
 mod model;
@@ -23,75 +23,75 @@ const LIMIT: u64 = 1 << 20;
 /// A `scene.toml`.
 #[derive(Debug, Clone)]
 pub(super) struct Description {
-    /// What is shown.
+    /// The model.
     pub(super) model: ModelDescription,
-    /// From where.
+    /// The camera.
     pub(super) camera: CameraDescription,
-    /// How.
+    /// The render options.
     pub(super) render: RenderDescription,
 }
 
-/// `[camera]`. Without it, the model's own.
+/// `[camera]`; by default the model's own camera.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum CameraDescription {
-    /// The built-in scene's view, or an orbit that frames a model.
+    /// The built-in scene's camera, or an orbit that frames a model.
     #[default]
     #[serde(skip)]
     Default,
     /// A camera file in the OpenCV convention.
     OpencvJson {
-        /// JSON file, from the description's folder.
+        /// JSON file, relative to the description's folder.
         path: PathBuf,
-        /// Which camera of the file, from 0.
+        /// Index of the camera in the file, from 0.
         #[serde(default)]
         index: usize,
-        /// Pixels a row; the file's unless given.
+        /// Width in pixels; by default the file's.
         width: Option<u32>,
-        /// Rows; the file's unless given.
+        /// Height in pixels; by default the file's.
         height: Option<u32>,
     },
     /// A frame of a camera path in the convention of NeRF and Instant-NGP.
     Transforms {
-        /// JSON file, from the description's folder.
+        /// JSON file, relative to the description's folder.
         path: PathBuf,
-        /// Which frame of the path, from 0.
+        /// Index of the frame in the path, from 0.
         #[serde(default)]
         index: usize,
-        /// Pixels a row; the file's unless given.
+        /// Width in pixels; by default the file's.
         width: Option<u32>,
-        /// Rows; the file's unless given.
+        /// Height in pixels; by default the file's.
         height: Option<u32>,
     },
     /// An image of a COLMAP reconstruction in text form; images are sorted by
     /// name.
     Colmap {
-        /// The folder, from the description's folder.
+        /// The folder, relative to the description's folder.
         path: PathBuf,
-        /// Which image, from 0.
+        /// Index of the image, from 0.
         index: Option<usize>,
-        /// Or its name.
+        /// Name of the image, in place of the index.
         name: Option<String>,
-        /// Pixels a row; the file's unless given.
+        /// Width in pixels; by default the file's.
         width: Option<u32>,
-        /// Rows; the file's unless given.
+        /// Height in pixels; by default the file's.
         height: Option<u32>,
     },
-    /// Looking at a point from a distance.
+    /// A camera that looks at a point from a distance.
     Orbit {
-        /// Degrees about the vertical axis; the default's unless given.
+        /// Degrees about the vertical axis; by default that of the default orbit.
         azimuth: Option<f64>,
         /// Degrees above the horizon.
         elevation: Option<f64>,
-        /// In the scene's units.
+        /// Distance in the scene's units.
         distance: Option<f64>,
         /// Vertical field of view in degrees.
         fov: Option<f64>,
-        /// What is in the middle.
+        /// The point in the middle of the picture.
         target: Option<[f64; 3]>,
-        /// Pixels a row.
+        /// Width in pixels.
         width: Option<u32>,
-        /// Rows.
+        /// Height in pixels.
         height: Option<u32>,
     },
 }
@@ -102,21 +102,21 @@ pub(super) enum CameraDescription {
 pub(super) struct RenderDescription {
     /// Rule set for splats.
     pub(super) profile: Option<String>,
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     pub(super) background: Option<[f32; 3]>,
-    /// In which order splats are composited: exact or approximate.
+    /// The order in which splats are composited: exact or approximate.
     pub(super) order: Option<String>,
-    /// Columns and rows of tiles of a ray group, for splats.
+    /// Columns and rows of tiles in a ray group, for splats.
     pub(super) group_tiles: Option<[u32; 2]>,
-    /// Pixels a side of a ray group, for voxels.
+    /// Side of a ray group in pixels, for voxels.
     pub(super) group_side: Option<u32>,
-    /// How MVoxels share vertices, for voxels and fields: shared or split.
+    /// The kind of halo, for voxels and fields: shared or split.
     pub(super) halo: Option<String>,
-    /// Voxel edges from sample to sample, for voxels.
+    /// Step in voxel edges, for voxels.
     pub(super) step: Option<f64>,
-    /// Whether splats were trained with antialiasing; what their file says unless given.
+    /// Whether splats were trained with antialiasing; by default as their file states.
     pub(super) antialiased: Option<bool>,
-    /// Cut-offs, widths and levels.
+    /// Thresholds, widths and levels.
     #[serde(skip)]
     pub(super) precision: Precision,
 }
@@ -125,7 +125,7 @@ impl Description {
     /// Reads a description.
     ///
     /// # Errors
-    /// The file cannot be read or is no description.
+    /// The file cannot be read or is not a description.
     pub(super) fn read(path: &Path) -> Result<Self, SceneError> {
         let fail = |source| SceneError::Read {
             path: path.to_owned(),
@@ -141,7 +141,7 @@ impl Description {
         Self::parse(&bytes).map_err(wrong)
     }
 
-    /// Errors name the field, or the line of what is no TOML.
+    /// Parses a description. Errors name the field, or the line of invalid TOML.
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let document = document::toml(bytes).map_err(|e| e.to_string())?;
         let sections = |name: &str| document.get(name);
@@ -195,7 +195,7 @@ impl RenderDescription {
     }
 }
 
-/// Reads a section whose `kind` says which fields it has.
+/// Reads a section whose `kind` selects its fields.
 fn by_kind<T: DeserializeOwned>(section: &str, value: &Value) -> Result<T, String> {
     let (kind, fields) = kind_of(section, value)?;
     of_kind(section, &kind, fields)

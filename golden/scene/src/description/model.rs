@@ -1,4 +1,4 @@
-//! `[model]`: what is shown.
+//! The `[model]` section.
 
 use std::path::PathBuf;
 
@@ -11,52 +11,52 @@ use serde::{Deserialize, Deserializer};
 
 use super::{kind_of, of_kind};
 
-/// `[model]`.
+/// The `[model]` section.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum ModelDescription {
-    /// A scene that is built in.
+    /// A built-in scene.
     Builtin {
         /// Its name.
         name: String,
-        /// What it is made into, if it is known exactly.
+        /// Its representation, for analytic scenes.
         representation: Option<String>,
     },
-    /// A model file of Gaussians.
+    /// A file of Gaussians.
     Splats {
-        /// A file or SOG folder, from the description's folder.
+        /// A file or SOG folder, relative to the description's folder.
         path: PathBuf,
-        /// Where its x, y and z point; what the file says or its format has unless given.
+        /// Directions of its x, y and z axes; by default those of the file or of its format.
         #[serde(default, deserialize_with = "axes")]
         axes: Option<Axes>,
     },
     /// A Compact-3DGS model.
     #[serde(rename = "compact-3dgs")]
     Compact3dgs {
-        /// Its `.npz`, from the description's folder.
+        /// Its `.npz`, relative to the description's folder.
         path: PathBuf,
-        /// Where its x, y and z point; right, down and to the front unless given.
+        /// Directions of its x, y and z axes; by default right, down and front.
         #[serde(default, deserialize_with = "axes")]
         axes: Option<Axes>,
     },
     /// An image sequence with depth.
     Images(ImagesDescription),
-    /// A file of a field; its kind is the file's.
+    /// A field, whose file format determines the kind.
     #[serde(skip)]
     Field {
-        /// How such files are read.
+        /// The file format.
         file: &'static FieldFile,
-        /// Which one, from the description's folder.
+        /// The file, relative to the description's folder.
         path: PathBuf,
-        /// What is said of it.
+        /// Options for the file.
         options: FileOptions,
     },
 }
 
-/// Kinds of models that are no fields.
+/// Kinds of models other than fields.
 pub(super) const MODEL_KINDS: [&str; 4] = ["builtin", "splats", "compact-3dgs", "images"];
 
-/// What may be said of a field's file, all kinds together.
+/// Options for a field's file, of all kinds together.
 #[derive(Deserialize)]
 struct FileDescription {
     path: PathBuf,
@@ -104,20 +104,20 @@ pub(super) fn field_kinds() -> Vec<&'static str> {
     algorithms::files().map(|file| file.kind).collect()
 }
 
-/// `[model]` of `kind = "images"`.
+/// The `[model]` section of `kind = "images"`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ImagesDescription {
-    /// The folder, with `transforms.json` and the pictures that it names.
+    /// The folder with `transforms.json` and the pictures that it names.
     pub(crate) path: PathBuf,
-    /// In it, the folder of the depths: OpenEXR files named as the pictures, the
-    /// depth along the camera's axis in their red channel.
+    /// The folder of the depths in it: OpenEXR files named like the pictures, with the depth along
+    /// the camera's axis in the red channel.
     #[serde(default = "depth_folder")]
     pub(crate) depth: PathBuf,
-    /// Units of the poses a unit of the depths.
+    /// Length of a depth unit in units of the poses.
     #[serde(default = "one")]
     pub(crate) depth_scale: f64,
-    /// Depths above this, in units of the poses, are void.
+    /// Depths above this, in units of the poses, count as void.
     #[serde(default = "infinity")]
     pub(crate) void_above: f64,
 }

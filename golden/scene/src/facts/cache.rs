@@ -1,15 +1,15 @@
-//! What is found once of a model, which does not change.
+//! Facts about a model, computed once, since models do not change.
 
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use super::Facts;
 
-/// Rows of an MVoxel and halvings of its cells, with the MVoxels before and after merging.
+/// Rows of an MVoxel and halvings of its cells, with the numbers of MVoxels before and after
+/// merging.
 type Merging = ((usize, u32), [usize; 2]);
 
-/// Facts about a model, when they were first asked for. Clones share them; a cache tells nothing
-/// that the model does not, so that any two are equal.
+/// Cached facts. Clones share them. A cache depends only on the model, so any two compare equal.
 #[derive(Clone, Default)]
 pub(crate) struct Cache {
     facts: Arc<OnceLock<Facts>>,
@@ -22,13 +22,13 @@ impl Cache {
         self.facts.get_or_init(find)
     }
 
-    /// A hash of all of the model's numbers.
+    /// The hash of all of the model's numbers.
     pub(crate) fn content(&self, find: impl FnOnce() -> blake3::Hash) -> blake3::Hash {
         *self.content.get_or_init(find)
     }
 
-    /// MVoxels before and after merging, of so many rows and with sides halved so often. Others
-    /// than at first are found anew.
+    /// Numbers of MVoxels before and after merging, for given rows and halvings. Only the first
+    /// combination is cached.
     pub(crate) fn merging(&self, of: (usize, u32), find: impl Fn() -> [usize; 2]) -> [usize; 2] {
         let (known, found) = *self.merging.get_or_init(|| (of, find()));
         if known == of { found } else { find() }

@@ -1,4 +1,4 @@
-//! What a model's data says, whatever the camera.
+//! Facts about a model's data that do not depend on the camera.
 
 mod cache;
 mod thickness;
@@ -12,55 +12,55 @@ use potamoi_fields::{Directions, Field, HashedColour, Mlp, Stopping, Table};
 use potamoi_splats::{Cloud, Rules, sigmoid};
 pub use thickness::Thickness;
 
-/// A table that features are gathered from.
+/// A table of features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TableFacts {
-    /// Vertices that a sample reads: 1, 2, 4 or 8.
+    /// Number of vertices that a sample reads: 1, 2, 4 or 8.
     pub vertices: usize,
-    /// Channels of one.
+    /// Channels a vertex.
     pub channels: usize,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
     /// Whether vertices share rows.
     pub is_hashed: bool,
 }
 
-/// What of a perceptron depends on the direction.
+/// View dependence of a perceptron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Perceptron {
-    /// Inputs of its first layer, and those of them that are the direction's.
+    /// Number of inputs of its first layer, and how many of them encode the direction.
     pub inputs: [usize; 2],
-    /// Weights of these, and how many of them are not 0.
+    /// Number of weights of these inputs, and how many of them are not 0.
     pub weights: [u64; 2],
 }
 
-/// What the data of a model says.
+/// Facts about a model's data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Facts {
-    /// Its parts, by their name and number.
+    /// Name and number of its parts.
     pub parts: (&'static str, u64),
-    /// Spherical harmonics, where it has any.
+    /// Spherical harmonics, if any.
     pub harmonics: Option<Bands>,
-    /// What their coefficients belong to.
+    /// Name of the owners of their coefficients.
     pub holders: &'static str,
-    /// A perceptron that makes colours, where there is one.
+    /// The perceptron that computes colours, if any.
     pub perceptron: Option<Perceptron>,
-    /// What a ray passes at most.
+    /// Upper bound of the optical depth along a ray.
     pub thickness: Thickness,
-    /// Weights and biases of all perceptrons, where it has any.
+    /// Number of weights and biases of all perceptrons.
     pub weights: usize,
-    /// Tables that features are gathered from, before records of splats.
+    /// Tables of features, before records of splats.
     pub tables: Vec<TableFacts>,
-    /// Cells where nothing is, and all, of a grid that says so.
+    /// Number of empty cells and of all cells, if a grid marks empty space.
     pub void: Option<[u64; 2]>,
-    /// The largest of what gives opacity: a density, an optical depth a voxel edge, or a
-    /// Gaussian's opacity. None of fields that compute it.
+    /// The largest opacity value: a density as optical depth a voxel edge, or a Gaussian's
+    /// opacity. `None` for fields that compute it.
     pub most_opaque: Option<f64>,
 }
 
 impl Facts {
-    /// Looks through a model. `rules` are those of splats, `step` the voxel edges from sample to
-    /// sample of grids, `stop` what is left of rays that stop, if not what the model's rules say.
+    /// Determines the facts of a model. `rules` are those of splats, `step` is that of grids in
+    /// voxel edges, `stop` overrides the early-termination threshold (transmittance).
     #[must_use]
     pub fn of(model: &Model, rules: &Rules, step: f64, stop: Option<f64>) -> Self {
         match (model, model.kind()) {
@@ -78,7 +78,7 @@ impl Facts {
         }
     }
 
-    /// The highest degree of spherical harmonics that anything depends on.
+    /// The highest degree of spherical harmonics that affects the picture.
     #[must_use]
     pub fn highest_harmonic(&self) -> usize {
         self.harmonics.as_ref().map_or(0, Bands::highest)
@@ -96,13 +96,13 @@ impl Facts {
         self.perceptron.is_some_and(|own| own.weights[1] > 0)
     }
 
-    /// Whether anything can be seen.
+    /// Whether any part of the model can be visible.
     #[must_use]
     pub fn can_be_seen(&self) -> bool {
         self.most_opaque.is_none_or(|most| most > 0.0)
     }
 
-    /// Levels whose vertices share entries.
+    /// Number of tables whose vertices share entries.
     #[must_use]
     pub fn hashed_tables(&self) -> usize {
         self.tables.iter().filter(|table| table.is_hashed).count()
@@ -130,8 +130,8 @@ fn perceptron(mlp: &Mlp, inputs: &[usize]) -> Perceptron {
     }
 }
 
-/// Harmonics that are inputs of a perceptron, degree by degree: of each the neurons of the first
-/// layer that use it.
+/// Spherical harmonics that are inputs of a perceptron, by degree: for each the number of neurons
+/// of the first layer that use it.
 fn harmonics(mlp: &Mlp, inputs: &[usize]) -> Bands {
     let first = &mlp.layers()[..1.min(mlp.layers().len())];
     let rows = first

@@ -1,21 +1,21 @@
-//! How much light a ray can lose at most.
+//! Upper bounds of a ray's absorption.
 
-/// A bound of what a ray passes, whatever the camera.
+/// Upper bounds along any ray of any camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thickness {
-    /// Optical depth of everything along one ray; infinite where nothing bounds it.
+    /// Optical depth along one ray; infinite if there is no bound.
     pub depth: f64,
-    /// Samples or Gaussians along it.
+    /// Number of samples or Gaussians along the ray.
     pub samples: f64,
-    /// A ray stops where less than this is left of it.
+    /// Early-termination threshold (transmittance).
     pub stop: f64,
 }
 
-/// Depths that are rounded to the coarsest formats.
+/// Relative excess of a depth rounded to the coarsest formats.
 const COARSE: f64 = 1.01;
 
 impl Thickness {
-    /// Of a model of which nothing is known.
+    /// No bounds, for models about which nothing is known.
     #[must_use]
     pub const fn unknown(stop: f64) -> Self {
         Self {
@@ -25,13 +25,14 @@ impl Thickness {
         }
     }
 
-    /// The least that is left of a ray, in floating point.
+    /// Lower bound of the final transmittance, in floating point.
     #[must_use]
     pub fn least_left(&self) -> f64 {
         (-self.depth).exp()
     }
 
-    /// Whether a ray can stop early where roundings take so much of what is left of it, a sample.
+    /// Whether a ray can terminate early, if roundings reduce the transmittance by `lost` a
+    /// sample.
     #[must_use]
     pub fn can_stop(&self, lost: f64) -> bool {
         let left = (-COARSE * self.depth).exp() - lost * self.samples;

@@ -4,14 +4,14 @@ use glam::DVec3;
 
 const SUN: DVec3 = DVec3::new(1.05, 0.93, 0.72);
 const SKY: DVec3 = DVec3::new(0.40, 0.47, 0.60);
-/// Light thrown back by the grass, from below.
+/// Light reflected by the grass, from below.
 const GROUND: DVec3 = DVec3::new(0.22, 0.25, 0.14);
 
 #[derive(Debug)]
 pub(super) struct Light {
     /// Unit vector to the sun.
     pub(super) sun: DVec3,
-    /// Centres and radii of what shades.
+    /// Centres and radii of the balls that cast shadows.
     shades: Vec<(DVec3, f64)>,
 }
 
@@ -23,7 +23,7 @@ impl Light {
         }
     }
 
-    /// The share of the sun that reaches a point, 0 to 1.
+    /// The fraction of the sun's light that reaches a point, 0 to 1.
     pub(super) fn sunlit(&self, at: DVec3) -> f64 {
         self.shades
             .iter()

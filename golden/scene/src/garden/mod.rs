@@ -1,9 +1,8 @@
 //! The built-in splat scene: a flowering tree on a floating island.
 //!
-//! Made from rules and a fixed seed, with no data file, and lit while it is
-//! made: a sun, a sky, and the shadow of the tree. Spherical harmonics of
-//! degree 1 let petals and leaves glow against the sun, and water mirror it.
-//! The world is y up, in metres of a small garden.
+//! Generated from rules and a fixed seed, without a data file, and lit during generation: a sun, a
+//! sky, and the shadow of the tree. Spherical harmonics of degree 1 let petals and leaves glow
+//! against the sun, and water mirror it. The world is y up, in metres of a small garden.
 
 mod island;
 mod light;
@@ -22,7 +21,7 @@ use random::Random;
 /// Linear RGB of the sky behind the garden.
 pub const BACKGROUND: [f32; 3] = [0.75, 0.875, 0.9375];
 
-/// The Gaussians, some five thousand; the same ones at every call.
+/// The Gaussians, about five thousand; the same ones at every call.
 #[must_use]
 pub fn cloud() -> Cloud {
     let mut random = Random::new(0x5eed_9a2d);
@@ -41,7 +40,7 @@ pub fn cloud() -> Cloud {
     painter.finish()
 }
 
-/// The view that shows it well, 400 x 400 pixels.
+/// The default view, 400 x 400 pixels.
 #[must_use]
 pub fn camera() -> Camera {
     Camera::look_at(

@@ -6,17 +6,17 @@ use super::light::Light;
 use potamoi_base::sh;
 use potamoi_splats::Cloud;
 
-/// One stroke: a Gaussian by its look.
+/// One stroke: a Gaussian with its appearance.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stroke {
     pub(super) at: DVec3,
-    /// Columns are the axes that `sigma` belongs to.
+    /// The axes of `sigma`, as columns.
     pub(super) axes: DMat3,
     pub(super) sigma: DVec3,
     pub(super) opacity: f64,
-    /// The colour from the side.
+    /// The base colour.
     pub(super) colour: DVec3,
-    /// How much brighter along this direction of view, per channel the same.
+    /// Added brightness along this viewing direction, the same for each channel.
     pub(super) glow: DVec3,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Painter {
     strokes: Vec<Stroke>,
 }
 
-/// Axes whose third is `normal`, the first turned by `angle` about it.
+/// Axes whose third is `normal`, with the first rotated by `angle` about it.
 pub(super) fn facing(normal: DVec3, angle: f64) -> DMat3 {
     let n = normal.normalize_or(DVec3::Y);
     let (a, b) = n.any_orthonormal_pair();
@@ -46,7 +46,7 @@ impl Painter {
         self.strokes.push(stroke);
     }
 
-    /// A flat patch with a normal, shaded; `glow` brightens it against the sun.
+    /// Adds a flat, shaded patch with a normal; `glow` brightens it against the sun.
     pub(super) fn patch(&mut self, at: DVec3, axes: DMat3, sigma: DVec3, albedo: DVec3, glow: f64) {
         let colour = self.light.shade(albedo, axes.z_axis, at);
         let glow = self.light.sun * (glow * self.light.sunlit(at));
@@ -60,7 +60,7 @@ impl Painter {
         });
     }
 
-    /// A thin stroke from one point to another, shaded as if facing `normal`.
+    /// Adds a thin stroke from one point to another, shaded as if facing `normal`.
     pub(super) fn needle(
         &mut self,
         from: DVec3,

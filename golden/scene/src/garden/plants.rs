@@ -1,4 +1,4 @@
-//! Grass, flowers, the tree, and what flutters about.
+//! Grass, flowers, the tree, fallen petals and butterflies.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ pub(super) struct Ball {
     pub(super) radius: f64,
 }
 
-/// The balls that make the tree's crown.
+/// The balls of the tree's crown.
 pub(super) fn crown(random: &mut Random) -> Vec<Ball> {
     let middle = DVec3::new(-0.22, 1.62, -0.12);
     let mut balls = vec![Ball {
@@ -37,7 +37,7 @@ pub(super) fn crown(random: &mut Random) -> Vec<Ball> {
     balls
 }
 
-/// Where the trunk stands at a share of its height.
+/// Centre of the trunk at a fraction of its height.
 fn trunk_at(share: f64) -> DVec3 {
     let bend = 0.16 * (2.6 * share).sin();
     on_ground(-0.22, -0.12) + DVec3::new(bend - 0.08 * share, 1.22 * share, -0.06 * share)
@@ -82,7 +82,7 @@ pub(super) fn trunk(painter: &mut Painter, random: &mut Random, crown: &[Ball]) 
     }
 }
 
-/// Petals over the crown's balls, pale outside and deep inside.
+/// Petals over the crown's balls, pale outside and deep-coloured inside.
 pub(super) fn blossom(painter: &mut Painter, random: &mut Random, crown: &[Ball]) {
     let pale = DVec3::new(1.0, 0.80, 0.86);
     let deep = DVec3::new(0.90, 0.40, 0.58);
@@ -184,7 +184,7 @@ pub(super) fn flowers(painter: &mut Painter, random: &mut Random) {
     }
 }
 
-/// Petals that the wind took, under the tree.
+/// Fallen petals under the tree.
 pub(super) fn fallen_petals(painter: &mut Painter, random: &mut Random) {
     for _ in 0..130 {
         let at = place(random, RADIUS * 0.75) + DVec3::Y * 0.016;

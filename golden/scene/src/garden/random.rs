@@ -1,5 +1,5 @@
-//! A small generator of its own (PCG-XSH-RR), so that the garden never depends
-//! on the version of a crate.
+//! A small random generator (PCG-XSH-RR) of its own, so that the garden does not depend on the
+//! version of a crate.
 
 use glam::DVec3;
 
@@ -22,17 +22,17 @@ impl Random {
         folded.rotate_right((old >> 59) as u32)
     }
 
-    /// From 0, included, to 1, excluded.
+    /// A number from 0, included, to 1, excluded.
     pub(super) fn unit(&mut self) -> f64 {
         f64::from(self.next()) / 4_294_967_296.0
     }
 
-    /// From `low` to `high`.
+    /// A number from `low` to `high`.
     pub(super) fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Evenly over the unit sphere.
+    /// A uniformly distributed unit vector.
     pub(super) fn direction(&mut self) -> DVec3 {
         let z = self.range(-1.0, 1.0);
         let (s, c) = self.range(0.0, std::f64::consts::TAU).sin_cos();
@@ -40,7 +40,7 @@ impl Random {
         DVec3::new(r * c, z, r * s)
     }
 
-    /// One of a list, or the default for an empty one.
+    /// An element of a list, or the default for an empty one.
     pub(super) fn pick<T: Copy + Default>(&mut self, list: &[T]) -> T {
         let at = (self.unit() * list.len() as f64) as usize;
         list.get(at).copied().unwrap_or_default()

@@ -1,6 +1,5 @@
-//! DirectVoxGO and TensoRF from the grid that is sampled of a scene. Both take
-//! the coefficients of colours as features, and turn them into colour by a
-//! perceptron that knows how.
+//! DirectVoxGO and TensoRF models from the sampled grid of a scene. Both have the colours'
+//! coefficients as features, and a perceptron that computes colour from them.
 
 use super::shade::perceptron;
 use potamoi_fields::algorithms::dvgo::{self, Dvgo};
@@ -8,25 +7,24 @@ use potamoi_fields::algorithms::tensorf::{Activation, Known, Rules, Tensorf};
 use potamoi_fields::voxels::Grid;
 use potamoi_fields::{FieldError, Table};
 
-/// Voxel edges from sample to sample.
+/// Step in voxel edges.
 const STEP: f64 = 0.5;
-/// Coefficients of colour that perceptrons take: four of red, green and blue.
+/// Number of colour coefficients, the inputs of perceptrons: four each of red, green and blue.
 const COEFFICIENTS: usize = 12;
-/// Optical depth of a voxel edge where softplus gives 1: so little that it turns
-/// sharply about 0.
+/// Optical depth of a voxel edge where softplus returns 1: small, so that softplus bends sharply
+/// at 0.
 const SOFTPLUS: f64 = 1.0 / 16.0;
-/// What stands for a density of 0. Softplus gives 0.25 there, and nothing far
-/// outside, at -65.
+/// The density that represents 0. Softplus returns 0.25 there, and 0 far outside, at -65.
 const ZERO: f64 = -1.25;
-/// Features of TensoRF's appearance.
+/// Number of TensoRF's appearance features.
 const FEATURES: usize = 27;
-/// Optical depth a voxel edge from which on solids are hollow. The shell about
-/// them, a cell more than what is thinner, lets less than 1/1000 through.
+/// Optical depth a voxel edge from which on solids are hollow. The shell around them, one cell
+/// more than the thinner part, transmits less than 1/1000.
 const DEEP: f32 = 5.0;
-/// Terms of a mode, of density and of appearance.
+/// Number of terms in a mode, of density and of appearance.
 const RANKS: [usize; 2] = [16, 48];
 
-/// The densities of a grid, scaled for softplus, and its colours.
+/// A DirectVoxGO model from a grid: densities scaled for softplus, and colours.
 pub(crate) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
     let terms = grid.layout().coefficients();
     let vertices = grid.features().chunks_exact(grid.layout().channels());
@@ -52,8 +50,8 @@ pub(crate) fn dvgo(grid: &Grid) -> Result<Dvgo, FieldError> {
     })
 }
 
-/// Vertices that have one of positive density next to them, or are one: a sample
-/// whose nearest vertex is none of these is in a cell without any.
+/// Vertices that have a positive density or a neighbour with one. A sample whose nearest vertex is
+/// not among them is in a cell without density.
 fn near_something(grid: &Grid) -> Vec<bool> {
     let points = grid.points();
     let vertices = grid.features().chunks_exact(grid.layout().channels());
@@ -70,7 +68,7 @@ fn near_something(grid: &Grid) -> Vec<bool> {
     near
 }
 
-/// What softplus makes a density of, an optical depth a voxel edge.
+/// The input of softplus for a density, an optical depth a voxel edge.
 fn before_softplus(density: f64) -> f64 {
     let scaled = density / SOFTPLUS;
     if density > 0.0 {
@@ -81,8 +79,8 @@ fn before_softplus(density: f64) -> f64 {
     }
 }
 
-/// Factors through the vertices of all cells in which something is seen. Solids
-/// are hollow: no light gets through their shell.
+/// A TensoRF model fitted to the vertices of all visible cells. Solids are hollow, since no light
+/// passes their shell.
 pub(crate) fn tensorf(grid: &Grid) -> Result<Tensorf, FieldError> {
     let points = grid.points();
     let channels = grid.layout().channels();
@@ -143,8 +141,7 @@ pub(crate) fn tensorf(grid: &Grid) -> Result<Tensorf, FieldError> {
     )
 }
 
-/// The largest value of each vertex and its 26 neighbours: along one axis after
-/// another.
+/// The largest value of each vertex and its 26 neighbours, computed one axis after another.
 fn largest(points: [usize; 3], mut all: Vec<f32>) -> Vec<f32> {
     let mut stride = 1;
     for side in points {

@@ -1,7 +1,6 @@
-//! Ready-made models of the analytic scenes, one of each representation: grids
-//! by sampling, factors by least squares, hash grids fitted to points and stored,
-//! splats laid on surfaces and into fog, and fewer of these coded and stored
-//! with a colour field that is fitted to them.
+//! Ready-made models of the analytic scenes, one a representation: grids from samples, factors by
+//! least squares, stored hash grids fitted to points, splats placed on surfaces and in fog, and
+//! stored coded splats with a fitted colour field.
 
 mod grids;
 mod shade;
@@ -17,7 +16,7 @@ use potamoi_fields::algorithms::ngp::Ngp;
 use potamoi_splats::files::FileError;
 pub use surfels::cloud;
 
-/// About the most discs of a scene's splats.
+/// Approximate maximum number of discs in a scene's splats.
 pub(super) const DISCS: u32 = 90_000;
 
 /// The stored Instant-NGP snapshot of a scene.
@@ -39,7 +38,7 @@ pub(super) fn ngp(scene: Analytic) -> Result<Ngp, FieldError> {
     Ngp::from_bytes(&format!("{}.ingp", scene.name()), snapshot(scene))
 }
 
-/// The scene whose hash grid is fitted by MVoxel too.
+/// The scene that also has a hash grid fitted by MVoxel.
 pub(super) const HASHED_BY_MVOXEL: Analytic = Analytic::Cairn;
 
 /// The fitted hash grid of [`HASHED_BY_MVOXEL`] whose entries are MVoxels.

@@ -1,6 +1,5 @@
-//! The perceptrons that models of all analytic scenes share: from the
-//! coefficients of a colour that is linear in the direction, 0 to 1, to that
-//! colour. `tools/fit shade` fits them.
+//! Perceptrons shared by models of all analytic scenes: from the coefficients of a colour that is
+//! linear in the direction, 0 to 1, to that colour. `tools/fit shade` fits them.
 
 use std::io::{Cursor, Read as _};
 
@@ -10,7 +9,7 @@ use zip::ZipArchive;
 
 use potamoi_fields::{FieldError, Layer, Mlp};
 
-/// Arrays `dvgo.0.weight`, `dvgo.0.bias` and so on, of three layers each.
+/// Arrays `dvgo.0.weight`, `dvgo.0.bias` and so on, with three layers each.
 const FITTED: &[u8] = include_bytes!("../../../models/shade.npz");
 /// The largest array, in bytes.
 const LIMIT: u64 = 1 << 20;

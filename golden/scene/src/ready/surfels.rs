@@ -1,5 +1,5 @@
-//! Splats of an analytic scene: flat discs on the surfaces that the scene's path
-//! sees the front of, round blobs in fog. Nothing is trained.
+//! Splats of an analytic scene, placed without training: flat discs on the surfaces whose front is
+//! visible from the scene's path, round blobs in fog.
 
 use std::f64::consts::TAU;
 
@@ -10,57 +10,55 @@ use potamoi_analytic::Analytic;
 use potamoi_base::sh;
 use potamoi_splats::{Cloud, CloudError};
 
-/// Discs lie where this is the optical depth a voxel edge.
+/// Optical depth a voxel edge on which discs lie.
 const LEVEL: f64 = 1.62;
 /// Opacity of discs.
 const OPACITY: f64 = 0.97;
-/// Standard deviation of a disc over the distance of its neighbours.
+/// Standard deviation of a disc, relative to the distance of its neighbours.
 const WIDTH: f64 = 0.52;
-/// The least share of that, where a surface falls away.
+/// Minimum fraction of that, where a surface bends away.
 const NARROW: f64 = 0.5;
-/// Its thickness, in voxel edges.
+/// Thickness of a disc in voxel edges.
 const THICKNESS: f64 = 0.05;
-/// How little optical depth a voxel edge less than the surface has may lie under
-/// a disc at two standard deviations.
+/// Maximum drop of the optical depth a voxel edge below that of the surface, under a disc at two
+/// standard deviations.
 const FALL: f64 = 0.2;
-/// About the most blobs of fog.
+/// Approximate maximum number of fog blobs.
 const BLOBS: f64 = 12_000.0;
 /// Nearest and farthest distance of blobs, in voxel edges.
 const FOG: [f64; 2] = [1.5, 4.0];
-/// Standard deviation of a blob over the distance of its neighbours.
+/// Standard deviation of a blob, relative to the distance of its neighbours.
 const BLOB: f64 = 0.6;
-/// Optical depth a voxel edge above which a place is no fog, and how much it may
-/// change in one.
+/// Optical depth a voxel edge above which a position is not fog, and its maximum change within one
+/// edge.
 const THICK: f64 = 1.0;
 const STEEP: f64 = 0.5;
-/// Optical depth a voxel edge that solids reach within a voxel edge: what does
-/// not is thin.
+/// Optical depth a voxel edge that solids reach within one voxel edge; other objects are thin.
 const THIN: f64 = 2.2;
-/// Distance of blobs in what is thin, in voxel edges.
+/// Distance of blobs in thin objects, in voxel edges.
 const FINE: f64 = 0.5;
-/// Blobs below are left out: no pixel would take them.
+/// Opacity below which blobs are left out: no pixel would draw them.
 const FAINT: f64 = 1.0 / 255.0;
-/// Places of the path from which surfaces are seen.
+/// Number of points of the path from which surfaces must be visible.
 const EYES: u32 = 24;
-/// Seconds of the path: once around.
+/// Duration of the path in seconds: one turn.
 const PATH: f64 = 10.0;
 
 /// A Gaussian.
 struct Splat {
     at: DVec3,
-    /// Columns are its axes.
+    /// The axes, as columns.
     axes: DMat3,
     sigma: DVec3,
     opacity: f64,
 }
 
-/// The splats of an analytic scene, those of `SCENE:splats` with 90,000 discs:
-/// at most about so many discs on surfaces, farther apart and wider where they
-/// are fewer, at most about 12,000 blobs in fog, and blobs in what is too thin
-/// for discs. Of degree 1.
+/// The splats of an analytic scene; with 90,000 discs those of `SCENE:splats`. There are at most
+/// about `discs` discs on surfaces, farther apart and wider if they are fewer, at most about
+/// 12,000 blobs in fog, and blobs in objects too thin for discs. Degree 1.
 ///
 /// # Errors
-/// Nothing of the scene is seen, as with no discs and no fog.
+/// No part of the scene is visible, for example without discs and fog.
 pub fn cloud(scene: Analytic, discs: u32) -> Result<Cloud, CloudError> {
     let eyes: Vec<DVec3> = (0..EYES)
         .map(|k| PATH * f64::from(k) / f64::from(EYES))
@@ -104,20 +102,20 @@ pub fn cloud(scene: Analytic, discs: u32) -> Result<Cloud, CloudError> {
     )
 }
 
-/// Depth below the surface that discs lie on, 0 and less outside.
+/// Depth below the surface of the discs, at most 0 outside.
 fn inside(scene: Analytic, at: DVec3) -> f64 {
     scene.density(at) * scene.voxel() - LEVEL
 }
 
-/// How that grows, a voxel edge.
+/// Gradient of that depth, per voxel edge.
 fn slope(scene: Analytic, at: DVec3) -> DVec3 {
     let e = 0.25 * scene.voxel();
     let along = |axis: DVec3| inside(scene, at + axis * e) - inside(scene, at - axis * e);
     2.0 * dvec3(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
 }
 
-/// Corners of a lattice over the scene: the first one, and how many along x, y
-/// and z. The lattice lies askew of the scene's own grid.
+/// A lattice over the scene: its first corner, and the number of corners along x, y and z. It is
+/// oblique to the scene's own grid.
 fn lattice(scene: Analytic, spacing: f64) -> (DVec3, [usize; 3]) {
     let [low, high] = scene.bounds();
     let corner = low - spacing * dvec3(0.37, 0.61, 0.83);
@@ -125,11 +123,11 @@ fn lattice(scene: Analytic, spacing: f64) -> (DVec3, [usize; 3]) {
     (corner, counts.map(|c| c as usize + 1))
 }
 
-/// Corners of the lattice a side of a block.
+/// Lattice corners along a block's side.
 const BLOCK: usize = 4;
 
-/// Whether there may be something in the block of the lattice in which a corner
-/// lies, or in the cells that it is the first corner of.
+/// Whether the scene may be non-empty in the lattice block of a corner, or in the cells of which
+/// it is the first corner.
 fn near(scene: Analytic, spacing: f64) -> impl Fn(usize) -> bool + Sync {
     let (corner, counts) = lattice(scene, spacing);
     let [nx, ny, _] = counts;
@@ -149,8 +147,8 @@ fn near(scene: Analytic, spacing: f64) -> impl Fn(usize) -> bool + Sync {
     }
 }
 
-/// Points of the surface, one a lattice cell that it passes, and the normals
-/// there; those whose front is seen.
+/// Points of the surface, one a lattice cell that it crosses, with their normals; only those whose
+/// front is visible.
 fn surface(scene: Analytic, eyes: &[DVec3], spacing: f64) -> Vec<(DVec3, DVec3)> {
     let (corner, [nx, ny, nz]) = lattice(scene, spacing);
     let place = |i: usize| {
@@ -203,8 +201,8 @@ fn surface(scene: Analytic, eyes: &[DVec3], spacing: f64) -> Vec<(DVec3, DVec3)>
     found.collect()
 }
 
-/// A disc along the two directions in which the surface bends most and least,
-/// narrow where it bends much.
+/// A disc along the directions of largest and smallest curvature, narrow where the curvature is
+/// large.
 fn disc(scene: Analytic, at: DVec3, normal: DVec3, spacing: f64) -> Splat {
     let voxel = scene.voxel();
     let [a, b] = <[DVec3; 2]>::from(normal.any_orthonormal_pair());
@@ -251,8 +249,7 @@ fn disc(scene: Analytic, at: DVec3, normal: DVec3, spacing: f64) -> Splat {
     }
 }
 
-/// Blobs where something is too thin for a surface: so little of it that it is
-/// nowhere as dense as there.
+/// Blobs in objects too thin for a surface, whose density stays below that of the surface.
 fn thin(scene: Analytic) -> Vec<Splat> {
     let voxel = scene.voxel();
     let spacing = FINE * voxel;
@@ -276,7 +273,7 @@ fn thin(scene: Analytic) -> Vec<Splat> {
     blobs.collect()
 }
 
-/// Whether a place is in something that is nowhere near as dense as solids are.
+/// Whether a position is in an object whose density nearby stays below that of solids.
 fn is_thin(scene: Analytic, at: DVec3) -> bool {
     let voxel = scene.voxel();
     let up = |from: DVec3, far: f64| from + slope(scene, from).normalize_or_zero() * (far * voxel);
@@ -292,7 +289,7 @@ fn is_thin(scene: Analytic, at: DVec3) -> bool {
     })
 }
 
-/// A blob through the middle of which the optical depth is that of its cell.
+/// A blob whose central optical depth is that of its cell.
 fn blob(at: DVec3, density: f64, spacing: f64) -> Option<Splat> {
     let depth = density * spacing / (TAU * BLOB * BLOB);
     let opacity = -(-depth).exp_m1();
@@ -304,7 +301,7 @@ fn blob(at: DVec3, density: f64, spacing: f64) -> Option<Splat> {
     })
 }
 
-/// Whether a place is no fog.
+/// Whether a position is not fog.
 fn is_steep(scene: Analytic, at: DVec3, density: f64) -> bool {
     let voxel = scene.voxel();
     // To both sides: outside, nothing is steep.
@@ -315,7 +312,7 @@ fn is_steep(scene: Analytic, at: DVec3, density: f64) -> bool {
     density * voxel >= THICK || steep >= STEEP
 }
 
-/// Blobs that have the optical depth of the fog about them.
+/// Blobs with the optical depth of the surrounding fog.
 fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
     let (corner, [nx, ny, nz]) = lattice(scene, spacing);
     let blobs = (0..nx * ny * nz).into_par_iter().filter_map(|i| {
@@ -340,7 +337,7 @@ fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
     blobs.collect()
 }
 
-/// Spherical harmonics of degree 1 of a colour that is linear in the direction.
+/// Spherical harmonics of degree 1 for a colour that is linear in the direction.
 fn harmonics(linear: [[f32; 4]; 3]) -> [[f32; 3]; 4] {
     let basis = sh::basis(DVec3::ONE);
     let term = |k: usize, axis: usize, offset: f32| {

@@ -20,18 +20,18 @@ const HEADER: &str = "header";
 const HEADER_LIMIT: u64 = 1 << 24;
 /// Room for an array's own header, in bytes.
 const NPY_HEADER: u64 = 4096;
-/// The most elements of an array: 4 GiB of the widest.
+/// Maximum number of elements in an array: 4 GiB of the widest type.
 const MAX_ELEMENTS: u64 = 1 << 30;
 
-/// What the header says of an array.
+/// Description of an array in the header.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Info {
     pub(super) name: String,
-    /// As NumPy names it, little-endian.
+    /// Type as NumPy names it, little-endian.
     dtype: String,
     shape: Vec<usize>,
-    /// BLAKE3 of the member, 64 hexadecimal digits.
+    /// BLAKE3 hash of the member, 64 hexadecimal digits.
     digest: String,
 }
 
@@ -95,17 +95,17 @@ pub(super) fn rows<T: Copy, const N: usize>(values: &[[T; N]]) -> ArrayD<T> {
     view.to_owned().into_dyn()
 }
 
-/// Elements in one row.
+/// Elements as one row.
 pub(super) fn list<T>(values: Vec<T>) -> ArrayD<T> {
     ndarray::Array1::from(values).into_dyn()
 }
 
-/// What is said of a file, or of a header, that is of another kind.
+/// Message for a file or a header of another kind.
 const NO_ARCHIVE: &str = "no whole NPZ archive: expected a file of `potamoi trace`";
 const NO_HEADER: &str = "no list of bytes: expected the header that `potamoi trace` writes first";
 
-/// The bytes of an NPZ file: header first, then the arrays in order. The same
-/// content gives the same bytes.
+/// The bytes of an NPZ file: header first, then the arrays in order. Equal content gives equal
+/// bytes.
 pub(super) fn pack<H: Serialize>(
     header: impl FnOnce(Vec<Info>) -> H,
     arrays: &[(&str, Values)],
@@ -138,7 +138,7 @@ pub(super) fn pack<H: Serialize>(
     Ok(zip.finish().map_err(|e| e.to_string())?.into_inner())
 }
 
-/// An NPZ file whose header is read.
+/// An NPZ file whose header has been read.
 pub(super) struct Packed<'a> {
     path: &'a Path,
     zip: ZipArchive<Cursor<&'a [u8]>>,
@@ -147,7 +147,7 @@ pub(super) struct Packed<'a> {
 }
 
 impl<'a> Packed<'a> {
-    /// Reads the header; `infos` finds the arrays in it.
+    /// Reads the header; `infos` locates the array descriptions in it.
     pub(super) fn open<H: serde::de::DeserializeOwned>(
         path: &'a Path,
         bytes: &'a [u8],
@@ -216,7 +216,7 @@ impl<'a> Packed<'a> {
         Some(self.infos.get(self.next)?.name.as_str())
     }
 
-    /// The next array, which must have this name.
+    /// The next array, which must have the name `name`.
     fn take(&mut self, name: &str) -> Result<Values, TraceError> {
         let wrong = |problem: String| array_error(self.path, name, problem);
         let info = self.infos.get(self.next);
@@ -278,7 +278,7 @@ impl<'a> Packed<'a> {
     }
 }
 
-/// Takes the next array with values of one type and rows of one width.
+/// Defines a method that takes the next array, with values of one type and rows of one width.
 macro_rules! taker {
     ($name:ident, $variant:ident, $type:ty) => {
         pub(super) fn $name(

@@ -1,4 +1,4 @@
-//! What can be wrong with a trace file.
+//! Errors of trace files.
 
 use std::path::PathBuf;
 
@@ -7,17 +7,17 @@ use thiserror::Error;
 /// A trace that cannot be written or read.
 #[derive(Debug, Error)]
 pub enum TraceError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot {doing} trace {path}: {source}; name a file that can be read or written")]
     File {
         /// The file.
         path: PathBuf,
         /// "read" or "write".
         doing: &'static str,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// No NPZ file, or its directory is cut off.
+    /// The file is not an NPZ file, or is truncated.
     #[error(
         "trace {path}: {problem}; expected an NPZ file that `potamoi trace` wrote, whole: \
          write it again"
@@ -25,20 +25,20 @@ pub enum TraceError {
     Container {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
-    /// An array is missing, too many, out of place, cut off or changed.
+    /// An array is missing, unexpected, out of order, truncated or changed.
     #[error("trace {path}: array `{array}`: {problem}; write the trace again")]
     Array {
         /// The file.
         path: PathBuf,
         /// The array.
         array: String,
-        /// What is wrong and what was expected.
+        /// The problem and the expected content.
         problem: String,
     },
-    /// Of another configuration.
+    /// The trace belongs to another configuration.
     #[error(
         "trace {path} is of configuration {found}: expected {expected}; give the configuration \
          it was written for with --config, or write the trace again"

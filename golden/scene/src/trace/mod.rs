@@ -1,16 +1,15 @@
-//! Golden traces: what goes through the units for a frame, and what must come
-//! out, as an NPZ file.
+//! Golden traces: the units' inputs for a frame and the expected results, as an NPZ file.
 //!
-//! | array | type, shape | what |
+//! | array | type, shape | content |
 //! |---|---|---|
-//! | `header` | u8 | JSON: version, configuration hash, scene, formats, and of every array its type, shape and digest |
+//! | `header` | u8 | JSON: version, configuration hash, scene, formats, and type, shape and digest of every array |
 //! | `gather_tasks` | u32, T x 4 | vertices an entry, channels, rows, entries of each MVoxel |
 //! | `gather_rows` | i16 | feature codes, MVoxel after MVoxel, row after row |
 //! | `gather_slots` | u32 | slot of each entry |
 //! | `gather_entry_rows` | u16, E x 8 | row of each vertex; 0 past V |
 //! | `gather_entry_weights` | u16, E x 8 | weight of each vertex, U1.W; 0 past V |
 //! | `gather_features` | i16 | expected features, entry after entry, all channels |
-//! | `gather_sums` | i32 | instead of `gather_features` where `gu.sums = "exact"`: unrounded sums, in units of 2^-W |
+//! | `gather_sums` | i32 | in place of `gather_features` with `gu.sums = "exact"`: unrounded sums, in units of 2^-W |
 //! | `vector_ops` | u32, N x 4 | code, shift, rounding (0 floor, 1 half-up, 2 half-even), elements |
 //! | `vector_a`, `vector_b`, `vector_results` | i32 | operands and expected results |
 
@@ -39,13 +38,13 @@ pub use error::TraceError;
 
 /// Version of the file format.
 pub const FORMAT_VERSION: u32 = 1;
-/// What the gathering unit gives: codes, or unrounded sums.
+/// Array name of the gathering unit's results if they are codes.
 const CODES: &str = "gather_features";
 const EXACT: &str = "gather_sums";
 /// The largest file that is read, in bytes.
 const LIMIT: u64 = 1 << 32;
 
-/// Work for the units and its results.
+/// Work of the units and its results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
     /// Built-in name or file of the scene.
@@ -54,11 +53,11 @@ pub struct Trace {
     pub configuration: String,
     /// Formats, by name, as text such as `U0.16`.
     pub formats: Vec<(String, String)>,
-    /// What the gathering unit gives: codes of 16 bits, or unrounded sums.
+    /// Type of the gathering unit's results: codes of 16 bits, or unrounded sums.
     pub sums: Sums,
-    /// For the gathering unit.
+    /// Work of the gathering unit.
     pub gathered: Vec<Gathered>,
-    /// For the vector unit.
+    /// Work of the vector unit.
     pub computed: Vec<Computed>,
 }
 
@@ -76,7 +75,7 @@ impl Trace {
     /// Records a frame of a scene.
     ///
     /// # Errors
-    /// As [`Scene::render_fixed`].
+    /// Those of [`Scene::render_fixed`].
     pub fn record(scene: &Scene, config: &Config, limits: Limits) -> Result<Self, SceneError> {
         let mut twins = Twins::new(config);
         let mut recorder = Recorder::new(limits);
@@ -106,10 +105,10 @@ impl Trace {
         })
     }
 
-    /// The bytes of the NPZ file; the same trace gives the same bytes.
+    /// The bytes of the NPZ file; equal traces give equal bytes.
     ///
     /// # Errors
-    /// Values that no array holds.
+    /// A value fits no array.
     fn pack(&self) -> Result<Vec<u8>, String> {
         let narrow = |n: usize| u32::try_from(n).map_err(|_| format!("{n} is too many"));
         let (mut tasks, mut codes, mut slots) = (vec![], vec![], vec![]);
@@ -172,7 +171,7 @@ impl Trace {
         arrays::pack(header, &arrays)
     }
 
-    /// Writes the NPZ file: to a temporary name, then renamed.
+    /// Writes the NPZ file under a temporary name and renames it.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -192,7 +191,7 @@ impl Trace {
     /// Reads a trace that was written for `config`.
     ///
     /// # Errors
-    /// A file that cannot be read, was changed, or is of another configuration.
+    /// The file cannot be read, was changed, or belongs to another configuration.
     pub fn read(path: &Path, config: &Config) -> Result<Self, TraceError> {
         let fail = |source| TraceError::File {
             path: path.to_owned(),
@@ -248,7 +247,7 @@ impl Trace {
     }
 }
 
-/// What was gathered, and whether its sums are rounded.
+/// The gathering tasks with their results, and the type of the results.
 fn gathered(path: &Path, packed: &mut Packed<'_>) -> Result<(Sums, Vec<Gathered>), TraceError> {
     let tasks = packed.u32s("gather_tasks", Some(4))?;
     let mut codes = Parts::new(path, "gather_rows", packed.i16s("gather_rows", None)?);
@@ -341,7 +340,7 @@ fn computed(path: &Path, packed: &mut Packed<'_>) -> Result<Vec<Computed>, Trace
     Ok(computed)
 }
 
-/// Values that are handed out piece by piece.
+/// Values that are taken in consecutive pieces.
 struct Parts<'p, T> {
     path: &'p Path,
     name: &'static str,

@@ -1,4 +1,4 @@
-//! What `transforms.json` may say, of all frames and of one.
+//! Keys of `transforms.json`, for all frames and for one.
 
 use crate::strange_lens::with_strange_lenses;
 use potamoi_base::record::Fate::{Honoured, Listed};
@@ -9,8 +9,8 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
 }
 
 const SHUTTER: &str = "a frame is seen at one moment; 0 is accepted";
-/// Keys that stand in the document for all frames, or in a frame for it alone,
-/// before the others.
+/// Keys of a lens, which a document has for all frames or a frame for itself, before the other
+/// keys.
 macro_rules! with_lens {
     ($($own:expr),* $(,)?) => {
         with_strange_lenses![
@@ -40,7 +40,7 @@ macro_rules! with_lens {
     };
 }
 
-/// The document.
+/// Keys of the document.
 pub(crate) static PATH: Format = Format {
     name: "transforms.json",
     files: "`[camera] kind = \"transforms\"`, and the folder of `[model] kind = \"images\"`: the camera \
@@ -93,7 +93,7 @@ pub(crate) static PATH: Format = Format {
     others: Listed,
 };
 
-/// A frame of it.
+/// Keys of a frame.
 pub(crate) static FRAME: Format = Format {
     name: "transforms.json, frames[]",
     files: "What a frame says itself counts before what the document says for all.",

@@ -1,4 +1,4 @@
-//! Sizes, focal lengths and principal points, of all frames or of one.
+//! Picture sizes, focal lengths and principal points, of all frames or of one.
 
 use glam::{DAffine3, DVec2};
 use potamoi_formats::document::Value;
@@ -7,24 +7,24 @@ use crate::strange_lens::PINHOLES;
 use potamoi_base::camera::Camera;
 use potamoi_base::record::{Notes, Record};
 
-/// A side where the file says nothing of it: that of NeRF's synthetic scenes.
+/// Default side: that of NeRF's synthetic scenes.
 const SIDE: u32 = 800;
 /// The longest side, in pixels.
 const MAX_SIDE: u32 = 32768;
-/// How far two focal lengths of one axis may be from each other, as a share.
+/// Maximum relative difference of two focal lengths of one axis.
 const AGREEMENT: f64 = 0.01;
 
-/// Pixels a row, or rows, and the lens along them.
+/// Width or height in pixels, and the lens along that axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Axis {
     side: Option<u32>,
-    /// Field of view in degrees, focal length, field of view in radians: the
-    /// first that is there counts.
+    /// Field of view in degrees, focal length, field of view in radians: the first that is present
+    /// counts.
     focal: [Option<f64>; 3],
     centre: Option<f64>,
 }
 
-/// Names of an axis' values.
+/// Names of an axis's values.
 struct Names {
     side: &'static str,
     focal: [&'static str; 3],
@@ -42,7 +42,7 @@ const Y: Names = Names {
     centre: "cy",
 };
 
-/// What is said of the lens.
+/// The values of the lens.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Lens {
     x: Axis,
@@ -103,7 +103,7 @@ impl Axis {
         }
     }
 
-    /// The side that a principal point in the middle tells.
+    /// The side that follows from a principal point in the middle.
     fn twice(&self, names: &Names) -> Result<Option<u32>, String> {
         let Some(centre) = self.centre else {
             return Ok(None);
@@ -119,7 +119,7 @@ impl Axis {
         ))
     }
 
-    /// Pixels; names of what says something else are listed.
+    /// Focal length in pixels; the names of contradicting values are listed.
     fn length(&self, side: u32, names: &Names, notes: &mut Notes) -> Option<f64> {
         let half = f64::from(side) / 2.0;
         let [fov, length, angle] = self.focal;
@@ -143,7 +143,7 @@ impl Axis {
 }
 
 impl Lens {
-    /// Takes what a document or a frame says.
+    /// Takes the values of a document or a frame.
     pub(super) fn take(record: &mut Record<Value>) -> Result<Self, String> {
         if let Some(model) = record.take("camera_model").filter(|v| *v != Value::Null) {
             let known = |name: &str| PINHOLES.iter().any(|p| p.eq_ignore_ascii_case(name));
@@ -162,7 +162,7 @@ impl Lens {
         })
     }
 
-    /// The same before another, which says what this one does not.
+    /// These values, completed by those of `common`.
     pub(super) fn over(self, common: &Self) -> Self {
         Self {
             x: self.x.over(&common.x),
@@ -170,7 +170,7 @@ impl Lens {
         }
     }
 
-    /// A camera of it that stands nowhere; `notes` takes what was assumed.
+    /// A camera with this lens and no pose; assumptions are added to `notes`.
     pub(super) fn camera(&self, notes: &mut Notes) -> Result<Camera, String> {
         let Self { x, y } = self;
         let twice = |axis: &Axis, names| match axis.side {

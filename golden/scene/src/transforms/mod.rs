@@ -1,6 +1,5 @@
-//! Camera paths as `transforms.json`: the convention of NeRF's synthetic
-//! scenes (Mildenhall et al. 2020), of Instant-NGP and of Nerfstudio, in which a
-//! camera looks along its -z axis, y up.
+//! Camera paths as `transforms.json`, in the convention of NeRF's synthetic scenes (Mildenhall et
+//! al. 2020), Instant-NGP and Nerfstudio: a camera looks along its -z axis, y up.
 
 mod keys;
 mod lens;
@@ -20,35 +19,34 @@ use potamoi_base::record::{Format, Notes, Record};
 pub(super) use keys::{FRAME, PATH};
 use lens::Lens;
 
-/// Names of the axes that its cameras stand in.
+/// Names of the axis convention of these cameras.
 const AXES: [&str; 6] = ["OPENGL", "BLENDER", "NERF", "NERFSTUDIO", "RUB", "GL"];
 /// The largest file, in bytes.
 const LIMIT: u64 = 1 << 26;
-/// The most frames of a path.
+/// Maximum number of frames in a path.
 const MAX_FRAMES: usize = 1 << 20;
-/// How far a camera may be from the origin; poses past it lose their rotation to
-/// rounding.
+/// Largest distance of a camera from the origin. Beyond it, poses lose their rotation to rounding.
 const FAR: f64 = 1e9;
-/// How far numbers of a pose may be from those of a rotation: files hold few digits.
+/// Maximum deviation of a pose from a rotation: files hold few digits.
 const ROUNDING: f64 = 1e-3;
 
-/// A camera path that cannot be used.
+/// A camera path that is invalid or not supported.
 #[derive(Debug, Error)]
 pub enum TransformsError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot read camera path {path}: {source}; name a readable JSON file")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// It is not what it should be.
+    /// The content is invalid.
     #[error("camera path {path}: {problem}")]
     Wrong {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what was expected.
+        /// The problem and the expected content.
         problem: String,
     },
 }
@@ -56,19 +54,18 @@ pub enum TransformsError {
 /// One frame of a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathFrame {
-    /// Where it was seen from, and how large its picture is.
+    /// The camera, with the size of the picture.
     pub camera: Camera,
-    /// Its picture, as the file names it, from the file's folder.
+    /// The picture as named in the file, relative to the file's folder.
     pub picture: PathBuf,
 }
 
-/// Reads a path of at least one frame, in the file's order. What a frame says
-/// itself counts before what is said for all. `notes` takes what is not used and
-/// what was assumed.
+/// Reads a path of at least one frame, in the file's order. The values of a frame have precedence
+/// over those for all frames. Unused parts and assumptions are added to `notes`.
 ///
 /// # Errors
-/// The file cannot be read, is no camera path, or holds numbers that make no
-/// camera, or a lens that is no pinhole.
+/// The file cannot be read, is not a camera path, holds values that are not valid for a camera, or
+/// has a lens that is not a pinhole.
 pub fn read(path: &Path, notes: &mut Notes) -> Result<Vec<PathFrame>, TransformsError> {
     let fail = |source| TransformsError::Read {
         path: path.to_owned(),
@@ -154,8 +151,7 @@ fn frame(value: Value, common: &Lens, notes: &mut Notes) -> Result<PathFrame, St
     Ok(PathFrame { camera, picture })
 }
 
-/// Whether pictures are named in the order of frames, numbers by their value or
-/// letter by letter.
+/// Whether pictures are named in the order of frames, by numbers or alphabetically.
 fn is_ordered(frames: &[PathFrame]) -> bool {
     let names = || frames.iter().map(|f| f.picture.to_string_lossy());
     let numbered = |name: &str| -> Vec<(String, u64)> {
@@ -176,7 +172,7 @@ fn is_ordered(frames: &[PathFrame]) -> bool {
     names().is_sorted() || names().map(|name| numbered(&name)).is_sorted()
 }
 
-/// World to camera, looking along +z with y down.
+/// The world-to-camera transform, looking along +z with y down.
 fn pose(matrix: &Value) -> Result<DAffine3, String> {
     let rows = matrix.list().unwrap_or_default();
     let numbers = |row: &Value| -> Option<[f64; 4]> {
