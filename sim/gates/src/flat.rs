@@ -1,5 +1,4 @@
-//! A netlist without its hierarchy: cells, the nets between them, and of each cell the
-//! kind of module that it is of.
+//! Flat netlists: cells with the kind of module that each is in, and the nets between them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,24 +7,24 @@ use potamoi_netlist::Module;
 
 use super::gate::Gate;
 
-/// Nets that are always 0 and always 1.
+/// Number of constant nets: 0 and 1.
 pub(super) const CONSTANTS: u32 = 2;
 
 /// A cell of the netlist.
 #[derive(Debug, Clone, Copy)]
 pub struct Cell {
-    /// Of [`Flat::gates`].
+    /// Index in [`Flat::gates`].
     pub gate: u16,
-    /// Of [`Flat::modules`].
+    /// Index in [`Flat::modules`].
     pub module: u16,
-    /// Its first pin.
+    /// Index of its first pin.
     pub(super) first: u32,
 }
 
-/// What gives a net its value.
+/// Driver of a net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Driver {
-    /// Nothing yet; 0 where nothing reads it.
+    /// Undriven; 0 where nothing reads it.
     None,
     /// It is always 0, or always 1.
     Constant,
@@ -33,24 +32,24 @@ pub enum Driver {
     Port,
     /// A cell's output.
     Cell {
-        /// The cell.
+        /// Index of the cell.
         cell: u32,
-        /// Which of its outputs.
+        /// Index of its output.
         output: u8,
     },
-    /// A memory in this kind of module.
+    /// A memory.
     Memory {
-        /// Of [`Flat::modules`].
+        /// Kind of module that contains it, an index in [`Flat::modules`].
         module: u16,
     },
 }
 
-/// An input of a cell.
+/// A cell input that reads a net.
 #[derive(Debug, Clone, Copy)]
 pub struct Sink {
-    /// The cell.
+    /// Index of the cell.
     pub cell: u32,
-    /// Which of its inputs.
+    /// Index of its input.
     pub pin: u8,
 }
 
@@ -65,14 +64,14 @@ pub struct FlatPort {
     pub nets: Vec<u32>,
 }
 
-/// A memory, which is no cell.
+/// A memory macro.
 #[derive(Debug, Clone)]
 pub struct FlatMemory {
-    /// What it does, clock by clock.
+    /// Its behaviour.
     pub module: Arc<Module>,
-    /// The kind of module that it is in.
+    /// Kind of module that contains it.
     pub inside: u16,
-    /// All but the clock.
+    /// Ports except the clock.
     pub ports: Vec<FlatPort>,
 }
 
@@ -81,11 +80,11 @@ pub struct FlatMemory {
 pub struct ModuleKind {
     /// Its name.
     pub name: String,
-    /// How many there are.
+    /// Number of instances.
     pub count: u64,
 }
 
-/// A netlist without its hierarchy.
+/// A netlist without hierarchy.
 #[derive(Debug, Default)]
 pub struct Flat {
     /// Kinds of cell in use.
@@ -96,27 +95,27 @@ pub struct Flat {
     pub cells: Vec<Cell>,
     /// Nets of each cell's inputs, then of its outputs.
     pub(super) pins: Vec<u32>,
-    /// Of the top module, `clk` left out.
+    /// Ports of the top module, without `clk`.
     pub ports: Vec<FlatPort>,
-    /// Memories, which are left out of the cells.
+    /// Memories, which are no cells.
     pub memories: Vec<FlatMemory>,
-    /// Nets of the top module that its author named.
+    /// Named nets of the top module.
     pub named: BTreeMap<String, u32>,
-    /// Of each net, what drives it.
+    /// Driver of each net.
     pub drivers: Vec<Driver>,
-    /// Where the readers of each net begin, and end.
+    /// Start of each net's readers in the list of sinks, and its end.
     pub(super) sinks_from: Vec<u32>,
     pub(super) sinks: Vec<Sink>,
-    /// Flip-flops.
+    /// Indices of flip-flops.
     pub flops: Vec<u32>,
-    /// Cells of logic, each after those that it depends on.
+    /// Combinational cells in topological order.
     pub order: Vec<u32>,
-    /// Of each cell of logic, the most cells of logic on a way to its outputs.
+    /// Level of each combinational cell: the longest path of such cells to its outputs.
     pub levels: Vec<u32>,
 }
 
 impl Flat {
-    /// How many nets there are.
+    /// Number of nets.
     #[must_use]
     pub fn nets(&self) -> usize {
         self.drivers.len()
@@ -145,7 +144,7 @@ impl Flat {
         &self.pins[first..first + gate.outputs.len()]
     }
 
-    /// What reads a net.
+    /// Readers of a net.
     #[inline]
     #[must_use]
     pub fn sinks(&self, net: u32) -> &[Sink] {

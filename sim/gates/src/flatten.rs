@@ -1,4 +1,4 @@
-//! Takes the hierarchy out of a netlist.
+//! Flattens a netlist.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,12 +9,12 @@ use super::flat::{CONSTANTS, Cell, Driver, Flat, FlatMemory, FlatPort, ModuleKin
 use super::gate::Gate;
 use super::verilog::{self, Bit, Text};
 
-/// Modules within each other: units have four.
+/// Largest depth of nested modules; units have four.
 const MAX_DEPTH: u32 = 32;
 /// The clock's port.
 const CLOCK: &str = "clk";
 
-/// The net of a bit of a module that was placed with its bits from `first` on.
+/// Global net of a module's bit, where its bits begin at `first`.
 const fn global(bit: Bit, first: u32) -> u32 {
     match bit {
         Bit::Constant(one) => one as u32,
@@ -28,19 +28,19 @@ struct Builder<'a> {
     memories: &'a BTreeMap<String, Arc<Module>>,
     kinds: BTreeMap<&'a str, u16>,
     modules: BTreeMap<&'a str, u16>,
-    /// Of nets that are one, in the end the lowest.
+    /// Union-find of connected nets; the lowest represents them.
     parents: Vec<u32>,
-    /// What the clocks of flip-flops are connected to.
+    /// Nets of flip-flops' clocks.
     clocks: Vec<u32>,
     flat: Flat,
 }
 
 impl Flat {
-    /// Flattens the netlist of `top`. `gates` are the library's cells, `memories` the
-    /// modules that are left out of the netlist.
+    /// Flattens the netlist of `top`. `gates` are the library's cells, `memories` the modules
+    /// without a netlist.
     ///
     /// # Errors
-    /// What is wrong with the netlist, or why a cell in it cannot be simulated.
+    /// A fault of the netlist, or why one of its cells cannot be simulated.
     pub fn new(
         netlist: &str,
         top: &str,
@@ -103,7 +103,7 @@ impl<'a> Builder<'a> {
         self.parents[a.max(b) as usize] = a.min(b);
     }
 
-    /// Nets of their own; the first of them.
+    /// Allocates nets; returns the first.
     fn fresh(&mut self, count: u32) -> Result<u32, String> {
         let first = self.parents.len() as u32;
         let end = first.checked_add(count).filter(|end| *end < 1 << 30);
@@ -112,7 +112,7 @@ impl<'a> Builder<'a> {
         Ok(first)
     }
 
-    /// Places a module and all below it; gives the net of its bit 0.
+    /// Instantiates a module and all below it; returns the net of its bit 0.
     fn place(&mut self, name: &'a str, text: &'a Text, depth: u32) -> Result<u32, String> {
         if depth > MAX_DEPTH {
             return Err(format!("module {name} holds itself"));
@@ -249,7 +249,7 @@ impl<'a> Builder<'a> {
         });
         Ok(())
     }
-    /// Numbers the nets, finds what drives and what reads each, and orders the cells.
+    /// Numbers the nets, finds the driver and the readers of each, and orders the cells.
     fn finish(mut self, mut ports: Vec<FlatPort>) -> Result<Flat, String> {
         let mut numbers = vec![u32::MAX; self.parents.len()];
         let mut count = 0;
@@ -293,7 +293,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// What drives each net.
+/// Driver of each net.
 fn drivers(flat: &Flat, nets: usize, clock: Option<u32>) -> Result<Vec<Driver>, String> {
     let mut drivers = vec![Driver::None; nets];
     let mut drive = |net: u32, by: Driver| {
@@ -342,7 +342,7 @@ fn drivers(flat: &Flat, nets: usize, clock: Option<u32>) -> Result<Vec<Driver>, 
     Ok(drivers)
 }
 
-/// Where the readers of each net begin, and the readers.
+/// Start of each net's readers, and the readers.
 fn sinks(flat: &Flat) -> (Vec<u32>, Vec<Sink>) {
     let mut from = vec![0; flat.nets() + 1];
     let cells = 0..flat.cells.len() as u32;
@@ -365,7 +365,7 @@ fn sinks(flat: &Flat) -> (Vec<u32>, Vec<Sink>) {
     (from, sinks)
 }
 
-/// Puts cells of logic after those that they depend on.
+/// Sorts combinational cells topologically.
 fn order(flat: &mut Flat) -> Result<(), String> {
     let count = flat.cells.len();
     let is_logic = |cell: u32| flat.gate(cell).flop.is_none();

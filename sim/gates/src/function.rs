@@ -1,20 +1,20 @@
 //! Boolean functions of Liberty files, as truth tables.
 
-/// The most variables of a function.
+/// Largest number of variables.
 pub const MAX_VARIABLES: usize = 12;
-/// Parentheses within each other: cells have a handful.
+/// Largest depth of parentheses; cells have a handful.
 const MAX_DEPTH: u32 = 64;
 
-/// A function of a few variables: a bit for each of their values, variable 0 lowest.
+/// Truth table: one bit for each assignment; variable 0 is the lowest bit of the index.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Truth(Vec<u64>);
 
 impl Truth {
-    /// Reads `!` or `'` (first), `^`, `&`, `*` or a blank, `|` or `+` (last), constants
-    /// and parentheses, as Liberty has them.
+    /// Parses `!` or `'` (highest precedence), `^`, `&`, `*` or a blank, `|` or `+` (lowest),
+    /// constants and parentheses, as in Liberty.
     ///
     /// # Errors
-    /// What was expected, and what is there.
+    /// The expected and the found text.
     pub fn parse(text: &str, names: &[&str]) -> Result<Self, String> {
         if names.len() > MAX_VARIABLES {
             let count = names.len();
@@ -25,10 +25,10 @@ impl Truth {
         Self::read(text, names, names.len())
     }
 
-    /// Whether it is a function of some of these pins, however many they are.
+    /// Checks that the text is a function of some of these pins, however many.
     ///
     /// # Errors
-    /// Likewise.
+    /// The expected and the found text.
     pub fn check(text: &str, names: &[&str]) -> Result<(), String> {
         Self::read(text, names, 0).map(drop)
     }
@@ -54,8 +54,7 @@ impl Truth {
         self.0[bits >> 6] >> (bits & 63) & 1 == 1
     }
 
-    /// The function of one variable fewer in which the last is always another one's
-    /// complement.
+    /// The function without its last variable, which is always another one's complement.
     #[must_use]
     pub fn with_last_as_complement(&self, of: usize, variables: usize) -> Self {
         let last = variables - 1;
@@ -64,7 +63,7 @@ impl Truth {
         })
     }
 
-    /// Of so many variables, value by value.
+    /// Tabulates a function of so many variables.
     #[must_use]
     pub fn by(variables: usize, value: impl Fn(usize) -> bool) -> Self {
         let mut words = vec![0; (1usize << variables).div_ceil(64)];
@@ -78,7 +77,7 @@ impl Truth {
 struct Reader<'a> {
     rest: &'a str,
     names: &'a [&'a str],
-    /// As many as names, or none where no table is wanted.
+    /// Number of names, or `None` where no table is wanted.
     variables: usize,
     depth: u32,
 }
@@ -267,7 +266,7 @@ mod tests {
         assert!(Truth::parse("A0", &["A"; MAX_VARIABLES + 1]).is_err());
     }
 
-    /// Of more pins than a table could have.
+    /// Functions of more pins than a table could have.
     #[test]
     fn functions_are_checked_without_a_table() {
         let names: Vec<String> = (0..100).map(|i| format!("A{i}")).collect();

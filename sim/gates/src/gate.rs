@@ -1,48 +1,48 @@
-//! What the cells of a library compute.
+//! Functions of a library's cells.
 
 use super::function::Truth;
 
-/// A cell's function. Its state in a simulation is a word of bits: inputs in order, of a
-/// flip-flop without its clock but with the bit that it holds, then outputs in order.
+/// Function of a cell. Its state in a simulation is a word of bits: inputs in order (for a
+/// flip-flop without its clock, but with its stored bit), then outputs in order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gate {
     /// Its name in the library.
     pub name: String,
-    /// Input pins, in order; of a flip-flop without its clock.
+    /// Input pins in order; for a flip-flop without its clock.
     pub inputs: Vec<String>,
     /// Output pins, in order.
     pub outputs: Vec<String>,
-    /// Of the inputs, and of the held bit.
+    /// Function of each output, of the inputs and the stored bit.
     pub functions: Vec<Truth>,
-    /// What it holds, if it is a flip-flop.
+    /// Stored bit, if it is a flip-flop.
     pub flop: Option<Flop>,
 }
 
-/// A flip-flop that takes its next value with the rising edge of a pin.
+/// A rising-edge flip-flop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Flop {
-    /// The pin of its clock.
+    /// Clock pin.
     pub clock: String,
-    /// Names of the held bit and of its complement in functions.
+    /// Names of the stored bit and of its complement in functions.
     pub held: [String; 2],
-    /// Of the inputs, and of the held bit.
+    /// Next value, as a function of the inputs and the stored bit.
     pub next: Truth,
 }
 
 impl Gate {
-    /// Bits that outputs are functions of.
+    /// Number of variables of the output functions.
     #[must_use]
     pub fn variables(&self) -> usize {
         self.inputs.len() + usize::from(self.flop.is_some())
     }
 
-    /// Bits of the state.
+    /// Number of bits of the state.
     #[must_use]
     pub fn bits(&self) -> usize {
         self.variables() + self.outputs.len()
     }
 
-    /// The outputs' bits for inputs, as they stand in the state.
+    /// Output bits for these inputs, in their position in the state.
     #[inline]
     #[must_use]
     pub fn outputs_of(&self, inputs: usize) -> usize {

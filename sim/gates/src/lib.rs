@@ -1,5 +1,5 @@
-//! Netlists in cells, run: what Yosys wrote, flattened, with the functions of the
-//! library's cells; without delays or with them.
+//! Simulates gate-level netlists, as Yosys writes them, with the functions of the library's cells,
+//! without or with delays.
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

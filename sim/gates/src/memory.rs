@@ -1,10 +1,10 @@
-//! Memories of a netlist: their modules, interpreted.
+//! Memories of a netlist, as interpreted modules.
 
 use potamoi_netlist::{InterpretError, Interpreter, PortHandle};
 
 use super::flat::{FlatMemory, FlatPort};
 
-/// A memory at work.
+/// A memory in a simulation.
 pub(super) struct Memory {
     unit: Interpreter,
     /// Nets and words of each port.
@@ -19,7 +19,7 @@ struct Port {
 }
 
 impl Memory {
-    /// What it holds is drawn from the seed.
+    /// Initial contents are drawn from the seed.
     pub(super) fn new(memory: &FlatMemory, seed: u64) -> Result<Self, InterpretError> {
         let mut unit = Interpreter::new(&memory.module, seed);
         unit.eval()?;
@@ -42,7 +42,7 @@ impl Memory {
         })
     }
 
-    /// Takes the nets' values at the clock's edge.
+    /// Samples the nets' values at the clock's edge.
     pub(super) fn edge(&mut self, values: &[bool]) -> Result<(), InterpretError> {
         for port in &mut self.inputs {
             port.words.fill(0);
@@ -54,7 +54,7 @@ impl Memory {
         self.unit.clock()
     }
 
-    /// Tells which nets it drives to what.
+    /// Reports its output nets with their values.
     pub(super) fn outputs(
         &mut self,
         mut drive: impl FnMut(u32, bool),

@@ -1,12 +1,11 @@
-//! Simulates a flat netlist, cycle by cycle, with two values.
+//! Two-valued simulator of a flat netlist, cycle by cycle.
 //!
-//! Without delays a net changes at most once a cycle. With them, each pin of a cell has
-//! its own delay to each output, rising and falling, and a pulse that is shorter than
-//! the delay of the cell that would make it is not made (inertial delay).
+//! Without delays a net changes at most once a cycle. With delays each pin of a cell has its own
+//! delay to each output, rising and falling, and a pulse shorter than the delay of its cell is
+//! swallowed (inertial delay).
 //!
-//! What a flip-flop or a memory holds before it is set is drawn from a seed: nothing
-//! that is compared may depend on it. There is no unknown value, and so none that gates
-//! would spread where the hardware does not.
+//! The initial contents of flip-flops and memories are drawn from a seed: no comparison may depend
+//! on them. There is no unknown value, and so no pessimistic propagation of one.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,10 +18,10 @@ use super::flat::{Driver, Flat};
 use super::memory::Memory;
 use super::watch::{Delays, Watch};
 
-/// A value that a net is about to take.
+/// A scheduled value of a net.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Pending {
-    /// Of the latest plan for the net; earlier ones are void.
+    /// Version of the latest plan for the net; earlier ones are void.
     version: u32,
     is_open: bool,
 }
@@ -34,7 +33,7 @@ struct Event {
     pin: u8,
 }
 
-/// A netlist at work.
+/// A simulation of a netlist.
 pub struct Simulator<W> {
     /// The netlist.
     pub flat: Arc<Flat>,
@@ -42,29 +41,29 @@ pub struct Simulator<W> {
     values: Vec<bool>,
     states: Vec<u16>,
     memories: Vec<Memory>,
-    /// Inputs to come with the next cycle, by net.
+    /// Inputs to apply in the next cycle, by net.
     set: BTreeMap<u32, bool>,
-    /// Flip-flops whose held bit changed with the last edge.
+    /// Flip-flops whose stored bit changed at the last edge.
     turned: Vec<u32>,
-    /// By level; without delays.
+    /// Cells to evaluate by level; without delays.
     levels: Vec<Vec<u32>>,
-    /// Input pins of each cell that changed, without delays.
+    /// Changed input pins of each cell; without delays.
     changed: Vec<u16>,
-    /// By time since the edge; with delays.
+    /// Events by time since the edge; with delays.
     events: Vec<Vec<Event>>,
     pending: Vec<Pending>,
-    /// Whether the watch is told.
+    /// Whether the observer is called.
     pub is_watched: bool,
-    /// What is told of every change.
+    /// Observer of every transition.
     pub watch: W,
-    /// Of the cycles that were watched.
+    /// Observed cycles.
     pub cycles: u64,
-    /// The latest change after an edge, in steps of time.
+    /// Latest transition after an edge, in time steps.
     pub longest: usize,
 }
 
 impl<W: Watch> Simulator<W> {
-    /// Starts with inputs of 0 and what is held drawn from `seed`.
+    /// Starts with inputs of 0 and stored bits drawn from `seed`.
     ///
     /// # Errors
     /// A memory that cannot be interpreted.
@@ -102,7 +101,7 @@ impl<W: Watch> Simulator<W> {
         Ok(simulator)
     }
 
-    /// Gives every net its value.
+    /// Initialises every net.
     fn start(&mut self, random: &mut Pcg64Mcg) -> Result<(), InterpretError> {
         let flat = self.flat.clone();
         self.values[1] = true;
@@ -134,18 +133,18 @@ impl<W: Watch> Simulator<W> {
         Ok(())
     }
 
-    /// What a net holds.
+    /// Value of a net.
     #[must_use]
     pub fn value(&self, net: u32) -> bool {
         self.values[net as usize]
     }
 
-    /// Sets an input, from the next [`Simulator::settle`] on.
+    /// Sets an input, effective at the next [`Simulator::settle`].
     pub fn set(&mut self, net: u32, value: bool) {
         self.set.insert(net, value);
     }
 
-    /// What follows from the last edge and from the inputs.
+    /// Propagates the last edge and the inputs.
     ///
     /// # Errors
     /// The netlist does not settle.
@@ -189,7 +188,7 @@ impl<W: Watch> Simulator<W> {
         Ok(())
     }
 
-    /// The clock's rising edge: what is held changes, and nothing else yet.
+    /// Rising clock edge: stored bits change, but nothing propagates yet.
     ///
     /// # Errors
     /// A memory that cannot be interpreted.
@@ -214,7 +213,7 @@ impl<W: Watch> Simulator<W> {
         Ok(())
     }
 
-    /// A flip-flop takes what it was told to hold.
+    /// A flip-flop takes its next value.
     fn turn(&mut self, flat: &Flat, delays: Option<&Delays>, cell: u32) {
         let gate = flat.gate(cell);
         let state = &mut self.states[cell as usize];
@@ -236,7 +235,7 @@ impl<W: Watch> Simulator<W> {
         }
     }
 
-    /// An output's bit turns over, because of a pin.
+    /// Inverts an output bit, because of a pin.
     fn output(&mut self, flat: &Flat, cell: u32, output: usize, pin: u8) {
         let state = self.states[cell as usize];
         if self.is_watched {
@@ -245,7 +244,7 @@ impl<W: Watch> Simulator<W> {
         self.states[cell as usize] = state ^ 1 << (flat.gate(cell).variables() + output);
     }
 
-    /// A net changes: its readers see it. `now` is the time since the edge.
+    /// Changes a net and its readers. `now` is the time since the edge.
     fn change(&mut self, flat: &Flat, delays: Option<&Delays>, net: u32, value: bool, now: usize) {
         self.values[net as usize] = value;
         if self.is_watched {
@@ -271,7 +270,7 @@ impl<W: Watch> Simulator<W> {
         }
     }
 
-    /// An input's bit turns over.
+    /// Inverts an input bit.
     fn input(&mut self, cell: u32, pin: u8) {
         let state = self.states[cell as usize];
         if self.is_watched {
@@ -280,7 +279,7 @@ impl<W: Watch> Simulator<W> {
         self.states[cell as usize] = state ^ 1 << pin;
     }
 
-    /// Without delays: cells whose inputs changed, each after those that it depends on.
+    /// Evaluates changed cells in topological order; without delays.
     fn sweep(&mut self, flat: &Flat) {
         for level in 0..self.levels.len() {
             let mut cells = std::mem::take(&mut self.levels[level]);
@@ -293,7 +292,7 @@ impl<W: Watch> Simulator<W> {
         }
     }
 
-    /// A cell follows its inputs; what changed last is the pin behind most cells.
+    /// Evaluates a cell; the cause of its output transitions is the last changed pin.
     fn step(&mut self, flat: &Flat, cell: u32, changed: u16) {
         let gate = flat.gate(cell);
         let late = |pin: &u8| match flat.drivers[flat.inputs(cell)[usize::from(*pin)] as usize] {
@@ -319,7 +318,7 @@ impl<W: Watch> Simulator<W> {
         }
     }
 
-    /// With delays: an input changed, so outputs may be about to, or no more.
+    /// Reacts to a changed input: schedules or cancels output transitions; with delays.
     fn respond(&mut self, flat: &Flat, delays: &Delays, cell: u32, pin: u8, now: usize) {
         let gate = flat.gate(cell);
         let bits = usize::from(self.states[cell as usize]);
@@ -340,7 +339,7 @@ impl<W: Watch> Simulator<W> {
         }
     }
 
-    /// A net will change at a time, because of a pin of its driver.
+    /// Schedules a transition of a net, caused by a pin of its driver.
     fn plan(&mut self, net: u32, pin: u8, at: usize) {
         let pending = &mut self.pending[net as usize];
         pending.is_open = true;
@@ -352,7 +351,7 @@ impl<W: Watch> Simulator<W> {
         self.events[at].push(Event { net, version, pin });
     }
 
-    /// With delays: what was planned, in the order of time.
+    /// Processes scheduled transitions in order of time; with delays.
     fn run(&mut self, flat: &Flat, delays: &Delays) {
         let mut now = 0;
         while now < self.events.len() {

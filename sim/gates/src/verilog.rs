@@ -1,29 +1,28 @@
-//! Reads netlists as Yosys writes them: modules of instances, wires and plain
-//! assignments.
+//! Reads gate-level Verilog in the form that Yosys writes: instances, wires and plain assignments.
 
 use std::collections::BTreeMap;
 
-/// The most bits of a wire, and of a module.
+/// Largest number of bits in a wire and in a module.
 const MAX_BITS: u32 = 1 << 24;
 
-/// A bit where something is connected.
+/// A connected bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Bit {
     Constant(bool),
-    /// By its number in the module.
+    /// A wire, by its number in the module.
     Wire(u32),
 }
 
-/// A module as it is written.
+/// A module as read.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Text {
-    /// In order.
+    /// Ports in order.
     pub(super) ports: Vec<Port>,
     pub(super) bits: u32,
     pub(super) instances: Vec<Instance>,
-    /// What is assigned, and what to.
+    /// Assignments: source and target.
     pub(super) assigned: Vec<(Bit, Bit)>,
-    /// Wires that the author named, bit by bit.
+    /// Named wires, bit by bit.
     pub(super) named: Vec<(String, Bit)>,
 }
 
@@ -31,21 +30,21 @@ pub(super) struct Text {
 pub(super) struct Port {
     pub(super) name: String,
     pub(super) output: bool,
-    /// Lowest first.
+    /// Bits, lowest first.
     pub(super) bits: Vec<Bit>,
 }
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Instance {
     pub(super) kind: String,
-    /// Pins and what is connected to them, lowest bit first; nothing where they are open.
+    /// Pins with connected bits, lowest first; empty where open.
     pub(super) pins: Vec<(String, Vec<Bit>)>,
 }
 
 /// Reads the modules of a netlist.
 ///
 /// # Errors
-/// The line, what was expected, and what is there.
+/// The line, the expected and the found text.
 pub(super) fn read(text: &str) -> Result<BTreeMap<String, Text>, String> {
     let mut reader = Reader::new(text);
     let mut modules = BTreeMap::new();
@@ -60,7 +59,7 @@ pub(super) fn read(text: &str) -> Result<BTreeMap<String, Text>, String> {
     Ok(modules)
 }
 
-/// Words, signs and numbers, comments and attributes gone.
+/// Tokens without comments and attributes.
 struct Reader<'a> {
     rest: &'a str,
     line: usize,
@@ -154,7 +153,7 @@ impl<'a> Reader<'a> {
             .ok_or_else(|| self.wrong("a number", word))
     }
 
-    /// `[high:low]`, or one bit.
+    /// Reads `[high:low]`, or one bit.
     fn range(&mut self) -> Result<Option<[u32; 2]>, String> {
         if !self.take("[") {
             return Ok(None);
@@ -169,10 +168,10 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A module as far as it was read.
+/// A module under construction.
 #[derive(Default)]
 struct Body {
-    /// First bit, and the range of each wire.
+    /// First bit and range of each wire.
     wires: BTreeMap<String, (u32, [u32; 2])>,
     directions: BTreeMap<String, bool>,
     module: Text,
@@ -234,7 +233,7 @@ impl Body {
         Ok(self.module)
     }
 
-    /// Wires of one width; a port is declared as one too, before or after.
+    /// Declares wires of one width; a port is also declared as one, before or after.
     fn declare(&mut self, reader: &mut Reader<'_>) -> Result<Vec<String>, String> {
         reader.take("wire");
         let range = reader.range()?.unwrap_or([0, 0]);
@@ -278,7 +277,7 @@ impl Body {
         Ok(())
     }
 
-    /// Bits, lowest first.
+    /// Reads bits, lowest first.
     fn value(&self, reader: &mut Reader<'_>) -> Result<Vec<Bit>, String> {
         if reader.take("{") {
             let mut parts = vec![];

@@ -1,16 +1,16 @@
-//! When a netlist moves, and who is told.
+//! Delays, and the observer of transitions.
 
 use super::flat::Flat;
 
-/// Delays in steps of time, 1 and up.
+/// Delays in time steps, at least 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delays {
-    /// Of each cell by input pin (of a flip-flop its clock alone), output, and whether
-    /// that falls or rises.
+    /// Delay of each cell by input pin (for a flip-flop its clock alone), output, and whether that
+    /// falls or rises.
     pub cells: Vec<u32>,
-    /// Where those of each cell begin.
+    /// Start of each cell's delays.
     pub from: Vec<u32>,
-    /// Of memories, from the clock's edge.
+    /// Delay of memories from the clock edge.
     pub memory: u32,
 }
 
@@ -23,20 +23,20 @@ impl Delays {
     }
 }
 
-/// Told of everything that moves. States are as before the change.
+/// Observer of all transitions. States are those before the transition.
 pub trait Watch {
     /// A net changes.
     fn net(&mut self, net: u32);
     /// An input of a cell changes.
     fn input(&mut self, cell: u32, pin: u8, state: u16);
-    /// An output of a cell changes because of an input, 0 for a flip-flop's clock; its
-    /// inputs are as they are now.
+    /// An output of a cell changes because of an input, 0 for a flip-flop's clock; its inputs are
+    /// up to date.
     fn output(&mut self, cell: u32, output: u8, pin: u8, state: u16);
     /// The clock of a flip-flop rises or falls.
     fn clock(&mut self, cell: u32, state: u16, rises: bool);
 }
 
-/// Nobody is told.
+/// An observer that ignores everything.
 #[derive(Debug)]
 pub struct NoCount;
 

@@ -1,7 +1,7 @@
-//! The longest path where memories take their access time.
+//! Longest path with the access times of memories.
 //!
-//! No library has the memories, so that paths from and to them are in no period of cells.
-//! Here each is a cell of its own: its outputs come an access time after the clock, its
+//! Cell libraries lack the memories, so a period of cells leaves out paths from and to them. Here
+//! each memory is a cell of its own: its outputs are valid an access time after the clock, and its
 //! inputs have no setup time.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,12 +17,12 @@ use super::script::{MEMORIES, PERIOD, sta_with_memories};
 use super::unit::longest_path;
 use super::{Library, Made, Memories, SynthError, Tools, UnitKind, WithMemories, scaling};
 
-/// Version of what is kept.
+/// Version of the cached format.
 const KEPT: &str = "potamoi-access 1";
 
 /// Access times of a unit's memories in picoseconds at the library's node: those at `to_nm`,
-/// over the factor of logic from one to the other. None where the unit has no memories or
-/// a factor is not known.
+/// divided by the factor of logic between the nodes. `None` where the unit has no memories or a
+/// factor is not known.
 #[must_use]
 pub fn access_times(
     memories: &Memories,
@@ -41,11 +41,11 @@ pub fn access_times(
     (!times.is_empty()).then_some(times)
 }
 
-/// A netlist's longest path with its memories' access times, as [`access_times`] gives them;
-/// or what an earlier run left in `cache`.
+/// The longest path of a netlist with its memories' access times from [`access_times`], cached in
+/// `cache`.
 ///
 /// # Errors
-/// OpenSTA fails or prints what is not understood; files cannot be written.
+/// OpenSTA fails or prints output that is not understood; files cannot be written.
 pub fn with_memories(
     config: &Config,
     (unit, made): (UnitKind, &Made),
@@ -89,7 +89,7 @@ pub fn with_memories(
     })
 }
 
-/// Memories as cells: picoseconds, femtofarads.
+/// Memories as Liberty cells, in picoseconds and femtofarads.
 fn liberty(memories: &[(&Module, f64)], transition: f64) -> String {
     let mut text = "library (memories) {\n\
         delay_model : table_lookup;\n\

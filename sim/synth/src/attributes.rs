@@ -1,7 +1,6 @@
-//! What a library says of its cells in words and single numbers: that functions and
-//! conditions can be read and name pins of their cell, as related pins do, and that numbers
-//! are numbers. A cell that fails here would go missing without a word in programs that
-//! read it later.
+//! Checks attributes of cells: functions and conditions are readable and name pins of their cell,
+//! as related pins do, and numbers are numbers. A later program might silently skip a cell that
+//! fails here.
 
 use potamoi_base::record::{told, told_within};
 use potamoi_gates::Truth;
@@ -10,7 +9,7 @@ use super::SynthError;
 use super::liberty::{Attribute, Group};
 use super::units::Units;
 
-/// Groups with names that functions may have beside pins: what a cell holds.
+/// Groups whose names functions may use beside pins: stored bits of a cell.
 const HOLDS: [&str; 4] = ["ff", "latch", "ff_bank", "latch_bank"];
 const PINS: [&str; 4] = ["pin", "bus", "bundle", "pg_pin"];
 
@@ -25,11 +24,11 @@ pub(super) fn check(library: &Group, units: &Units, path: &str) -> Result<(), Sy
     })
 }
 
-/// What functions of a cell may name.
+/// Names that functions of a cell may use.
 #[derive(Debug, Clone, Default)]
 struct Names {
     pins: Vec<String>,
-    /// Bits that the cell holds, nodes of its table of states.
+    /// Stored bits of the cell, and nodes of its state table.
     held: Vec<String>,
     /// Whether names may have an index or a range.
     are_indexed: bool,
@@ -59,7 +58,7 @@ impl Names {
         }
     }
 
-    /// A text without indices and ranges, where there may be some.
+    /// Text without indices and ranges.
     fn plain(&self, text: &str) -> String {
         if !self.are_indexed {
             return text.to_owned();
@@ -83,7 +82,7 @@ impl Names {
         self.pins.iter().any(|pin| self.plain(pin) == name)
     }
 
-    /// Why a text is no function of these.
+    /// The reason why a text is no function of these names.
     fn wrong(&self, text: &str) -> Option<String> {
         let all: Vec<String> = self
             .pins
@@ -102,7 +101,7 @@ struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    /// Checks the last of the groups, which are inside each other, and all in it.
+    /// Checks the innermost of the nested groups, and all in it.
     fn group(&self, groups: &[&Group], names: &Names) -> Result<(), SynthError> {
         let Some(own) = groups.last() else {
             return Ok(());
@@ -188,7 +187,7 @@ impl Checker<'_> {
     }
 }
 
-/// Attributes without which a group of a kind means nothing.
+/// Required attributes of a kind of group.
 fn needed(kind: &str) -> &'static [&'static str] {
     match kind {
         "ff" | "ff_bank" => &["next_state", "clocked_on"],
@@ -223,7 +222,7 @@ mod tests {
     use super::*;
     use crate::liberty::parse;
 
-    /// Of each kind of group and attribute one.
+    /// One of each kind of group and attribute.
     const CELLS: &str = "library (l) { time_unit : \"1ps\"; capacitive_load_unit (1, ff);\n\
         leakage_power_unit : \"1nW\";\n\
         cell (NOR) { area : 1; cell_leakage_power : 0.5;\n\
@@ -260,7 +259,7 @@ mod tests {
         checked(CELLS).unwrap();
     }
 
-    /// File, line, group and cell, attribute, what was expected, what is there.
+    /// Errors name file, line, group and cell, attribute, expected and found values.
     #[test]
     fn what_is_wrong_is_named_with_its_place() {
         for (from, to, line, expected) in [

@@ -1,4 +1,4 @@
-//! Memories by CACTI, an analytical model of memory compilers' arrays.
+//! Memories by CACTI, an analytical model of memory arrays.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,29 +15,29 @@ use super::tools::{broken, says};
 use super::work_folder::WorkFolder;
 
 const PROGRAM: &str = "cacti";
-/// The smallest node for which CACTI has transistors, wires and cells.
+/// The smallest node of CACTI's transistors, wires and cells.
 const NODE_NM: u32 = 22;
-/// In 16 words CACTI finds no array; in fewer bits, half of what it finds is periphery.
+/// With 16 words CACTI finds no array; with fewer bits, half of the array is periphery.
 const LEAST_WORDS: u64 = 32;
 const LEAST_BITS: u64 = 1024;
-/// Low standby power, as in a mobile system; at 12 nm all memories of the paper's system
-/// cycle within 1 ns.
+/// Low standby power transistors, as in a mobile system; at 12 nm all memories of the paper's
+/// system cycle within 1 ns.
 const TRANSISTORS: &str = "itrs-lstp";
-/// About that of the cell libraries.
+/// Temperature, about that of the cell libraries.
 const KELVIN: u32 = 300;
 
-/// A memory's words and ports.
+/// Words and ports of a memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     /// Words.
     pub words: u64,
-    /// Bits of a word.
+    /// Width of a word in bits.
     pub bits: u64,
-    /// Ports that write or read, one of both a cycle.
+    /// Read-write ports, one access a cycle each.
     pub read_writes: u64,
-    /// Ports that write.
+    /// Write ports.
     pub writes: u64,
-    /// Ports that read.
+    /// Read ports.
     pub reads: u64,
 }
 
@@ -55,25 +55,25 @@ impl Shape {
     }
 }
 
-/// One memory, at [`NODE_NM`].
+/// Area, energy and timing of one memory, at [`NODE_NM`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// Square micrometres.
+    /// Area in square micrometres.
     pub area_um2: f64,
-    /// Picojoules of reading a word.
+    /// Energy of reading a word, in picojoules.
     pub read_pj: f64,
-    /// Picojoules of writing a word.
+    /// Energy of writing a word, in picojoules.
     pub write_pj: f64,
-    /// Milliwatts, always.
+    /// Leakage in milliwatts.
     pub leakage_mw: f64,
-    /// Picoseconds from the clock edge to the word read.
+    /// Access time in picoseconds, from the clock edge to the word read.
     pub access_ps: f64,
-    /// Picoseconds between accesses of a port.
+    /// Cycle time of a port, in picoseconds.
     pub cycle_ps: f64,
 }
 
 impl Figures {
-    /// At another node.
+    /// Scales to another node.
     #[must_use]
     pub fn scaled(&self, factors: &Factors) -> Self {
         Self {
@@ -87,22 +87,22 @@ impl Figures {
     }
 }
 
-/// What the figures rest on.
+/// Settings of the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// The program, as it says it.
+    /// Version of the program, as it reports it.
     pub cacti: String,
-    /// Nanometres.
+    /// Node in nanometres.
     pub node_nm: u32,
-    /// Transistors of cells and periphery, a row of the ITRS.
+    /// Transistors of cells and periphery, by row of the ITRS.
     pub transistors: String,
-    /// Kelvin.
+    /// Temperature in kelvin.
     pub kelvin: u32,
-    /// What is small where CACTI has a choice.
+    /// Objective that CACTI minimises.
     pub objective: String,
 }
 
-/// CACTI, as it is here.
+/// An installed CACTI.
 #[derive(Debug, Clone)]
 pub struct Cacti {
     version: String,
@@ -110,7 +110,7 @@ pub struct Cacti {
 }
 
 impl Cacti {
-    /// Finds the program; its results are kept in `cache`.
+    /// Finds the program; its results are cached in `cache`.
     ///
     /// # Errors
     /// It is missing.
@@ -129,7 +129,7 @@ impl Cacti {
         }
     }
 
-    /// What its figures rest on.
+    /// Settings of its results.
     #[must_use]
     pub fn settings(&self) -> Settings {
         Settings {
@@ -141,10 +141,10 @@ impl Cacti {
         }
     }
 
-    /// Models a memory, or finds what an earlier run left.
+    /// Models a memory; results are cached.
     ///
     /// # Errors
-    /// It is too small to be modelled; the program fails or prints what is not
+    /// The memory is too small to be modelled; the program fails or prints output that is not
     /// understood; files cannot be written.
     pub fn model(&self, name: &str, shape: &Shape) -> Result<Figures, SynthError> {
         is_modelled(shape).map_err(|why| SynthError::Memory {
@@ -189,7 +189,7 @@ impl Cacti {
     }
 }
 
-/// Whether CACTI's figures would mean something.
+/// Checks that CACTI's results are meaningful for this shape.
 pub(super) fn is_modelled(shape: &Shape) -> Result<(), String> {
     let Shape {
         words,
@@ -210,7 +210,7 @@ pub(super) fn is_modelled(shape: &Shape) -> Result<(), String> {
     Ok(())
 }
 
-/// What CACTI reads. Words are whole bytes, rounded up.
+/// Input of CACTI. Words are rounded up to whole bytes.
 fn configuration(shape: &Shape) -> String {
     let bytes = shape.bits.div_ceil(8);
     let mut text = format!(
@@ -270,8 +270,7 @@ const ARRAY: &str = "\
 -Power Gating Performance Loss 0.01
 ";
 
-/// Of a bus to memory modules, which no array has; CACTI computes one all the same,
-/// and fails without.
+/// Bus to memory modules, which no array has; CACTI requires one nevertheless.
 const MEMORY_BUS: &str = "\
 -dram_type \"DDR3\"
 -io state \"WRITE\"
@@ -300,7 +299,7 @@ const MEMORY_BUS: &str = "\
 -mirror_in_bob \"F\"
 ";
 
-/// Reads the table that CACTI appends a line to: names, then values.
+/// Reads the table to which CACTI appends a line: names, then values.
 fn read(table: &str) -> Option<Figures> {
     let mut lines = table.lines().filter(|l| !l.trim().is_empty());
     let names: Vec<&str> = lines.next()?.split(',').map(str::trim).collect();
@@ -333,7 +332,7 @@ mod tests {
         reads: 2,
     };
 
-    /// As CACTI 7.0 wrote it, of a bank of the paper's unit.
+    /// Output of CACTI 7.0 for a bank of the paper's unit.
     const TABLE: &str = include_str!("fixtures/mft_bank.cfg.out");
 
     #[test]

@@ -1,4 +1,4 @@
-//! What the cells of a library compute, as gates of the simulator.
+//! Cells of a library as gates of the simulator.
 
 use std::collections::BTreeMap;
 
@@ -6,14 +6,14 @@ use potamoi_gates::{Flop, Gate, Truth};
 
 use super::liberty::Group;
 
-/// The most input pins of a cell, and the most output pins.
+/// Largest number of input pins and of output pins of a cell.
 const MAX_PINS: [usize; 2] = [10, 4];
 
 /// Reads a cell.
 ///
 /// # Errors
-/// Why it cannot be simulated: it is neither logic nor a flip-flop with one rising
-/// clock, or a function is wrong.
+/// Why it cannot be simulated: it is neither combinational nor a flip-flop with one rising clock
+/// edge, or a function is wrong.
 fn read(cell: &Group) -> Result<Gate, String> {
     let pins = |direction: &'static str| {
         let is_so = move |p: &&Group| p.value("direction") == Some(direction);
@@ -82,7 +82,7 @@ fn read(cell: &Group) -> Result<Gate, String> {
     })
 }
 
-/// The pin whose rising edge is a flip-flop's clock.
+/// Clock pin of a rising-edge flip-flop.
 fn clock_of(ff: &Group, inputs: &[String]) -> Result<String, String> {
     for other in ["clear", "preset", "clocked_on_also", "power_down"] {
         if ff.value(other).is_some() {
@@ -100,7 +100,7 @@ fn clock_of(ff: &Group, inputs: &[String]) -> Result<String, String> {
     }
 }
 
-/// The cells of a library, and why some cannot be simulated.
+/// The cells of a library, or why each cannot be simulated.
 pub(super) fn gates(library: &Group) -> BTreeMap<String, Result<Gate, String>> {
     let cells = library.groups("cell");
     cells

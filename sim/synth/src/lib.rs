@@ -1,4 +1,4 @@
-//! Units as cells of a library: area by module, and the longest path.
+//! Synthesis of units to cells of a library: area by module, and the longest path.
 //!
 //! The emitted Verilog goes through Yosys and ABC, module by module, and OpenSTA
 //! times the netlist of the whole unit. Memories are left out, as macros that a

@@ -7,7 +7,7 @@
 use super::SynthError;
 use potamoi_base::record::told;
 
-/// Groups within groups: libraries have five.
+/// Largest depth of nested groups; libraries have five.
 const MAX_DEPTH: u32 = 32;
 
 /// A group: `kind (arguments) { ... }`.
@@ -15,7 +15,7 @@ const MAX_DEPTH: u32 = 32;
 pub(super) struct Group {
     pub(super) kind: String,
     pub(super) arguments: Vec<String>,
-    /// In order.
+    /// Attributes in order.
     pub(super) values: Vec<Attribute>,
     pub(super) groups: Vec<Group>,
     /// Line on which it begins, from 1.
@@ -32,7 +32,7 @@ pub(super) struct Attribute {
 }
 
 impl Group {
-    /// The value of an attribute, if it has one.
+    /// The value of an attribute, if present.
     pub(super) fn value(&self, name: &str) -> Option<&str> {
         let found = self.values.iter().find(|own| own.name == name);
         found?.values.first().map(String::as_str)
@@ -46,7 +46,7 @@ impl Group {
         self.arguments.first().map_or("", String::as_str)
     }
 
-    /// The numbers of an attribute; what is none.
+    /// The numbers of an attribute. Fails with the first text that is not a number.
     pub(super) fn numbers(&self, name: &str) -> Result<Vec<f64>, String> {
         let found = self.values.iter().filter(|own| own.name == name);
         let words = found.flat_map(|own| &own.values);
@@ -73,7 +73,7 @@ impl Group {
     }
 }
 
-/// A number with a unit of a power of ten of `base`, in units of ten to the power of `of`.
+/// A number with a unit, a power of ten of `base`, converted to the unit ten to the power of `of`.
 pub(super) fn scaled(text: &str, base: char, of: i32) -> Option<f64> {
     let at = text.find(|c: char| c.is_alphabetic())?;
     let (number, unit) = text.split_at(at);
@@ -136,7 +136,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What stands here, for an error.
+    /// Text at this position, for errors.
     fn here(&self) -> String {
         match self.rest.chars().next() {
             None => "the end of the file".to_owned(),
@@ -151,7 +151,7 @@ impl Reader<'_> {
         self.rest = rest;
     }
 
-    /// Passes blanks, comments and continued lines; gives the line that follows.
+    /// Skips blanks, comments and continued lines; returns the next line number.
     fn skip(&mut self) -> usize {
         loop {
             let blank = self.rest.len() - self.rest.trim_start().len();
@@ -178,12 +178,12 @@ impl Reader<'_> {
         is_here
     }
 
-    /// A name or a number.
+    /// Reads a name or a number.
     fn word(&mut self, expected: &str) -> Result<String, SynthError> {
         self.up_to("(){}:;,\"\\", expected)
     }
 
-    /// What stands before a blank or one of `ends`.
+    /// Reads up to a blank or one of `ends`.
     fn up_to(&mut self, ends: &str, expected: &str) -> Result<String, SynthError> {
         let ends = |c: char| c.is_whitespace() || ends.contains(c);
         let end = self.rest.find(ends).unwrap_or(self.rest.len());
@@ -195,7 +195,7 @@ impl Reader<'_> {
         Ok(word)
     }
 
-    /// A string, with its quotes gone and continued lines joined.
+    /// Reads a string without its quotes; continued lines are joined.
     fn string(&mut self) -> Result<String, SynthError> {
         let line = self.line;
         self.advance(1);
@@ -207,7 +207,7 @@ impl Reader<'_> {
         Ok(text)
     }
 
-    /// What follows a name.
+    /// Reads what follows a name: a value or a group.
     fn member(&mut self, name: String, line: usize, depth: u32) -> Result<Member, SynthError> {
         self.skip();
         if self.take(':') {
@@ -266,7 +266,7 @@ impl Reader<'_> {
         Ok(Member::Group(group))
     }
 
-    /// A value: a string, or all up to `;`, `}` or the end of the line.
+    /// Reads a value: a string, or all up to `;`, `}` or the end of the line.
     fn plain(&mut self) -> Result<String, SynthError> {
         let blank = self.rest.len() - self.rest.trim_start_matches([' ', '\t']).len();
         self.advance(blank);
@@ -348,7 +348,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(500))]
 
-        /// Whatever becomes of a file, it is read, or one line says what is wrong.
+        /// A damaged file is either read, or refused with one line of error.
         #[test]
         fn damaged_files_are_read_or_refused(at in any::<prop::sample::Index>(), to in ".{0,3}") {
             let mut text: Vec<char> = SMALL.chars().collect();

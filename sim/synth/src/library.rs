@@ -12,7 +12,7 @@ use super::liberty::{self, Group};
 use super::units::Units;
 use super::{SynthError, attributes, lookup};
 
-/// The largest library that is read, in bytes, unpacked.
+/// Largest size of an unpacked library, in bytes.
 const LIMIT: u64 = 1 << 28;
 
 /// A library of standard cells.
@@ -20,54 +20,54 @@ const LIMIT: u64 = 1 << 28;
 pub struct Library {
     /// Its own name.
     pub name: String,
-    /// Of the Liberty text, unpacked: 64 hexadecimal digits.
+    /// SHA-256 of the unpacked Liberty text, 64 hexadecimal digits.
     pub sha256: String,
-    /// Picoseconds of its unit of time.
+    /// Unit of time in picoseconds.
     pub time_ps: f64,
-    /// Femtofarads of its unit of capacitance.
+    /// Unit of capacitance in femtofarads.
     pub capacitance_ff: f64,
-    /// Volts of its nominal supply.
+    /// Nominal supply voltage in volts.
     pub volts: Option<f64>,
-    /// By name.
+    /// Cells by name.
     pub cells: BTreeMap<String, Cell>,
-    /// The smallest buffer: it drives inputs, and four of its inputs load outputs.
+    /// The smallest buffer, which drives inputs; four of its inputs load outputs.
     pub buffer: String,
-    /// Units that it does not say, a sentence each, with what is taken instead.
+    /// Missing units, one sentence each with the assumed value.
     pub assumed: Vec<String>,
-    /// Volts of its unit of voltage, and watts of its unit of leakage.
+    /// Unit of voltage in volts, and unit of leakage in watts.
     pub(super) voltage_v: f64,
     pub(super) leakage_w: f64,
     pub(super) text: String,
-    /// The file that it was read from, for errors.
+    /// Its file, for errors.
     pub(super) path: String,
 }
 
-/// A cell.
+/// A standard cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
-    /// In the library's unit, square micrometres in those that are used here.
+    /// Area in the library's unit, square micrometres in the libraries used here.
     pub area: f64,
-    /// Input pins, and their capacitance in the library's unit.
+    /// Input pins with their capacitance in the library's unit.
     pub inputs: BTreeMap<String, f64>,
-    /// Output pins, and their functions.
+    /// Output pins with their functions.
     pub outputs: BTreeMap<String, String>,
-    /// The most that an output may carry, in the library's unit of capacitance; 0
-    /// where the library does not say.
+    /// Largest load of an output, in the library's unit of capacitance; 0 where the library does
+    /// not state it.
     pub drive: f64,
-    /// The pin that clocks it.
+    /// Clock pin, if any.
     pub clock: Option<String>,
     /// Whether it is a flip-flop.
     pub is_flop: bool,
-    /// Whether the library keeps it from being used.
+    /// Whether the library marks it as not to be used.
     pub is_barred: bool,
 }
 
 impl Library {
-    /// Reads a Liberty file, plain or packed with gzip.
+    /// Reads a Liberty file, plain or gzipped.
     ///
     /// # Errors
-    /// The file cannot be read or is no Liberty file, a function, a number or a table is not
-    /// what it should be, or there is no flip-flop, inverter, buffer or gate of two inputs.
+    /// The file cannot be read or is not Liberty; a function, number or table is invalid; there is
+    /// no flip-flop, inverter, buffer or gate of two inputs.
     pub fn read(path: &Path) -> Result<Self, SynthError> {
         let fail = |source| SynthError::Read {
             path: path.to_owned(),
@@ -146,7 +146,7 @@ impl Library {
         inverters.count()
     }
 
-    /// Capacitance that loads every output, in the library's unit.
+    /// Load of every output, in the library's unit of capacitance.
     pub(super) fn load(&self) -> f64 {
         let buffer = self.cells.get(&self.buffer);
         4.0 * buffer.map_or(0.0, |cell| cell.inputs.values().sum())
@@ -154,13 +154,13 @@ impl Library {
 }
 
 impl Cell {
-    /// Whether it is a buffer that may be used.
+    /// Whether it is a usable buffer.
     pub(super) fn is_buffer(&self) -> bool {
         self.is_of_one_input("")
     }
 
-    /// Whether it is an AND, OR, NAND or NOR of two inputs, which may be inverted: with
-    /// an inverter it makes all logic.
+    /// Whether it is an AND, OR, NAND or NOR of two inputs, possibly inverted: with an inverter it
+    /// makes all logic.
     fn combines_two(&self) -> bool {
         let names: Vec<&str> = self.inputs.keys().map(String::as_str).collect();
         let (mut outputs, 2, false) = (self.outputs.values(), names.len(), self.is_barred) else {
@@ -174,7 +174,7 @@ impl Cell {
         [1, 3].contains(&ones)
     }
 
-    /// One input, and one output that is that input, after a sign.
+    /// Whether it has one input, and one output that is that input after a sign.
     fn is_of_one_input(&self, sign: &str) -> bool {
         let (mut inputs, mut outputs) = (self.inputs.keys(), self.outputs.values());
         let (Some(input), None, Some(function), None) =
@@ -369,7 +369,7 @@ mod tests {
         }
     }
 
-    /// That nothing in libraries that are in use is taken for damage.
+    /// Libraries in use pass all checks.
     #[test]
     fn libraries_in_use_are_read() {
         let asap7 = "data/liberty/asap7_rvt_tt_62cells.lib.gz";

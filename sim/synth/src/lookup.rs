@@ -1,4 +1,4 @@
-//! Tables of a library: that each is whole, whoever reads it later.
+//! Checks that look-up tables of a library are complete, for all later readers.
 
 use potamoi_base::record::told;
 use std::collections::BTreeMap;
@@ -9,14 +9,13 @@ use super::units::Units;
 
 /// Axes of a table.
 const AXES: [&str; 3] = ["index_1", "index_2", "index_3"];
-/// What an axis of input transitions is called.
+/// Names of an axis of input transitions.
 const TRANSITIONS: [&str; 2] = ["input_net_transition", "input_transition_time"];
 
 /// Templates by kind and name.
 type Templates<'a> = BTreeMap<(&'a str, &'a str), &'a Group>;
 
-/// Checks the tables of a library's cells and their templates; `path` names the file in
-/// errors.
+/// Checks the tables of a library's cells and their templates; `path` names the file in errors.
 pub(super) fn check(library: &Group, units: &Units, path: &str) -> Result<(), SynthError> {
     let mut templates = Templates::new();
     let groups = library.groups.iter();
@@ -33,7 +32,7 @@ pub(super) fn check(library: &Group, units: &Units, path: &str) -> Result<(), Sy
     cells.try_for_each(|cell| checker.inside(cell).map_err(|error| of_cell(error, cell)))
 }
 
-/// An error in a group of a cell, with the cell's name.
+/// Adds the cell's name to an error in one of its groups.
 fn of_cell(mut error: SynthError, cell: &Group) -> SynthError {
     if let SynthError::Liberty { expected, .. } = &mut error {
         *expected += &format!(" of the cell `{}`", told(cell.name()));
@@ -57,7 +56,7 @@ impl Checker<'_> {
         inner.try_for_each(|inner| self.inside(inner))
     }
 
-    /// That a table has as many values as its axes have points, and none beyond bounds.
+    /// Checks that a table has as many values as its axes have points, all within bounds.
     fn table(&self, table: &Group, kind: &str) -> Result<(), SynthError> {
         let axes = self.axes(table, kind)?;
         let expected: usize = axes.iter().map(|(_, points)| points.len()).product();
@@ -83,7 +82,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What a table has values by, and its points on each axis.
+    /// Axes of a table with their points.
     fn axes(&self, table: &Group, kind: &str) -> Result<Vec<(String, Vec<f64>)>, SynthError> {
         let name = table.name();
         let Some(template) = self.templates.get(&(kind, name)) else {
@@ -106,7 +105,7 @@ impl Checker<'_> {
     }
 }
 
-/// The kind of template of a table of delays, transitions, constraints or energies.
+/// Kind of template for a table of delays, transitions, constraints or energies.
 fn template_of(kind: &str) -> Option<&'static str> {
     match kind {
         "cell_rise" | "cell_fall" | "rise_transition" | "fall_transition" | "rise_constraint"
@@ -116,7 +115,7 @@ fn template_of(kind: &str) -> Option<&'static str> {
     }
 }
 
-/// That values are numbers, and axes numbers that increase.
+/// Checks that values are numbers, and that axes increase.
 fn numbers(group: &Group, path: &str) -> Result<(), SynthError> {
     let read = |name: &str| {
         let wrong = |found: String| group.wrong(path, &format!("{name}, numbers"), &found);
@@ -215,7 +214,7 @@ mod tests {
         );
     }
 
-    /// Values in picoseconds and femtojoules that no cell has, and such as one may have.
+    /// Refuses values in picoseconds and femtojoules beyond any cell, and accepts possible ones.
     #[test]
     fn values_beyond_all_cells_are_refused() {
         let read = |unit: &str, table: &str, values: &str| {

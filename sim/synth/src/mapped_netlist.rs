@@ -1,4 +1,4 @@
-//! A module in cells, without its timing.
+//! Mapping of a module to cells, without timing.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,11 +14,11 @@ use crate::tools::{SYNTH, left_nothing};
 use crate::work_folder::WorkFolder;
 use crate::{Library, SynthError, Tools};
 
-/// The file of the cells' functions.
+/// File of the cells' functions.
 const FUNCTIONS: &str = "cells.v";
 
-/// Maps a unit to cells, or finds what an earlier run of the same Verilog, library,
-/// scripts and programs left in `cache`. Interrupted, it leaves nothing there.
+/// Maps a unit to cells; cached in `cache` by Verilog, library, scripts and programs. If
+/// interrupted, it leaves nothing in the cache.
 ///
 /// # Errors
 /// A program fails; files cannot be written.
@@ -54,7 +54,7 @@ pub fn netlist(
     run.made(&texts, &script, NETLIST)
 }
 
-/// Verilog of the functions of a library's cells, as Yosys reads them.
+/// Verilog of the functions of a library's cells, for Yosys.
 ///
 /// # Errors
 /// Yosys fails; files cannot be written.
@@ -75,7 +75,7 @@ pub fn cell_functions(
     run.made(&BTreeMap::new(), &script, FUNCTIONS)
 }
 
-/// A script of Yosys, and what it works on.
+/// A Yosys script with its inputs.
 struct Run<'a> {
     unit: &'static str,
     library: &'a Library,
@@ -84,7 +84,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// The file that the script writes, now or earlier.
+    /// The file that the script writes, from the cache or a new run.
     fn made(
         &self,
         texts: &BTreeMap<&str, &str>,

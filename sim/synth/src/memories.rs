@@ -1,4 +1,4 @@
-//! Which memories a configuration has, and what they come to.
+//! Memories of a configuration, with area, energy and timing.
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::{MemoryMacro, Module};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::cacti::{self, Cacti, Figures, Settings, Shape};
 use super::{FlopMemory, MemoryArea, SynthError, UnitKind, UnitReport};
 
-/// Where a memory belongs that is in neither unit.
+/// Owner of memories outside the units.
 pub const SYSTEM: &str = "system";
 
 /// A memory of a unit or of the system around it.
@@ -15,14 +15,14 @@ pub const SYSTEM: &str = "system";
 pub struct MemoryReport {
     /// Its module, or its name in the system.
     pub memory: String,
-    /// The unit's top module, or [`SYSTEM`].
+    /// Top module of its unit, or [`SYSTEM`].
     pub of: String,
-    /// How many there are.
+    /// Number of instances.
     pub count: u64,
     /// Words and ports of one.
     #[serde(flatten)]
     pub shape: Shape,
-    /// Of one.
+    /// Figures of one.
     #[serde(flatten)]
     pub figures: Figures,
 }
@@ -30,7 +30,7 @@ pub struct MemoryReport {
 /// Memories at the node of their model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memories {
-    /// What the figures rest on.
+    /// Settings of the model.
     pub origin: Settings,
     /// Macros, unit by unit, then the system's.
     pub macros: Vec<MemoryReport>,
@@ -65,7 +65,7 @@ pub fn system() -> [(&'static str, u64, Shape); 2] {
     ]
 }
 
-/// Macros of a unit that a memory compiler makes, and memories that are flip-flops.
+/// Splits the memories of a unit into macros of a memory compiler and memories of flip-flops.
 pub(super) fn split(module: &Module, unit: UnitKind) -> (Vec<MemoryMacro>, Vec<FlopMemory>) {
     let flops = |own: &MemoryMacro, why: String| FlopMemory {
         memory: own.module.clone(),
@@ -92,7 +92,7 @@ pub(super) fn split(module: &Module, unit: UnitKind) -> (Vec<MemoryMacro>, Vec<F
     (macros, others)
 }
 
-/// Memories of a unit that are left out of its cells.
+/// Memories of a unit that are not among its cells.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -101,10 +101,10 @@ pub fn macros(config: &Config, unit: UnitKind) -> Result<Vec<MemoryArea>, SynthE
     Ok(macros.into_iter().map(MemoryArea::from).collect())
 }
 
-/// What the memories of some units, and those of the system, come to.
+/// Models the memories of some units and those of the system.
 ///
 /// # Errors
-/// CACTI fails or prints what is not understood; files cannot be written.
+/// CACTI fails or prints output that is not understood; files cannot be written.
 pub fn model(units: &[UnitReport], cacti: &Cacti) -> Result<Memories, SynthError> {
     let mut wanted = vec![];
     for unit in units {
@@ -163,7 +163,7 @@ mod tests {
         (macros.collect(), others.collect())
     }
 
-    /// Every memory of a unit is one or the other.
+    /// Every memory of a unit is either a macro or of flip-flops.
     #[test]
     fn memories_are_macros_or_flip_flops_for_a_reason() {
         let (macros, others) = of("paper", UnitKind::Gathering);

@@ -1,4 +1,4 @@
-//! What a netlist is made of.
+//! Contents of a netlist: cells and memories by module.
 
 use std::collections::BTreeMap;
 
@@ -7,33 +7,33 @@ use serde::{Deserialize, Serialize};
 
 use super::Library;
 
-/// A module: what it holds itself, without the modules in it.
+/// A module's own cells, without those of its children.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModuleArea {
     /// Its name.
     pub module: String,
-    /// How many there are in the unit.
+    /// Number of instances in the unit.
     pub count: u64,
     /// Cells of one.
     pub cells: u64,
-    /// Of those, flip-flops.
+    /// Flip-flops among them.
     pub flops: u64,
-    /// Square micrometres of the cells of one.
+    /// Area of the cells of one, in square micrometres.
     pub area_um2: f64,
-    /// Of those, of flip-flops.
+    /// Area of the flip-flops among them, in square micrometres.
     pub flop_area_um2: f64,
 }
 
-/// A memory, which a memory compiler makes.
+/// A memory macro.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MemoryArea {
-    /// The module in whose place it stands.
+    /// Module that it replaces.
     pub module: String,
-    /// How many there are.
+    /// Number of instances.
     pub count: u64,
     /// Words.
     pub words: u64,
-    /// Bits of a word.
+    /// Width of a word in bits.
     pub bits: u64,
     /// Write ports.
     pub writes: u64,
@@ -57,7 +57,7 @@ impl From<MemoryMacro> for MemoryArea {
 /// Cells by type of every module.
 pub(super) type Types = BTreeMap<String, BTreeMap<String, u64>>;
 
-/// Reads what `stat -json` of Yosys wrote.
+/// Reads the output of Yosys's `stat -json`.
 pub(super) fn read_types(text: &str) -> Option<Types> {
     #[derive(Deserialize)]
     struct Statistics {
@@ -80,8 +80,8 @@ pub(super) fn read_types(text: &str) -> Option<Types> {
     )
 }
 
-/// The modules of a unit, the top one first, then by name; or the type that is
-/// neither a cell, a module nor a memory.
+/// The modules of a unit, the top one first, then by name. Fails with a type that is neither a
+/// cell, a module nor a memory.
 pub(super) fn modules(
     types: &Types,
     top: &str,

@@ -1,4 +1,4 @@
-//! Reading a file of parameters, as a system model does.
+//! Reads files of synthesised parameters, for system models.
 
 use potamoi_base::record::told;
 use std::path::Path;
@@ -16,22 +16,22 @@ const REMEDY: &str = "potamoi synth --json FILE";
 const PAPER: &str = include_str!("../../../synth/paper-asap7.json");
 const FIELDS: &str = include_str!("../../../synth/fields-asap7.json");
 const RECORDS: &str = include_str!("../../../synth/records-asap7.json");
-/// Sums of rounded decimals.
+/// Tolerance of sums of rounded decimals.
 const NEAR: f64 = 1e-9;
-/// What is read of a file, in bytes: a hundred times those that are kept.
+/// Size limit in bytes: a hundred times the files that come with the program.
 const LIMIT: u64 = 2 << 20;
 
-/// Parameters, and the configuration that they are of.
+/// Parameters with their configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Synthesised {
     /// The configuration.
     pub config: Config,
-    /// Its units' parameters.
+    /// Parameters of its units.
     pub report: SynthReport,
 }
 
 impl Synthesised {
-    /// Of the presets `paper` and `fields`, the ones that come with the program.
+    /// Parameters of the presets `paper` and `fields` that come with the program.
     ///
     /// # Errors
     /// As [`SynthReport::checked_in`].
@@ -52,7 +52,7 @@ impl Synthesised {
         Ok([of("paper", paper)?, of("fields", fields)?])
     }
 
-    /// Whether a unit of a configuration is the one that was synthesised.
+    /// Whether a unit of a configuration equals the synthesised one.
     #[must_use]
     pub fn has(&self, config: &Config, unit: UnitKind) -> bool {
         is_same_unit(&self.config, config, unit)
@@ -60,11 +60,11 @@ impl Synthesised {
 }
 
 impl SynthReport {
-    /// Files that come with the program, in ASAP7 at 7 nm: the preset `paper`, whose gathering
-    /// unit gathered entries of eight vertices, and the preset `fields`.
+    /// The files that come with the program, in ASAP7 at 7 nm: the preset `paper`, whose gathering
+    /// unit ran entries of eight vertices, and the preset `fields`.
     ///
     /// # Errors
-    /// One is not as [`SynthReport::read`] expects.
+    /// A file fails the checks of [`SynthReport::read`].
     pub fn checked_in() -> Result<[Self; 2], SynthError> {
         Ok([
             Self::embedded("synth/paper-asap7.json", PAPER)?,
@@ -72,7 +72,7 @@ impl SynthReport {
         ])
     }
 
-    /// The same of the preset `paper`'s gathering unit as it gathered splat records.
+    /// The preset `paper`'s gathering unit, run with splat records.
     ///
     /// # Errors
     /// As [`SynthReport::checked_in`].
@@ -88,11 +88,11 @@ impl SynthReport {
         })
     }
 
-    /// Reads a file that `potamoi synth --json` wrote, and checks it.
+    /// Reads and checks a file that `potamoi synth --json` wrote.
     ///
     /// # Errors
-    /// It cannot be read, is of another version, lacks a field or has one that
-    /// nobody knows, or its figures contradict each other.
+    /// It cannot be read, has another version, lacks a field, has an unknown one, or its figures
+    /// contradict each other.
     pub fn read(path: &Path) -> Result<Self, SynthError> {
         let fail = |why: String| SynthError::Parameters {
             path: path.to_owned(),
@@ -122,10 +122,10 @@ impl SynthReport {
         Ok(report)
     }
 
-    /// That it is of this configuration; `path` is where it was read.
+    /// Checks that it is of this configuration; `path` names it in errors.
     ///
     /// # Errors
-    /// It is of another one.
+    /// It is of another configuration.
     pub fn of(self, config: &Config, path: &Path) -> Result<Self, SynthError> {
         match self.configuration == config.hash() {
             true => Ok(self),
@@ -160,7 +160,7 @@ impl SynthReport {
         logic.units.iter().find(|u| u.unit == unit.top())
     }
 
-    /// A memory at the node of its model, and at the one that the file is scaled to.
+    /// A memory at the node of its model, and at the node that the file is scaled to.
     #[must_use]
     pub fn memory(&self, of: &str, name: &str) -> Option<(&MemoryReport, Option<&ScaledMemory>)> {
         let macros = &self.raw.memories.as_ref()?.macros;
@@ -207,7 +207,7 @@ impl SynthReport {
         self.check_scaled()
     }
 
-    /// That what is scaled follows from what is raw and from its factors.
+    /// Checks that scaled figures follow from raw ones and the factors.
     fn check_scaled(&self) -> Result<(), String> {
         let Some(scaled) = &self.scaled else {
             return Ok(());
@@ -336,7 +336,7 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../synth/paper-asap7.json")
     }
 
-    /// What comes with the project is of the configuration that comes with it.
+    /// The parameters that come with the project are of its presets.
     #[test]
     fn the_papers_parameters_are_read() {
         let config = Config::paper();
@@ -383,12 +383,12 @@ mod tests {
         );
     }
 
-    /// A key more in each kind of object, at every depth, of each kind of file.
+    /// An unknown key in any kind of object, at any depth, in any kind of file is refused.
     #[test]
     fn keys_that_nobody_knows_are_refused_at_every_depth() {
         use serde_json::Value;
 
-        /// Paths of objects, of lists the first one's alone.
+        /// Paths of objects; of lists only the first element's.
         fn objects(value: &Value, path: &str, found: &mut Vec<String>) {
             match value {
                 Value::Object(entries) => {

@@ -1,80 +1,80 @@
-//! What is reported of a unit's power.
+//! Report of a unit's power.
 
 use serde::{Deserialize, Serialize};
 
-/// A unit's power, or why there is none.
+/// Power of a unit, or the reason why it is missing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Power {
-    /// As far as cells and the loads of their pins go.
+    /// Estimated from cells and the loads of their pins.
     Estimated(Box<PowerReport>),
     /// It could not be estimated.
     Absent {
-        /// Why.
+        /// The reason.
         absent: String,
     },
 }
 
-/// Power of a unit in cells, without wires, clock tree and memories.
+/// Power of a gate-level unit, without wires, clock tree and memories.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PowerReport {
-    /// The configuration's clock, or the one that the netlist reaches before wires if
-    /// that is less, in gigahertz: milliwatts are at this clock.
+    /// Clock for milliwatts, in gigahertz: the configuration's, or the one that the netlist reaches
+    /// before wires if that is lower.
     pub clock_ghz: f64,
-    /// Of the supply, in volts.
+    /// Supply voltage in volts.
     pub volts: f64,
-    /// What moved the netlist.
+    /// Switching activity.
     pub activity: Activity,
-    /// Nanowatts of all cells, in no particular state.
+    /// Leakage of all cells in nanowatts, in no particular state.
     pub leakage_nw: f64,
-    /// Each net changes at most once a cycle.
+    /// With zero delays: each net changes at most once a cycle.
     pub zero_delay: Figures,
-    /// Cells have the library's delays, and pulses shorter than them are swallowed.
+    /// With the library's delays and glitches; pulses shorter than a cell's delay are swallowed.
     pub with_glitches: Figures,
     /// By module, the top one first.
     pub modules: Vec<ModulePower>,
 }
 
-/// What moved a netlist, compared with golden values in every output bit and cycle.
+/// Switching activity of a netlist, compared with golden values in every output bit and cycle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Activity {
     /// The scene.
     pub scene: String,
-    /// The work: what, how much.
+    /// Kind and amount of work.
     pub work: String,
-    /// Netlists that were simulated, by their size; of several the unit is composed.
+    /// Simulated netlists by size; if there are several, the unit is composed of them.
     pub simulated: Vec<String>,
     /// Cycles of a run.
     pub cycles: u64,
-    /// Of those, cycles in which the unit was busy.
+    /// Busy cycles of a run.
     pub busy: u64,
-    /// What is counted: `sample` or `exponential`.
+    /// Item counted: `sample` or `exponential`.
     pub item: String,
-    /// So many, in the whole unit.
+    /// Number of items in the whole unit.
     pub items: u64,
-    /// Channels of a sample; 0 of exponentials.
+    /// Channels of a sample; 0 for exponentials.
     pub channels: u64,
 }
 
 /// Energy and power of the whole unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// Changes of a net a cycle, the mean of all nets but the clock, of the largest
-    /// netlist that was simulated.
+    /// Transitions of a net a cycle, as mean over all nets except the clock, in the largest
+    /// simulated netlist.
     pub toggles_a_net: f64,
-    /// Of charging nets, half of C V^2 a change.
+    /// Switching energy in picojoules a cycle: half of C V^2 a transition.
     pub switching_pj_a_cycle: f64,
-    /// Within cells.
+    /// Internal energy of cells, in picojoules a cycle.
     pub internal_pj_a_cycle: f64,
-    /// Of flip-flops' clock pins, within them and of their load.
+    /// Energy of flip-flops' clock pins in picojoules a cycle, internal and of their load.
     pub clock_pj_a_cycle: f64,
-    /// All three.
+    /// Total energy in picojoules a cycle.
     pub pj_a_cycle: f64,
-    /// The same without work, after it.
+    /// Total energy of an idle cycle after the work, in picojoules.
     pub rest_pj_a_cycle: f64,
-    /// Picojoules a sample or an exponential.
+    /// Energy of a sample or an exponential, in picojoules.
     pub pj_an_item: f64,
-    /// Milliwatts at the clock, with leakage.
+    /// Power in milliwatts at the clock, leakage included.
     pub mw: f64,
 }
 
@@ -83,12 +83,12 @@ pub struct Figures {
 pub struct ModulePower {
     /// Its name.
     pub module: String,
-    /// How many there are in the unit.
+    /// Number of instances in the unit.
     pub count: u64,
-    /// Picojoules a cycle of all of them, each net changing at most once.
+    /// Energy of all instances with zero delays, in picojoules a cycle.
     pub zero_delay_pj_a_cycle: f64,
-    /// The same with glitches.
+    /// Energy of all instances with glitches, in picojoules a cycle.
     pub with_glitches_pj_a_cycle: f64,
-    /// Nanowatts of all of them.
+    /// Leakage of all instances, in nanowatts.
     pub leakage_nw: f64,
 }

@@ -1,4 +1,4 @@
-//! The file that holds synthesised parameters.
+//! File of synthesised parameters.
 
 use potamoi_formats::config::Config;
 use serde::{Deserialize, Serialize};
@@ -12,23 +12,23 @@ use super::{Figures, Library, Memories, Power, Tools, UnitKind, UnitReport};
 pub(super) const FORMAT_VERSION: u32 = 3;
 pub(super) const COMMAND: &str = "synth";
 
-/// Parameters of a configuration's units, and where they come from.
+/// Parameters of a configuration's units, with their sources.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SynthReport {
     pub(super) format_version: u32,
     pub(super) command: String,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     pub(super) configuration: String,
-    /// Where cells come from.
+    /// Source of the cells.
     pub library: LibraryOrigin,
     tools: ToolsOrigin,
     flow: Flow,
-    /// What the figures leave out.
+    /// Effects that the figures leave out.
     without: Vec<String>,
     /// Figures at the nodes of their models.
     pub raw: Raw,
-    /// The same at another node, by published factors.
+    /// Figures scaled to another node by published factors.
     pub scaled: Option<Scaled>,
 }
 
@@ -37,25 +37,25 @@ pub struct SynthReport {
 pub struct LibraryOrigin {
     /// Its own name.
     pub name: String,
-    /// Of the Liberty text.
+    /// SHA-256 of the Liberty text.
     pub sha256: String,
-    /// Nanometres, where it was said: no Liberty file does.
+    /// Node in nanometres, if stated by the user: no Liberty file states it.
     pub node_nm: Option<u32>,
-    /// Of its nominal supply.
+    /// Nominal supply voltage in volts.
     pub volts: Option<f64>,
 }
 
-/// Programs, by their versions.
+/// Versions of the programs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ToolsOrigin {
-    /// Of Yosys, as it says it.
+    /// Yosys, as it reports it.
     pub yosys: String,
-    /// Of OpenSTA.
+    /// OpenSTA.
     pub opensta: String,
 }
 
 impl LibraryOrigin {
-    /// Of a library; `node_nm` is what was said of it.
+    /// Origin of a library; `node_nm` is stated by the user.
     pub(super) fn new(library: &Library, node_nm: Option<u32>) -> Self {
         Self {
             name: library.name.clone(),
@@ -78,9 +78,9 @@ impl ToolsOrigin {
 /// Limits of nets between modules.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Flow {
-    /// Pins of a net.
+    /// Fan-out.
     fan_out: usize,
-    /// Load over `max_capacitance`.
+    /// Load as a share of `max_capacitance`.
     load: f64,
 }
 
@@ -90,7 +90,7 @@ struct Flow {
 pub struct Raw {
     /// The units, at the library's node.
     pub units: Vec<UnitReport>,
-    /// Their memories and the system's, where CACTI is here.
+    /// Their memories and the system's, where CACTI is installed.
     pub memories: Option<Memories>,
 }
 
@@ -98,11 +98,11 @@ pub struct Raw {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scaled {
-    /// Nanometres.
+    /// Node in nanometres.
     pub node_nm: u32,
-    /// Of units: where the library's node is known and the table has it.
+    /// Units, where the library's node is known and in the table.
     pub logic: Option<ScaledLogic>,
-    /// Of memories.
+    /// Memories.
     pub memories: Option<ScaledMemories>,
 }
 
@@ -110,9 +110,9 @@ pub struct Scaled {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScaledLogic {
-    /// What they were scaled with.
+    /// Scaling factors.
     pub factors: Factors,
-    /// One for each raw one.
+    /// Scaled units, in the order of the raw ones.
     pub units: Vec<ScaledUnit>,
 }
 
@@ -122,36 +122,36 @@ pub struct ScaledLogic {
 pub struct ScaledUnit {
     /// Its top module.
     pub unit: String,
-    /// Square micrometres.
+    /// Area in square micrometres.
     pub area_um2: f64,
-    /// Picoseconds.
+    /// Longest path in picoseconds.
     pub period_ps: f64,
-    /// Gigahertz of that period.
+    /// Clock in gigahertz for that period.
     pub clock_ghz: f64,
-    /// Picoseconds with the memories' access times, where these are known.
+    /// Longest path with the memories' access times in picoseconds, where known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub with_memories_ps: Option<f64>,
-    /// Where its power was estimated.
+    /// Energy, where power was estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<ScaledEnergy>,
 }
 
-/// Energy of a unit at another node, at work as [`Power`] says.
+/// Energy of a unit at another node, for the activity in [`Power`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScaledEnergy {
-    /// Picojoules a cycle, each net changing at most once.
+    /// Picojoules a cycle with zero delays.
     pub zero_delay_pj_a_cycle: f64,
-    /// The same with glitches.
+    /// Picojoules a cycle with glitches.
     pub with_glitches_pj_a_cycle: f64,
-    /// Picojoules a sample or an exponential, each net changing at most once a cycle.
+    /// Picojoules a sample or an exponential with zero delays.
     pub zero_delay_pj_an_item: f64,
-    /// The same with glitches.
+    /// Picojoules a sample or an exponential with glitches.
     pub with_glitches_pj_an_item: f64,
 }
 
 impl ScaledEnergy {
-    /// Of a unit, if its power was estimated.
+    /// Scaled energy of a unit, if its power was estimated.
     pub(super) fn of(unit: &UnitReport, factors: &Factors) -> Option<Self> {
         let Some(Power::Estimated(power)) = &unit.power else {
             return None;
@@ -166,7 +166,7 @@ impl ScaledEnergy {
     }
 }
 
-/// The longest path of a unit with its memories, at another node.
+/// Longest path of a unit with its memories, at another node.
 pub(super) fn with_memories_ps(unit: &UnitReport, factors: &Factors) -> Option<f64> {
     let own = unit.with_memories.as_ref()?;
     Some(own.period_ps * factors.delay)
@@ -176,9 +176,9 @@ pub(super) fn with_memories_ps(unit: &UnitReport, factors: &Factors) -> Option<f
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScaledMemories {
-    /// What they were scaled with.
+    /// Scaling factors.
     pub factors: Factors,
-    /// One for each raw one, in the same order.
+    /// Scaled memories, in the order of the raw ones.
     pub macros: Vec<ScaledMemory>,
 }
 
@@ -187,15 +187,15 @@ pub struct ScaledMemories {
 pub struct ScaledMemory {
     /// Its name.
     pub memory: String,
-    /// The unit's top module, or the system.
+    /// Top module of its unit, or the system.
     pub of: String,
-    /// Of one.
+    /// Figures of one.
     #[serde(flatten)]
     pub figures: Figures,
 }
 
 impl Scaled {
-    /// Raw figures at `to_nm`; `from_nm` is the library's node, if it is known.
+    /// Scales raw figures to `to_nm`; `from_nm` is the library's node, if known.
     #[must_use]
     pub fn new(raw: &Raw, from_nm: Option<u32>, to_nm: u32) -> Self {
         let logic = from_nm.and_then(|from| scaling::logic(from, to_nm));
@@ -232,8 +232,7 @@ impl Scaled {
 }
 
 impl SynthReport {
-    /// Of figures that were made so; `node_nm` is the library's, `to_nm` what they
-    /// are scaled to.
+    /// A report of these figures; `node_nm` is the library's node, `to_nm` the target of scaling.
     #[must_use]
     pub fn new(
         config: &Config,
@@ -271,8 +270,8 @@ impl SynthReport {
 }
 
 impl SynthReport {
-    /// Leaves out units, and their memories, that are not among these; gives the top
-    /// modules of those that were there.
+    /// Removes units that are not in `units`, and their memories. Returns the top modules of the
+    /// units present before.
     pub fn keep(&mut self, units: &[UnitKind]) -> Vec<String> {
         let is_kept = |top: &str| units.iter().any(|unit| unit.top() == top);
         let all = self.raw.units.iter().map(|u| u.unit.clone());
@@ -294,8 +293,7 @@ impl SynthReport {
     }
 }
 
-/// Where two reports differ, a line each: the place, what is here, and what was
-/// expected.
+/// Differences of two reports, one line each: path, value here, expected value.
 #[must_use]
 pub fn differences(here: &Value, expected: &Value) -> Vec<String> {
     let mut found = vec![];
@@ -338,7 +336,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    /// What is left of the paper's report is that of its gathering unit alone.
+    /// What remains of the paper's report is that of its gathering unit alone.
     #[test]
     fn units_that_are_left_out_take_their_memories_with_them() {
         let [all, _] = SynthReport::checked_in().unwrap();

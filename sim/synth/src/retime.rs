@@ -1,4 +1,4 @@
-//! A netlist that is timed once more.
+//! Repeated timing of a netlist.
 
 use std::path::Path;
 
@@ -13,23 +13,23 @@ use super::tools::TIMING;
 use super::work_folder::WorkFolder;
 use super::{Library, Made, SynthError, Tools, UnitKind};
 
-/// What a netlist is timed with.
+/// Inputs of a timing run.
 pub(super) struct Retiming<'a> {
     pub(super) unit: UnitKind,
     pub(super) made: &'a Made,
     pub(super) library: &'a Library,
     pub(super) tools: &'a Tools,
-    /// Where results are kept.
+    /// Cache folder.
     pub(super) cache: &'a Path,
 }
 
-/// What is looked for.
+/// Wanted result.
 pub(super) struct Wanted<'a> {
-    /// Version of what is kept.
+    /// Version of the cached format.
     pub(super) version: &'a str,
-    /// In the names of files.
+    /// Part of the file names.
     pub(super) name: &'a str,
-    /// For errors.
+    /// Description for errors.
     pub(super) what: &'a str,
     pub(super) script: &'a str,
     /// Files beside library and netlist, by name.
@@ -37,10 +37,10 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Retiming<'_> {
-    /// Runs the script and reads what OpenSTA says, or finds what an earlier run left.
+    /// Runs the script and parses OpenSTA's output; cached.
     ///
     /// # Errors
-    /// OpenSTA fails or prints what is not understood; files cannot be written.
+    /// OpenSTA fails or prints output that is not understood; files cannot be written.
     pub(super) fn run<T: Serialize + DeserializeOwned>(
         &self,
         wanted: &Wanted<'_>,

@@ -1,29 +1,29 @@
-//! Figures of one technology node at another, by published factors.
+//! Scaling between technology nodes by published factors.
 
 use serde::{Deserialize, Serialize};
 
-/// Factors from one node to another.
+/// Scaling factors from one node to another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Factors {
-    /// Where they are published.
+    /// Publication of the factors.
     pub table: String,
-    /// Nanometres.
+    /// Source node in nanometres.
     pub from_nm: u32,
-    /// Nanometres.
+    /// Target node in nanometres.
     pub to_nm: u32,
-    /// Of area.
+    /// Factor of area.
     pub area: f64,
-    /// Of delay.
+    /// Factor of delay.
     pub delay: f64,
-    /// Of energy an operation.
+    /// Factor of energy an operation.
     pub energy: f64,
-    /// Of leakage, where the table has it.
+    /// Factor of leakage, where the table has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leakage: Option<f64>,
 }
 
-/// Logic: area, delay and energy of the paper's own source, each at the nodes'
-/// nominal voltages, and at 12 nm between its columns of 14 and 10 nm.
+/// Logic: area, delay and energy from the paper's own source, at the nodes' nominal voltages; 12 nm
+/// is interpolated between its columns of 14 and 10 nm.
 const LOGIC: &str = "Stillmaker and Baas, Integration 58 (2017), interpolated at 12 nm";
 /// Memories: cells shrink less than logic.
 const MEMORY: &str = "hwcomponents-cacti 1.0.40 below 22 nm: area and time as the node, energy as its \
@@ -35,7 +35,7 @@ const LOGIC_FACTORS: [(u32, u32, [f64; 3]); 3] = [
     (45, 12, [0.135, 0.30, 0.085]),
 ];
 
-/// The factors of logic, if they are known.
+/// Factors of logic, if known.
 #[must_use]
 pub fn logic(from_nm: u32, to_nm: u32) -> Option<Factors> {
     let known = LOGIC_FACTORS.iter();
@@ -51,7 +51,7 @@ pub fn logic(from_nm: u32, to_nm: u32) -> Option<Factors> {
     })
 }
 
-/// The factors of memories, downwards from a node.
+/// Factors of memories to a smaller node, if known.
 #[must_use]
 pub fn memory(from_nm: u32, to_nm: u32) -> Option<Factors> {
     if to_nm == 0 || to_nm > from_nm {

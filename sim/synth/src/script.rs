@@ -1,31 +1,30 @@
-//! What Yosys, ABC and OpenSTA are told to do.
+//! Scripts of Yosys, ABC and OpenSTA.
 
 use std::fmt::Write as _;
 
 use super::Library;
 use super::fanout::FAN_OUT;
 
-/// Names of files in the folder in which the programs run.
+/// File names in the folder in which the programs run.
 pub(super) const LIBRARY: &str = "cells.lib";
-/// Memories as cells, where they are timed.
+/// Memories as cells, for timing.
 pub(super) const MEMORIES: &str = "memories.lib";
 pub(super) const NETLIST: &str = "netlist.v";
 pub(super) const STATISTICS: &str = "cells.json";
-/// As mapped, and with nets buffered between modules.
+/// Netlist as mapped, and with buffers between modules.
 pub(super) const MAPPED: &str = "mapped.json";
 pub(super) const BUFFERED: &str = "buffered.json";
 const ABC: &str = "map.abc";
 const CONSTRAINTS: &str = "map.constr";
 
-/// Picoseconds that ABC aims at: below what any unit reaches, so that it maps and
-/// sizes for speed.
+/// ABC's target in picoseconds: below what any unit reaches, so that it maps and sizes for speed.
 const AIM_PS: u32 = 400;
-/// The period that slack is taken from, in the library's unit of time; of that order,
-/// since OpenSTA has 24 bits.
+/// Period from which slack is taken, in the library's unit of time; of the order of paths, since
+/// OpenSTA has 24 bits.
 pub(super) const PERIOD: f64 = 1000.0;
-/// More than there are ends of paths in any unit.
+/// More than the path ends of any unit.
 const ENDS: u32 = 10_000_000;
-/// The first release of Yosys whose `synth` makes Booth multipliers.
+/// First release of Yosys whose `synth` makes Booth multipliers.
 const BOOTH: (u32, u32) = (0, 36);
 
 /// Scripts of a unit by file name, beside its Verilog.
@@ -97,27 +96,27 @@ pub(super) fn scripts(
     }
 }
 
-/// Prints the longest path of the netlist.
+/// Script that prints the longest path of the netlist.
 fn sta(top: &str, buffer: &str, load: f64) -> String {
     let report = "report_checks -path_delay max -format full -digits 6";
     format!("{}{report}\nexit\n", constraints(top, buffer, load))
 }
 
-/// Likewise, with the memories as cells.
+/// Script that prints the longest path with memories as cells.
 pub(super) fn sta_with_memories(top: &str, library: &Library) -> String {
     let cells = format!("read_liberty {LIBRARY}\n");
     let both = format!("{cells}read_liberty {MEMORIES}\n");
     sta(top, &library.buffer, library.load()).replacen(&cells, &both, 1)
 }
 
-/// Prints the slack at each end of a path of the netlist, a line each.
+/// Script that prints the slack at each path end of the netlist, one line each.
 pub(super) fn sta_of_ends(top: &str, library: &Library) -> String {
     let report = format!("report_checks -path_delay max -format end -digits 6 -group_count {ENDS}");
     let constraints = constraints(top, &library.buffer, library.load());
     format!("{constraints}{report}\nexit\n")
 }
 
-/// Reads the netlist, with a clock and what is around it.
+/// Reads the netlist, with clock, input drive and output load.
 fn constraints(top: &str, buffer: &str, load: f64) -> String {
     format!(
         "read_liberty {LIBRARY}\n\

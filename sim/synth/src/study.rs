@@ -1,25 +1,24 @@
-//! Configurations that are set side by side: organisations of the gathering unit, and
-//! ways to an exponential.
+//! Variants for comparison: organisations of the gathering unit, and exponential methods.
 
 use potamoi_formats::config::{Config, ConfigError, PRESETS};
 
 use super::cacti::Shape;
 use super::{UnitKind, UnitReport};
 
-/// A configuration of a unit.
+/// A variant of a unit.
 #[derive(Debug, Clone, Copy)]
 pub struct Variant {
-    /// What it is called in tables.
+    /// Name in tables.
     pub name: &'static str,
-    /// The unit that is synthesised.
+    /// Unit to synthesise.
     pub unit: UnitKind,
-    /// The preset that it starts from.
+    /// Preset that it starts from.
     preset: &'static str,
-    /// What it has instead, as TOML.
+    /// Its differences, as TOML.
     text: &'static str,
 }
 
-/// The gathering unit: the paper's, first, and others.
+/// Gathering units: the paper's first, then others.
 pub const GATHERING: [Variant; 6] = [
     gathering("paper", "paper", ""),
     gathering("pipelined", "", "[gu]\npipelined = true\n"),
@@ -33,7 +32,7 @@ pub const GATHERING: [Variant; 6] = [
     ),
 ];
 
-/// Vector units of exponentials alone, 24 lanes: the paper's, first, and others.
+/// Vector units with exponentials only, 24 lanes: the paper's first, then others.
 pub const EXPONENTIALS: [Variant; 13] = [
     exponential("restoring, n = 16", ""),
     exponential(
@@ -96,7 +95,7 @@ impl Variant {
     /// Its configuration.
     ///
     /// # Errors
-    /// The rules of configurations, should they change.
+    /// It breaks a rule of configurations.
     pub fn config(&self) -> Result<Config, ConfigError> {
         if let Some((_, text)) = PRESETS.into_iter().find(|(name, _)| *name == self.preset) {
             return Config::from_toml(text, self.name);
@@ -109,20 +108,20 @@ impl Variant {
     }
 }
 
-/// A way to build the table of features.
+/// A way to build the feature table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Table {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// How many memories.
+    /// Number of memories.
     pub count: u64,
-    /// One of them.
+    /// Shape of one.
     pub shape: Shape,
 }
 
-/// The channel-major table of a configuration, M ports and double buffered, in banks
-/// with fewer and fewer ports; the first is what is generated, all but the last read M
-/// rows a cycle while a row is written.
+/// The channel-major table of a configuration, M ports and double buffered, from banks with ever
+/// fewer ports. The first is the generated one; all but the last read M rows a cycle while a row is
+/// written.
 #[must_use]
 pub fn tables(config: &Config) -> [Table; 4] {
     let (banks, ports) = (u64::from(config.gu.banks), u64::from(config.gu.ports));

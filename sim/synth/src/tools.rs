@@ -1,4 +1,4 @@
-//! Where Yosys and OpenSTA are, and how they are run.
+//! Location and execution of Yosys and OpenSTA.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,28 +8,27 @@ use potamoi_verilated::child::{self, Fault};
 use super::SynthError;
 use super::error::CHECK_LIBRARY;
 
-/// Yosys of the Python package of that name, as tools/setup starts it: `--version`,
-/// or a script.
+/// Yosys of the Python package of that name, as tools/setup starts it: `--version` or a script.
 const PYOSYS: &str = "pyosys";
 pub(super) const SYNTH: &str = "synth.ys";
 pub(super) const FINISH: &str = "finish.ys";
 pub(super) const TIMING: &str = "timing.tcl";
-/// Bytes of a failed program's output that are kept.
+/// Largest quoted output of a failed program, in bytes.
 const SAID: usize = 2000;
 
-/// The programs that turn Verilog into cells and time them.
+/// Programs that map Verilog to cells and time the netlist.
 #[derive(Debug, Clone)]
 pub struct Tools {
     /// Whether Yosys is the Python package.
     pub(super) is_pyosys: bool,
-    /// As it says it: `Yosys 0.23 (...)`.
+    /// Version as reported: `Yosys 0.23 (...)`.
     pub yosys: String,
-    /// As it says it: `2.0.17`.
+    /// Version as reported: `2.0.17`.
     pub opensta: String,
 }
 
 impl Tools {
-    /// Finds both: `pyosys`, else `yosys`; `sta`.
+    /// Finds both: `pyosys` or else `yosys`, and `sta`.
     ///
     /// # Errors
     /// One is missing.
@@ -43,7 +42,7 @@ impl Tools {
         Ok(tools)
     }
 
-    /// Finds Yosys, which is enough for a netlist in cells.
+    /// Finds Yosys alone, which is enough for a gate-level netlist.
     ///
     /// # Errors
     /// It is missing.
@@ -67,7 +66,7 @@ impl Tools {
         })
     }
 
-    /// Major and minor number of Yosys.
+    /// Major and minor version of Yosys.
     pub(super) fn yosys_version(&self) -> (u32, u32) {
         let numbers = self.yosys.split([' ', '+']).find(|w| w.contains('.'));
         let mut numbers = numbers.unwrap_or_default().split('.').map(str::parse);
@@ -75,7 +74,7 @@ impl Tools {
         (next(), next())
     }
 
-    /// Runs a script of Yosys in `folder`.
+    /// Runs a Yosys script in `folder`.
     pub(super) fn yosys(&self, folder: &Path, script: &str, unit: &str) -> Result<(), SynthError> {
         let mut yosys = Command::new(if self.is_pyosys { PYOSYS } else { "yosys" });
         if !self.is_pyosys {
@@ -85,7 +84,7 @@ impl Tools {
         run(yosys, folder, ("yosys", CHECK_LIBRARY), unit).map(drop)
     }
 
-    /// Runs the script of OpenSTA in `folder`; gives what it printed.
+    /// Runs the OpenSTA script in `folder`. Returns its output.
     pub(super) fn sta(&self, folder: &Path, unit: &str) -> Result<String, SynthError> {
         let mut sta = Command::new("sta");
         sta.args(["-no_splash", "-exit", TIMING]);
@@ -93,11 +92,11 @@ impl Tools {
     }
 }
 
-/// The first line that a program prints, on standard output if it can; none where it is not
-/// here or fails.
+/// First line of a program's output, on standard output if possible; `None` where it is not
+/// installed or fails.
 ///
 /// # Errors
-/// It does not answer in time or says nothing, or a signal ends it.
+/// It does not answer in time or prints nothing, or a signal ends it.
 pub(super) fn says(
     program: &'static str,
     arguments: &[&str],
@@ -114,13 +113,13 @@ pub(super) fn says(
     }
 }
 
-/// A program that ends well without what it was asked for.
+/// Error of a program that succeeds without a result.
 pub(super) fn left_nothing(tool: &'static str, unit: &str, what: &str) -> SynthError {
     let what = what.to_owned();
     broken(tool, unit, Fault::Nothing { what })
 }
 
-/// A program that gives no result, whatever its input is.
+/// Error of a program that is broken, whatever its input.
 pub(super) fn broken(tool: &'static str, unit: &str, fault: Fault) -> SynthError {
     SynthError::Broken {
         tool,
@@ -129,8 +128,7 @@ pub(super) fn broken(tool: &'static str, unit: &str, fault: Fault) -> SynthError
     }
 }
 
-/// Runs a program in `folder`; gives what it printed. Beside the program's name is what to
-/// look at where it fails.
+/// Runs a program in `folder`. Returns its output. `remedy` names what to check where it fails.
 pub(super) fn run(
     mut command: Command,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! One unit, from its netlist to cells.
+//! Synthesis of one unit, from netlist to cells.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,26 +16,25 @@ use super::unit_report::FlopMemory;
 use super::work_folder::WorkFolder;
 use super::{Library, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
 
-/// A unit that was synthesised, now or earlier.
+/// A synthesised unit, new or cached.
 #[derive(Debug)]
 pub struct Made {
-    /// What it came to.
+    /// Its report.
     pub report: UnitReport,
-    /// Its netlist in cells.
+    /// Its gate-level netlist.
     pub netlist: String,
-    /// Whether it was found.
+    /// Whether it was cached.
     pub is_cached: bool,
 }
 
-/// Steps of a synthesis that [`synthesise`] tells of: mapped, buffered, timed.
+/// Steps that [`synthesise`] reports: mapped, buffered, timed.
 pub const STEPS: u64 = 3;
 
-/// Synthesises a unit, or finds what an earlier run of the same Verilog, library,
-/// scripts and programs left in `cache`. Interrupted, it leaves nothing there. `step` is called
-/// after each step that was taken.
+/// Synthesises a unit; cached in `cache` by Verilog, library, scripts and programs. If interrupted,
+/// it leaves nothing in the cache. `step` is called after each step.
 ///
 /// # Errors
-/// A program fails or prints what is not understood; files cannot be written.
+/// A program fails or prints output that is not understood; files cannot be written.
 pub fn synthesise(
     config: &Config,
     unit: UnitKind,
@@ -99,7 +98,7 @@ pub fn synthesise(
     })
 }
 
-/// Output of a tool that is not understood.
+/// Error for tool output that is not understood.
 fn not_understood(unit: UnitKind, tool: &'static str, what: &str) -> SynthError {
     SynthError::Output {
         tool,
@@ -109,15 +108,15 @@ fn not_understood(unit: UnitKind, tool: &'static str, what: &str) -> SynthError 
     }
 }
 
-/// What the tools made of a unit.
+/// Results of the tools for a unit.
 struct Mapped {
     /// Cells of each module, by type.
     types: Types,
-    /// Buffers that were added, by module.
+    /// Inserted buffers by module.
     buffers: BTreeMap<String, u64>,
-    /// What OpenSTA printed.
+    /// Output of OpenSTA.
     timing: String,
-    /// The netlist in cells.
+    /// Gate-level netlist.
     netlist: String,
 }
 
@@ -167,8 +166,8 @@ impl Mapped {
         })
     }
 
-    /// Area by module and the longest path; macros and memories of flip-flops are as the Verilog has
-    /// them.
+    /// Area by module and the longest path; macros and memories of flip-flops come from the
+    /// Verilog.
     fn report(
         &self,
         unit: UnitKind,

@@ -1,4 +1,4 @@
-//! The units that are synthesised.
+//! The units that can be synthesised.
 
 use std::fmt;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ impl UnitKind {
         }
     }
 
-    /// Its netlist, but for the gate that keeps each ready low in reset.
+    /// Its netlist, without the gate that keeps ready low in reset.
     pub(super) fn module(self, config: &Config) -> Result<Arc<Module>, IrErrors> {
         let module = match self {
             Self::Gathering => gathering_unit(config)?,

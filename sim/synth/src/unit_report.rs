@@ -1,4 +1,4 @@
-//! What is reported of a unit in cells.
+//! Report of a gate-level unit.
 
 use std::collections::BTreeMap;
 
@@ -7,69 +7,69 @@ use serde::{Deserialize, Serialize};
 use super::netlist::{MemoryArea, ModuleArea};
 use super::power_report::Power;
 
-/// A unit in cells.
+/// A gate-level unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct UnitReport {
     /// Its top module.
     pub unit: String,
     /// Cells of the whole unit.
     pub cells: u64,
-    /// Of those, flip-flops.
+    /// Flip-flops among them.
     pub flops: u64,
-    /// Of those, buffers of nets between modules.
+    /// Buffers between modules among them.
     pub buffers: u64,
-    /// Square micrometres of cells, memories not counted.
+    /// Cell area in square micrometres, without memories.
     pub area_um2: f64,
-    /// Picoseconds of the longest path, with clock-to-output and setup.
+    /// Longest path in picoseconds, with clock-to-output and setup.
     pub period_ps: f64,
-    /// Gigahertz of that period.
+    /// Clock in gigahertz for that period.
     pub clock_ghz: f64,
-    /// Where the longest path begins, and where it ends.
+    /// Start and end of the longest path.
     pub path: [String; 2],
     /// Cells on it.
     pub path_cells: u64,
     /// Its modules, the top one first.
     pub modules: Vec<ModuleArea>,
-    /// Its memories, left out of cells and areas.
+    /// Its memories, not part of cells and areas.
     pub memories: Vec<MemoryArea>,
-    /// Memories that are flip-flops, counted in cells and areas.
+    /// Memories of flip-flops, part of cells and areas.
     pub flop_memories: Vec<FlopMemory>,
-    /// Its longest path with the memories' access times, where these are known.
+    /// Its longest path with the memories' access times, where known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub with_memories: Option<WithMemories>,
-    /// Its power, if it was asked for.
+    /// Its power, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<Power>,
 }
 
-/// The longest path of a unit, those from and to its memories among them.
+/// The longest path of a unit, including paths from and to its memories.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WithMemories {
-    /// Picoseconds from the clock to a memory's outputs, by module, at the library's node.
+    /// Access time of each memory module in picoseconds, at the library's node.
     pub access_ps: BTreeMap<String, f64>,
-    /// Picoseconds of the longest path before wires.
+    /// Longest path in picoseconds, before wires.
     pub period_ps: f64,
-    /// Gigahertz of that period.
+    /// Clock in gigahertz for that period.
     pub clock_ghz: f64,
-    /// Where the longest path begins, and where it ends.
+    /// Start and end of the longest path.
     pub path: [String; 2],
     /// Cells on it, a memory among them.
     pub path_cells: u64,
 }
 
-/// A memory that is flip-flops in the netlist of its unit.
+/// A memory made of flip-flops in its unit's netlist.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FlopMemory {
     /// Its module.
     pub memory: String,
     /// The unit's top module.
     pub of: String,
-    /// How many there are.
+    /// Number of instances.
     pub count: u64,
     /// Words.
     pub words: u64,
-    /// Bits of a word.
+    /// Width of a word in bits.
     pub bits: u64,
-    /// Why it is no macro.
+    /// Reason why it is no macro.
     pub why: String,
 }

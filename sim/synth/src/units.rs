@@ -1,22 +1,22 @@
-//! What the numbers of a library mean, and how large they may be.
+//! Units and bounds of a library's numbers.
 //!
-//! The bounds are far beyond any cell of any process: a number past one was damaged or has
-//! another unit, and programs that take it answer wrongly, or not at all.
+//! The bounds are far beyond any cell of any process. A number past one is damaged or has another
+//! unit, and would make later programs fail or answer wrongly.
 
 use super::SynthError;
 use super::liberty::{Group, scaled};
 
-/// Femtofarads of a pin: 1 nF.
+/// Largest capacitance of a pin in femtofarads: 1 nF.
 const MOST_FF: f64 = 1e6;
-/// Picoseconds of a delay, a transition or a constraint: 100 us.
+/// Largest delay, transition or constraint in picoseconds: 100 us.
 const MOST_PS: f64 = 1e8;
-/// Picoseconds by which an output comes before its input, where no input transition is known.
+/// Picoseconds by which an output may precede its input, where no input transition is known.
 const EARLY_PS: f64 = 1e3;
-/// Femtojoules within a cell for one change: 1 uJ.
+/// Largest internal energy of a transition in femtojoules: 1 uJ.
 const MOST_FJ: f64 = 1e9;
-/// Watts that a cell leaks.
+/// Largest leakage of a cell in watts.
 const MOST_W: f64 = 1.0;
-/// Square micrometres of a cell, in the unit of most libraries: 1 cm^2.
+/// Largest area of a cell in square micrometres, the unit of most libraries: 1 cm^2.
 const MOST_AREA: f64 = 1e8;
 
 /// Units of a library.
@@ -26,21 +26,21 @@ pub(super) struct Units {
     pub(super) load_ff: f64,
     pub(super) volts: f64,
     pub(super) leakage_w: f64,
-    /// What the library does not say, and what is taken instead.
+    /// Missing units with the assumed values.
     pub(super) assumed: Vec<String>,
 }
 
-/// What numbers may be.
+/// Bounds of a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {
     pub(super) least: f64,
     pub(super) most: f64,
-    /// The same in words, with units.
+    /// The bounds in words, with units.
     pub(super) words: &'static str,
 }
 
 impl Units {
-    /// Of a library; `path` names its file in errors.
+    /// Reads a library's units; `path` names its file in errors.
     pub(super) fn read(library: &Group, path: &str) -> Result<Self, SynthError> {
         let mut assumed = vec![];
         let mut unit = |name: &str, usual: &str, base, of, expected: &str| {
@@ -72,8 +72,8 @@ impl Units {
         })
     }
 
-    /// Of a number by the name of its attribute or of its table; none where any number will
-    /// do. `slowest` is the longest input transition of a table.
+    /// Bounds of a number by the name of its attribute or table; `None` if unbounded. `slowest` is
+    /// the longest input transition of a table.
     pub(super) fn bounds(&self, name: &str, slowest: Option<f64>) -> Option<Bounds> {
         let bounds = |least, most, words| Bounds { least, most, words };
         let most_time = MOST_PS / self.time_ps;

@@ -1,4 +1,4 @@
-//! The folder in which programs work on a result.
+//! Working folder of the programs.
 
 use std::path::{Path, PathBuf};
 
@@ -6,12 +6,11 @@ use potamoi_verilated::cache::Scratch;
 
 use crate::SynthError;
 
-/// A temporary folder; it goes when it is dropped, or with the next run where the process is
-/// killed.
+/// A temporary folder, removed when dropped, or at the next run if the process is killed.
 pub(crate) struct WorkFolder(Scratch);
 
 impl WorkFolder {
-    /// An empty one.
+    /// An empty folder.
     ///
     /// # Errors
     /// The folder of temporary files cannot be written.
@@ -24,7 +23,7 @@ impl WorkFolder {
         self.0.path()
     }
 
-    /// A file's path.
+    /// Path of a file in it.
     pub(crate) fn file(&self, name: &str) -> PathBuf {
         self.path().join(name)
     }
@@ -38,7 +37,7 @@ impl WorkFolder {
         std::fs::write(&path, text).map_err(cannot(&path))
     }
 
-    /// What a program left in a file, if it left one.
+    /// Text of a file in it, if present.
     pub(crate) fn read(&self, name: &str) -> Option<String> {
         std::fs::read_to_string(self.file(name)).ok()
     }

@@ -1,4 +1,4 @@
-//! Small netlists, by hand.
+//! Small netlists worked out by hand.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use rand_pcg::Pcg64Mcg;
 use super::*;
 use crate::{Flop, Gate, Truth};
 
-/// A cell of logic with output `Y`.
+/// A combinational cell with output `Y`.
 fn logic(name: &str, inputs: &[&str], function: &str) -> (String, Result<Gate, String>) {
     let gate = Gate {
         name: name.to_owned(),
@@ -48,7 +48,7 @@ fn flat(netlist: &str) -> Result<Arc<Flat>, String> {
     Flat::new(netlist, "top", &cells(), &BTreeMap::new()).map(Arc::new)
 }
 
-/// Changes by net, of outputs by pin, and of clocks.
+/// Counts of transitions by net, of outputs by pin, and of clocks.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 struct Counts {
     nets: BTreeMap<u32, u32>,
@@ -92,7 +92,7 @@ fn port(flat: &Flat, name: &str) -> u32 {
     flat.ports.iter().find(|p| p.name == name).unwrap().nets[0]
 }
 
-/// `y` is 1 but for a moment after `a` rises.
+/// `y` is 1 except for a moment after `a` rises.
 const PULSE: &str = "module top(a, y);\n input a;\n output y;\n wire n;\n\
     INV i (.A(a), .Y(n));\n NAND g (.A(a), .B(n), .Y(y));\nendmodule\n";
 
@@ -165,7 +165,7 @@ fn a_counter_counts_and_its_movements_are_counted() {
     }
 }
 
-/// A chain of cells of logic, each of earlier nets.
+/// A chain of combinational cells, each reading earlier nets.
 fn random_logic(random: &mut Pcg64Mcg, inputs: usize, cells: usize) -> String {
     let mut text = format!(
         "module top(a, y);\n input [{}:0] a;\n output [{}:0] y;\n",

@@ -1,4 +1,4 @@
-//! A netlist as Yosys writes it with `write_json`.
+//! A netlist in the format of Yosys's `write_json`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,7 +49,7 @@ pub(super) enum Bit {
 }
 
 impl Module {
-    /// Makes `net` the one that a bit of a port is on.
+    /// Connects a bit of a port to `net`.
     pub(super) fn connect_port(&mut self, port: &str, at: usize, net: u64) -> Option<()> {
         *self.ports.get_mut(port)?.bits.get_mut(at)? = Bit::Net(net);
         // A wire of the port's name, if it is listed, is the port.
@@ -62,7 +62,7 @@ impl Module {
     }
 }
 
-/// Modules from `top` down, each after all that it holds.
+/// Modules below `top`, each after all its children.
 pub(super) fn children_first(design: &Design, top: &str) -> Option<Vec<String>> {
     fn visit(design: &Design, name: &str, done: &mut Vec<String>, depth: u32) -> Option<()> {
         if depth > 64 || done.iter().any(|d| d == name) {

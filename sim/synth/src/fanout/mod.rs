@@ -1,9 +1,8 @@
-//! Buffers for nets that leave a module for many others.
+//! Buffers for nets between modules.
 //!
-//! ABC maps modules one by one and sees, of a net between modules, one pin. What
-//! such a net drives is known only when all modules are mapped; here each gets the
-//! buffer tree that a flow with placement would give it, in named cells that count
-//! in area and in delay.
+//! ABC maps each module on its own, and sees a net between modules as one pin. The load of such a
+//! net is known only once all modules are mapped. Here it gets the buffer tree that a flow with
+//! placement would insert, in named cells that count in area and delay.
 
 mod design;
 mod net;
@@ -20,8 +19,8 @@ use design::{Bit, Design, Module, children_first};
 use net::{Net, Sink};
 use tree::{Builder, buffers};
 
-/// What a module looks like from outside: loads of its inputs and strengths of its
-/// outputs, both in the library's unit of capacitance, bit by bit.
+/// A module's interface: input loads and output drive strengths bit by bit, in the library's unit
+/// of capacitance.
 #[derive(Debug, Default)]
 struct Outside {
     loads: BTreeMap<String, Vec<f64>>,
@@ -29,11 +28,11 @@ struct Outside {
     strengths: BTreeMap<String, Vec<f64>>,
 }
 
-/// The netlist with every net's fan-out and load within limits, and how many
-/// buffers that took by module; nothing where the text is no netlist below `top`.
+/// Limits fan-out and load of every net. Returns the netlist with the number of buffers by module;
+/// `None` where the text is no netlist below `top`.
 ///
-/// Clocks stay as they are. Nets within a module are ABC's, but for their number of
-/// pins; nets between modules are held to [`LOAD`] too.
+/// Clocks are left as they are. Nets within a module are ABC's, except for their fan-out; nets
+/// between modules are limited to [`LOAD`] as well.
 pub(super) fn limit(
     text: &[u8],
     top: &str,
@@ -58,7 +57,7 @@ pub(super) fn limit(
     Some((text, buffers))
 }
 
-/// A memory's pins: inputs as heavy as the smallest buffer's, outputs as strong.
+/// A memory's pins: input loads and drive strengths of the smallest buffer.
 fn memory(module: &Module, library: &Library) -> Outside {
     let buffer = library.cells.get(&library.buffer);
     let load = buffer.map_or(0.0, |c| c.inputs.values().sum());
@@ -81,8 +80,7 @@ fn memory(module: &Module, library: &Library) -> Outside {
     outside
 }
 
-/// Buffers the nets of a module whose own modules are `known`; outputs of the top one
-/// are loaded.
+/// Buffers the nets of a module whose children are `known`. Outputs of the top module are loaded.
 fn buffer(
     module: &mut Module,
     known: &BTreeMap<String, Outside>,
@@ -188,8 +186,8 @@ fn nets(
     nets
 }
 
-/// Adds a module's outputs to the nets that they are on. Of a net that goes straight
-/// to several ABC saw none.
+/// Adds a module's outputs to their nets. ABC does not see a net that goes straight to several
+/// outputs.
 fn add_outputs(nets: &mut BTreeMap<u64, Net>, module: &Module, load: f64) {
     for (name, port) in &module.ports {
         if port.direction != "output" {

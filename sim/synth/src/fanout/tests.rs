@@ -1,4 +1,4 @@
-//! Trees keep every pin driven, and no driver has too much.
+//! Buffer trees drive every pin, and no driver exceeds its limits.
 #![allow(clippy::unwrap_used)]
 
 use serde_json::{Map, Value, json};
@@ -33,8 +33,8 @@ fn cell(kind: &str, pins: &[(&str, u64)]) -> Value {
     json!({"type": kind, "connections": pins.collect::<Map<_, _>>()})
 }
 
-/// A flip-flop that drives `children` modules, in each of which `pins` inverters
-/// hang on the port; all flip-flops are clocked.
+/// A flip-flop that drives `children` modules, each with `pins` inverters at the port; all
+/// flip-flops are clocked.
 fn design(children: u64, pins: u64) -> String {
     let port = |direction: &str, net: u64| json!({"direction": direction, "bits": [net]});
     let mut inside = Map::new();
@@ -57,7 +57,7 @@ fn design(children: u64, pins: u64) -> String {
     json!({"creator": "test", "modules": modules}).to_string()
 }
 
-/// Pins of cells and modules on each net of a module, and the net above a buffer.
+/// Fan-out of each net of a module to cells and modules, and the net before a buffer.
 fn loads(module: &Module) -> (BTreeMap<u64, Vec<String>>, BTreeMap<u64, u64>) {
     let (mut loads, mut above) = (BTreeMap::<u64, Vec<String>>::new(), BTreeMap::new());
     for (name, instance) in &module.cells {

@@ -1,4 +1,4 @@
-//! Trees of buffers.
+//! Buffer trees.
 
 use serde_json::{Map, Value};
 
@@ -15,7 +15,7 @@ pub(super) struct Buffer<'a> {
     strength: f64,
 }
 
-/// Buffers, the smallest first.
+/// Buffers, smallest first.
 pub(super) fn buffers(library: &Library) -> Vec<Buffer<'_>> {
     let mut found: Vec<(f64, Buffer<'_>)> = library
         .cells
@@ -42,14 +42,13 @@ pub(super) fn buffers(library: &Library) -> Vec<Buffer<'_>> {
 pub(super) struct Builder<'a> {
     pub(super) module: &'a mut Module,
     pub(super) buffers: Vec<Buffer<'a>>,
-    /// A net that nothing is on.
+    /// First unused net.
     pub(super) next_net: u64,
     pub(super) added: u64,
 }
 
 impl Builder<'_> {
-    /// Buffers a net, level by level from its pins; gives the load that its driver
-    /// then has.
+    /// Buffers a net, level by level from its pins. Returns the remaining load of its driver.
     pub(super) fn tree(&mut self, id: u64, net: Net) -> f64 {
         let Net {
             mut sinks,
@@ -77,7 +76,7 @@ impl Builder<'_> {
         total(&sinks)
     }
 
-    /// The smallest buffer that may carry a load, else the strongest.
+    /// The smallest buffer that can drive a load, otherwise the strongest.
     fn choose(&self, load: f64) -> Option<usize> {
         let enough = self.buffers.iter().position(|b| b.strength >= load);
         let by_strength = |a: &usize, b: &usize| {
@@ -88,7 +87,7 @@ impl Builder<'_> {
         enough.or_else(|| (0..self.buffers.len()).max_by(by_strength))
     }
 
-    /// A buffer from `id` to the pins.
+    /// Inserts a buffer from `id` to the pins.
     fn insert(&mut self, id: u64, pins: &[Sink]) -> Option<Sink> {
         let at = self.choose(pins.iter().map(|s| s.load).sum())?;
         let buffer = &self.buffers[at];
@@ -132,8 +131,8 @@ fn name(number: u64) -> String {
     format!("fan_out_{number}")
 }
 
-/// Neighbours together, as many as a buffer may drive and no heavier than the
-/// strongest may carry, the groups about as heavy.
+/// Groups neighbouring pins, each group within the fan-out and load limits of the strongest buffer,
+/// with balanced loads.
 fn groups(sinks: &[Sink], strongest: f64) -> Vec<Vec<Sink>> {
     let total: f64 = sinks.iter().map(|s| s.load).sum();
     let by_load = match strongest > 0.0 {

@@ -1,20 +1,19 @@
-//! What the formulas give for a unit.
+//! Estimates of a unit by formulas.
 
 use serde::Serialize;
 
 use crate::grid::{GridActivity, GridPoint};
 use crate::scaling::Factors;
 
-/// The scene that gathering units of the grid were run with, and the vertices of its
-/// samples: a field in voxels.
+/// Scene of the grid's gathering units and vertices of its samples: a field in voxels.
 const VOXELS: (&str, u32) = ("lantern", 8);
 
-/// What a unit does.
+/// Operating point of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Work {
-    /// Of all cycles, the share in which it issues, 0 to 1.
+    /// Share of cycles in which it issues, 0 to 1.
     pub busy: f64,
-    /// Channels of a sample, for the gathering unit: banks without one do little.
+    /// Channels of a sample, for the gathering unit: banks without a channel do little.
     pub channels: u64,
 }
 
@@ -27,12 +26,12 @@ impl Work {
     }
 }
 
-/// What the energies of the grid are of, which formulas cannot tell from others.
+/// Workload of the grid's energies, on which formulas do not depend.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct EnergiesOf {
-    /// The scene whose work moved the netlists.
+    /// Scene whose work drove the netlists.
     pub scene: String,
-    /// Vertices of each sample, for the gathering unit, where they are known.
+    /// Vertices of each sample for the gathering unit, where known.
     pub vertices: Option<u32>,
 }
 
@@ -47,51 +46,51 @@ impl EnergiesOf {
     }
 }
 
-/// A unit by the formulas, at the node of the grid, memories not counted.
+/// Estimate of a unit at the node of the grid, without memories.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
-    /// Square micrometres.
+    /// Area in square micrometres.
     pub area_um2: f64,
-    /// Picoseconds of the longest path before wires.
+    /// Longest path in picoseconds, before wires.
     pub period_ps: f64,
-    /// The module that it ends in, or `outputs`.
+    /// Module of that path's end, or `outputs`.
     pub end: String,
-    /// What it does.
+    /// Operating point.
     pub work: Work,
-    /// Picojoules a cycle of the flip-flops' clock pins.
+    /// Energy of the flip-flops' clock pins, in picojoules a cycle.
     pub clock_pj: f64,
-    /// Picojoules a cycle, those included, each net changing at most once a cycle.
+    /// Total energy in picojoules a cycle with zero delays: each net changes at most once a cycle.
     pub zero_delay_pj: f64,
-    /// The same with glitches.
+    /// Total energy in picojoules a cycle with glitches.
     pub with_glitches_pj: f64,
-    /// Nanowatts at rest, the clock standing still.
+    /// Leakage in nanowatts.
     pub leakage_nw: f64,
-    /// Its modules.
+    /// Estimates by module.
     pub modules: Vec<EstimatedModule>,
-    /// Numbers beyond those of the grid, where the formulas only go on as they do inside.
+    /// Numbers outside the grid's range, where formulas extrapolate.
     pub beyond: Vec<String>,
 }
 
-/// An estimate at another node. Leakage has no factor.
+/// Estimate at another node. Leakage has no factor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ScaledEstimate {
-    /// Nanometres.
+    /// Node in nanometres.
     pub node_nm: u32,
-    /// Square micrometres.
+    /// Area in square micrometres.
     pub area_um2: f64,
-    /// Picoseconds of the longest path before wires.
+    /// Longest path in picoseconds, before wires.
     pub period_ps: f64,
-    /// Picojoules a cycle of the flip-flops' clock pins.
+    /// Energy of the flip-flops' clock pins, in picojoules a cycle.
     pub clock_pj: f64,
-    /// Picojoules a cycle, those included, each net changing at most once a cycle.
+    /// Total energy in picojoules a cycle with zero delays.
     pub zero_delay_pj: f64,
-    /// The same with glitches.
+    /// Total energy in picojoules a cycle with glitches.
     pub with_glitches_pj: f64,
 }
 
 impl Estimate {
-    /// A point as it was synthesised: its energy beyond the clock's is spread over the cycles that
-    /// did work.
+    /// Figures of a synthesised point; its energy above the clock's is attributed to its busy
+    /// cycles.
     pub(super) fn of(point: &GridPoint, work: Work) -> Self {
         let clock_of_one = point.activity.clock_pj / point.flops() as f64;
         let busy = work.busy / Work::of(&point.activity).busy;
@@ -114,8 +113,7 @@ impl Estimate {
         Self::sum(modules.collect(), (end, point.period_ps), work)
     }
 
-    /// Energy above the clock's as that of a module of the same name has changed from one estimate
-    /// to another.
+    /// Scales the energy above the clock's by the ratio of two estimates, module by module.
     pub(super) fn times(mut self, now: &Self, before: &Self) -> Self {
         let above = |of: &Self, name: &str| {
             let found = of.modules.iter().find(|m| m.module == name);
@@ -149,7 +147,7 @@ impl Estimate {
         Self::sum(self.modules, (self.end, self.period_ps), self.work)
     }
 
-    /// Of modules, and the longest path's end and picoseconds.
+    /// Sums modules; `longest` is the longest path's end and picoseconds.
     pub(super) fn sum(
         modules: Vec<EstimatedModule>,
         (end, period_ps): (String, f64),
@@ -170,7 +168,7 @@ impl Estimate {
         }
     }
 
-    /// At the node that the factors lead to.
+    /// Scales to the target node of the factors.
     #[must_use]
     pub fn scaled(&self, factors: &Factors) -> ScaledEstimate {
         ScaledEstimate {
@@ -184,21 +182,21 @@ impl Estimate {
     }
 }
 
-/// All modules of a kind.
+/// Estimate of all modules of one kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimatedModule {
     /// Its name.
     pub module: String,
-    /// How many there are.
+    /// Number of instances.
     pub count: u64,
-    /// Square micrometres of one.
+    /// Area of one, in square micrometres.
     pub area_um2: f64,
-    /// Picojoules a cycle of all their clock pins.
+    /// Clock energy of all instances, in picojoules a cycle.
     pub clock_pj: f64,
-    /// Picojoules a cycle of all of them, clock pins included, each net changing at most once.
+    /// Total energy of all instances with zero delays, in picojoules a cycle.
     pub zero_delay_pj: f64,
-    /// The same with glitches.
+    /// Total energy of all instances with glitches, in picojoules a cycle.
     pub with_glitches_pj: f64,
-    /// Nanowatts of all of them at rest, the clock standing still.
+    /// Leakage of all instances, in nanowatts.
     pub leakage_nw: f64,
 }

@@ -1,4 +1,4 @@
-//! The formulas of one family.
+//! Formulas of one family.
 
 use potamoi_formats::config::Config;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use crate::grid::{Family, GridModule, GridPoint};
 pub(super) struct Formulas {
     modules: Vec<ModuleFormulas>,
     ends: Vec<(&'static str, Sum)>,
-    /// Picojoules that a flip-flop's clock pin takes in a cycle.
+    /// Energy of a flip-flop's clock pin, in picojoules a cycle.
     clock_pj: f64,
 }
 
@@ -23,25 +23,25 @@ struct ModuleFormulas {
     terms: ModuleTerms,
     area: Sum,
     flops: Sum,
-    /// Of all of them in a cycle of work, beyond the clock, without delays and with
+    /// Energy of all instances in a busy cycle above the clock's, with zero delays and with
     /// glitches.
     energy: [Sum; 2],
-    /// Nanowatts of a square micrometre.
+    /// Leakage in nanowatts a square micrometre.
     leakage_nw: f64,
 }
 
-/// A formula, written down.
+/// A formula for reports.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Formula {
     /// The module, or the end of paths.
     pub of: &'static str,
-    /// What it gives, and its unit.
+    /// The figure with its unit.
     pub figure: &'static str,
-    /// What it is the sum of.
+    /// Terms of the sum.
     pub sum: Vec<Addend>,
 }
 
-/// A point, its numbers, and the share of its cycles that did work.
+/// A point, its numbers, and its share of busy cycles.
 struct Fitted<'a> {
     point: &'a GridPoint,
     numbers: Numbers,
@@ -146,7 +146,7 @@ impl Formulas {
         })
     }
 
-    /// All of them, as they are written down.
+    /// All formulas for reports.
     pub(super) fn written(&self) -> Vec<Formula> {
         let mut found = vec![];
         for own in &self.modules {
@@ -194,8 +194,8 @@ impl Formulas {
         found
     }
 
-    /// Picojoules of each module in a cycle of work beyond the clock, without delays and
-    /// with glitches, as the sums of terms come out.
+    /// Energy of each module in a busy cycle above the clock's, in picojoules, with zero delays and
+    /// with glitches, before clamping.
     fn work_pj(&self, numbers: &Numbers) -> Vec<[f64; 2]> {
         let modules = self.modules.iter();
         let of = |own: &ModuleFormulas| [0, 1].map(|i| own.energy[i].at(numbers));
@@ -242,11 +242,11 @@ mod tests {
     use super::*;
     use crate::fit::Fit;
 
-    /// What a module may come out below 0, or lower with glitches than without, of its unit's
-    /// energy of work, at a point of the grid.
+    /// Largest share of its unit's energy by which a module may be negative, or lower with glitches
+    /// than without, at a point of the grid.
     const NOTHING: f64 = 0.005;
 
-    /// Before anything is cut off at 0.
+    /// Before clamping at 0.
     #[test]
     fn energies_of_the_grid_are_in_order_as_the_sums_come_out() {
         let fit = Fit::checked_in().unwrap();

@@ -1,4 +1,4 @@
-//! How far off the formulas are at points that they were not fitted to.
+//! Cross-validation: errors at points left out of the fit.
 
 use serde::Serialize;
 
@@ -7,48 +7,48 @@ use super::formulas::Formulas;
 use crate::SynthError;
 use crate::grid::{Family, GridPoint};
 
-/// Relative errors of one figure, over points that were left out one at a time.
+/// Relative errors of one figure over points left out one at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// How many points there are.
+    /// Number of points.
     pub points: usize,
-    /// Root of the mean of their squares.
+    /// Root mean square.
     pub rms: f64,
-    /// The largest, without its sign.
+    /// Largest magnitude.
     pub worst: f64,
 }
 
-/// Relative errors of one point, which the formulas were fitted without.
+/// Relative errors at one point that was left out of the fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointErrors {
-    /// What it has in place of the defaults.
+    /// Its differences from the defaults.
     pub point: String,
-    /// Of the unit's area.
+    /// Area.
     pub area: f64,
-    /// Of its longest path.
+    /// Longest path.
     pub period: f64,
-    /// Of its energy a cycle, each net changing at most once.
+    /// Energy a cycle with zero delays.
     pub zero_delay: f64,
-    /// The same with glitches.
+    /// Energy a cycle with glitches.
     pub with_glitches: f64,
-    /// Of its leakage.
+    /// Leakage.
     pub leakage: f64,
 }
 
 /// Relative errors of a family.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// Of each point.
+    /// Errors by point.
     pub points: Vec<PointErrors>,
-    /// Of the unit's area.
+    /// Area.
     pub area: Spread,
-    /// Of its longest path.
+    /// Longest path.
     pub period: Spread,
-    /// Of its energy a cycle, each net changing at most once.
+    /// Energy a cycle with zero delays.
     pub zero_delay: Spread,
-    /// The same with glitches.
+    /// Energy a cycle with glitches.
     pub with_glitches: Spread,
-    /// Of its leakage.
+    /// Leakage.
     pub leakage: Spread,
 }
 
@@ -80,7 +80,7 @@ impl Spread {
 }
 
 impl LeftOut {
-    /// The largest of the roots of mean squares, leakage not counted.
+    /// Largest root mean square, without leakage.
     #[must_use]
     pub fn largest_rms(&self) -> f64 {
         let all = [self.area, self.period, self.zero_delay, self.with_glitches];

@@ -1,10 +1,9 @@
-//! Area, period and energy of units that were not synthesised, by formulas that are
-//! fitted to those of the grid.
+//! Area, period and energy of units without synthesis, by formulas fitted to the grid.
 //!
-//! Area and energy are sums over modules, each a sum of terms of the configuration's
-//! numbers; the period is the largest of such sums, one for each module that paths end
-//! in. Coefficients have the least squares of relative errors. How far off they are is
-//! measured at each point of the grid with formulas that were fitted without it.
+//! Area and energy are sums over modules, each a sum of terms in the configuration's numbers. The
+//! period is the largest of such sums, one for each module in which paths end. Coefficients
+//! minimise the squares of relative errors. Errors are measured by cross-validation: at each point
+//! of the grid with formulas fitted without it.
 
 mod estimate;
 mod formulas;
@@ -31,10 +30,10 @@ use terms::active_banks;
 
 /// The grid of synth/grid-asap7.json.
 const CHECKED_IN: &str = include_str!("../../../../synth/grid-asap7.json");
-/// Units that no formula is of, in the same cells.
+/// Synthesised units that no formula covers, in the same cells.
 const FORMS: &str = include_str!("../../../../synth/forms-asap7.json");
 
-/// Formulas for each family of units, and units that stand for themselves.
+/// Formulas for each family of units, and synthesised single units.
 #[derive(Debug)]
 pub struct Fit {
     grid: Grid,
@@ -46,17 +45,17 @@ impl Fit {
     /// Fitted to the grid that comes with the program: ASAP7, 7 nm.
     ///
     /// # Errors
-    /// It cannot be read, or cannot be fitted to.
+    /// The grid cannot be read or fitted.
     pub fn checked_in() -> Result<Self, SynthError> {
         let path = Path::new("synth/forms-asap7.json");
         Self::new(Grid::parse(CHECKED_IN, Path::new("synth/grid-asap7.json"))?)?
             .with_forms(Grid::parse(FORMS, path)?, path)
     }
 
-    /// Fitted to this grid.
+    /// Fitted to a grid.
     ///
     /// # Errors
-    /// A family has too few points, or one lacks a module.
+    /// A family has too few points, or a point lacks a module.
     pub fn new(grid: Grid) -> Result<Self, SynthError> {
         let mut families = BTreeMap::new();
         for family in Family::ALL {
@@ -70,10 +69,10 @@ impl Fit {
         })
     }
 
-    /// The same, which knows these units too, each by itself.
+    /// Adds synthesised single units.
     ///
     /// # Errors
-    /// They are of other cells.
+    /// They use other cells.
     pub fn with_forms(mut self, forms: Grid, path: &Path) -> Result<Self, SynthError> {
         if forms.library != self.grid.library {
             return Err(SynthError::Parameters {
@@ -89,7 +88,7 @@ impl Fit {
         Ok(self)
     }
 
-    /// The unit that was synthesised as it is, though no formula is of it.
+    /// The synthesised unit for a configuration that no formula covers.
     fn form(&self, config: &Config, unit: UnitKind) -> Result<Option<&GridPoint>, SynthError> {
         for point in self.forms.iter().filter(|p| p.family.unit() == unit) {
             if is_same_unit(&point.config()?, config, unit) {
@@ -99,8 +98,8 @@ impl Fit {
         Ok(None)
     }
 
-    /// A unit that was synthesised as it is, doing such work. What a gathering unit takes with
-    /// other channels than it was run with is to that as formulas set the paper's units.
+    /// A synthesised unit at an operating point. For a gathering unit with other channels, its
+    /// energy is scaled by the ratio that formulas give for the paper's unit.
     fn as_synthesised(&self, point: &GridPoint, work: Work) -> Result<Estimate, SynthError> {
         let own = Estimate::of(point, work);
         if point.family.unit() == UnitKind::Vector {
@@ -115,16 +114,16 @@ impl Fit {
         Ok(own.times(&at(work)?, &at(seen)?))
     }
 
-    /// What it was fitted to.
+    /// The grid of the fit.
     #[must_use]
     pub const fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// Which formulas are those of a configuration's unit.
+    /// The family of a configuration's unit.
     ///
     /// # Errors
-    /// None: it differs from the grid's in more than numbers; the fields are named.
+    /// None fits: the unit differs from the grid's in more than numbers; the fields are named.
     pub fn family(&self, config: &Config, unit: UnitKind) -> Result<Family, SynthError> {
         let found = Family::of(config, unit);
         found
@@ -132,8 +131,8 @@ impl Fit {
             .map_err(|fields| SynthError::NotFitted { unit, fields })
     }
 
-    /// What the netlists of a family did as their energy was estimated: the mean of those
-    /// that took as many segments for a sample as this configuration does.
+    /// Mean operating point of the family's netlists with as many segments a sample as this
+    /// configuration has.
     #[must_use]
     pub fn usual_work(&self, family: Family, config: &Config) -> Work {
         let segments = |banks: u32, channels: u64| channels.div_ceil(banks.into());
@@ -156,18 +155,19 @@ impl Fit {
         }
     }
 
-    /// What the energies of a family are of.
+    /// Workload of a family's energies.
     #[must_use]
     pub fn energies_of(&self, family: Family) -> Option<EnergiesOf> {
         let mut points = self.grid.of(family);
         points.next().map(|p| EnergiesOf::new(&p.activity))
     }
 
-    /// A unit at the grid's node, doing such work: by formulas, or as it was synthesised.
+    /// Estimates a unit at the grid's node and an operating point, by formulas or from its own
+    /// synthesis.
     ///
     /// # Errors
-    /// The unit differs from those of the grid in more than numbers, and was not synthesised by
-    /// itself; the fields are named.
+    /// The unit differs from the grid's in more than numbers and was not synthesised; the fields
+    /// are named.
     pub fn estimate(
         &self,
         config: &Config,
@@ -193,7 +193,7 @@ impl Fit {
         Ok(estimate)
     }
 
-    /// That more or fewer banks are at work than in any point.
+    /// Notes where more or fewer banks are at work than in any point.
     fn beyond_work(
         &self,
         family: Family,
@@ -215,19 +215,20 @@ impl Fit {
         }))
     }
 
-    /// Picojoules that a flip-flop's clock pin takes in a cycle, in units of a family.
+    /// Energy of a flip-flop's clock pin in units of a family, in picojoules a cycle.
     #[must_use]
     pub fn flop_pj(&self, family: Family) -> f64 {
         self.families[&family].flop_pj()
     }
 
-    /// The formulas of a family.
+    /// Formulas of a family.
     #[must_use]
     pub fn formulas(&self, family: Family) -> Vec<Formula> {
         self.families[&family].written()
     }
 
-    /// How far off the formulas of a family are at each of its points, fitted to the others.
+    /// Cross-validates the formulas of a family: errors at each of its points, fitted to the
+    /// others.
     ///
     /// # Errors
     /// As [`Fit::new`].

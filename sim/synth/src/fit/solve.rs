@@ -5,24 +5,24 @@ use serde::Serialize;
 
 use super::terms::{Numbers, Term};
 
-/// A value to fit to.
+/// A value to fit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Value {
     pub(super) numbers: Numbers,
     pub(super) value: f64,
-    /// What its error is measured against, above 0.
+    /// Denominator of its relative error, above 0.
     pub(super) of: f64,
 }
 
 /// A term of a formula and its coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Addend {
-    /// `1`, or a product of numbers: banks B, ports M, feature bits f, weight bits w,
+    /// Term: `1`, or a product of numbers: banks B, ports M, feature bits f, weight bits w,
     /// depth of the FIFO d, banks with a channel a; lanes L, iterations n, bits of an
     /// exponential's result o, accumulator r and constants k, `all` 1 where a lane has all
     /// operations.
     pub term: &'static str,
-    /// What it is multiplied by.
+    /// Its coefficient.
     pub coefficient: f64,
 }
 
@@ -33,13 +33,12 @@ pub(super) struct Sum {
     coefficients: Vec<f64>,
 }
 
-/// Singular values below this part of the largest are of terms that the points do not
-/// tell apart.
+/// Singular values below this share of the largest belong to terms that the points do not
+/// distinguish.
 const SINGULAR: f64 = 1e-12;
 
 impl Sum {
-    /// The sum whose relative errors have the least squares; nothing where there are
-    /// fewer values than terms.
+    /// The sum with the least squares of relative errors; `None` with fewer values than terms.
     pub(super) fn fit(terms: &'static [Term], values: &[Value]) -> Option<Self> {
         if values.len() < terms.len() {
             return None;
@@ -63,7 +62,7 @@ impl Sum {
         })
     }
 
-    /// Its terms and their coefficients.
+    /// Terms with their coefficients.
     pub(super) fn addends(&self) -> Vec<Addend> {
         let terms = self.terms.iter().zip(&self.coefficients);
         terms
@@ -123,8 +122,7 @@ mod tests {
         assert!((all.coefficient / 3e-6 - 1.0).abs() < 1e-9);
     }
 
-    /// Errors count by their share of the value: small values are not drowned by large
-    /// ones, as they are without.
+    /// Errors are relative: small values count as much as large ones.
     #[test]
     fn relative_errors_are_least() {
         let values = values(|x| x * x);

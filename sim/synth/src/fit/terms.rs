@@ -1,4 +1,4 @@
-//! What figures of a module are sums of.
+//! Terms of the figures of each module.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
@@ -6,37 +6,37 @@ use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use crate::ends::OUTPUTS;
 use crate::grid::Family;
 
-/// What terms depend on.
+/// Numbers that terms depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Numbers {
-    /// B.
+    /// Banks B.
     banks: f64,
-    /// M.
+    /// Ports M.
     ports: f64,
-    /// Bits of a feature.
+    /// Feature width in bits.
     feature: f64,
-    /// Bits of a weight.
+    /// Weight width in bits.
     weight: f64,
     /// Words of the gathering unit's FIFO.
     depth: f64,
-    /// Of the banks, how many have a channel of the sample in the mean segment.
+    /// Banks with a channel of the sample in the mean segment.
     active: f64,
-    /// Of the vector unit.
+    /// Lanes of the vector unit.
     lanes: f64,
-    /// Bits of an exponential's result.
+    /// Width of an exponential's result in bits.
     output: f64,
-    /// Bits of its accumulator.
+    /// Width of its accumulator in bits.
     accumulator: f64,
-    /// Bits of its constants.
+    /// Width of its constants in bits.
     constant: f64,
-    /// n.
+    /// Iterations n.
     iterations: f64,
-    /// 1 where a lane has all operations, 0 where it has exponentials alone.
+    /// 1 where a lane has all operations, 0 where it has exponentials only.
     operations: f64,
 }
 
 impl Numbers {
-    /// Of a configuration that gathers so many channels.
+    /// Numbers of a configuration that gathers so many channels.
     pub(super) fn new(config: &Config, channels: u64) -> Self {
         let exp = &config.vu.exp;
         let engine = exp.engine();
@@ -64,7 +64,7 @@ impl Numbers {
         self.ports * self.banks
     }
 
-    /// Reducers of a bank that has a channel.
+    /// Reducers of banks with a channel.
     fn active(&self) -> f64 {
         self.ports * self.active
     }
@@ -74,37 +74,37 @@ impl Numbers {
     }
 }
 
-/// Banks that have a channel in the mean segment of a sample.
+/// Banks with a channel in the mean segment of a sample.
 pub(super) fn active_banks(config: &Config, channels: u64) -> f64 {
     let segments = channels.div_ceil(config.gu.banks.into()).max(1);
     channels as f64 / segments as f64
 }
 
-/// What a coefficient is multiplied by.
+/// A term of a sum.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Term {
-    /// As it is printed.
+    /// Printed name.
     pub(super) name: &'static str,
     pub(super) of: fn(&Numbers) -> f64,
 }
 
-/// A module of a family, and the terms of its figures.
+/// Terms of a module's figures.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ModuleTerms {
     pub(super) module: &'static str,
-    /// How many the unit has.
+    /// Number of instances.
     pub(super) count: fn(&Numbers) -> f64,
-    /// Of the area of one, and of its flip-flops.
+    /// Terms of the area of one, flip-flops included.
     pub(super) area: &'static [Term],
-    /// Of what all of them take in a cycle of work beyond the clock.
+    /// Terms of the energy of all instances in a busy cycle above the clock's.
     pub(super) energy: &'static [Term],
 }
 
-/// The terms of a family.
+/// Terms of a family.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FamilyTerms {
     pub(super) modules: &'static [ModuleTerms],
-    /// Of the longest path into each module, or to the outputs.
+    /// Terms of the longest path into each module, or to the outputs.
     pub(super) ends: &'static [(&'static str, &'static [Term])],
 }
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::grid::{GridPoint, design, forms};
 use crate::{Power, SynthReport, UnitReport};
 
-/// Root of mean squares of relative errors that a user is promised.
+/// Promised root mean square of relative errors.
 const PROMISED: f64 = 0.05;
 
 fn left_out(family: Family) -> LeftOut {
@@ -20,7 +20,7 @@ fn points_that_are_left_out_are_found_within_five_per_cent() {
     }
 }
 
-/// A point's errors are those of formulas that never saw it: of a grid without it.
+/// Errors of a point come from formulas fitted without it.
 #[test]
 fn what_is_left_out_is_not_fitted_to() {
     for family in Family::ALL {
@@ -42,8 +42,8 @@ fn what_is_left_out_is_not_fitted_to() {
     }
 }
 
-/// At any corner of the grid's numbers clock and area are above 0, and the unit takes more at
-/// work than at rest and with glitches than without.
+/// At every corner of the grid's ranges clock and area are positive, and energy is larger at work
+/// than idle, and with glitches than without.
 #[test]
 fn units_are_in_order_at_every_corner() {
     let fit = Fit::checked_in().unwrap();
@@ -78,7 +78,7 @@ fn units_are_in_order_at_every_corner() {
     }
 }
 
-/// The table of errors in docs/explanation/synthesis.md, every figure of it.
+/// The table of errors in docs/explanation/synthesis.md, every figure.
 #[test]
 fn errors_are_those_that_the_book_states() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/explanation/synthesis.md");
@@ -106,7 +106,7 @@ fn errors_are_those_that_the_book_states() {
     }
 }
 
-/// The mean share of leakage, and the largest, in the power at 1 GHz or what a point reaches.
+/// Mean and largest share of leakage in the power at 1 GHz or at the clock that a point reaches.
 #[test]
 fn leakage_is_the_part_that_the_book_states() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/explanation/synthesis.md");
@@ -150,8 +150,7 @@ fn leakage_is_the_part_that_the_book_states() {
     assert!(book.contains(&said), "{said}");
 }
 
-/// Of 13 channels, banks that take two segments a sample issue more often than those
-/// that take one.
+/// Of 13 channels, banks with two segments a sample issue more often than those with one.
 #[test]
 fn usual_work_is_that_of_as_many_segments() {
     let fit = Fit::checked_in().unwrap();
@@ -189,7 +188,7 @@ fn estimates_are_scaled_figure_by_figure() {
     }
 }
 
-/// The vertices that are stated for the grid's scene are those of the paper's run of it.
+/// The vertices stated for the grid's scene are those of the paper's run of it.
 #[test]
 fn energies_are_of_the_work_that_moved_the_netlists() {
     let fit = Fit::checked_in().unwrap();
@@ -219,7 +218,7 @@ fn energies_are_of_the_work_that_moved_the_netlists() {
     }
 }
 
-/// Formulas of fewer terms are further off than what is promised: the measure tells.
+/// Formulas with fewer terms exceed the promised error, so the check can fail.
 #[test]
 fn a_period_that_is_always_the_same_would_be_noticed() {
     let fit = Fit::checked_in().unwrap();
@@ -234,7 +233,7 @@ fn a_period_that_is_always_the_same_would_be_noticed() {
     assert!(rms > PROMISED, "{rms}");
 }
 
-/// The preset is no point of the grid, and its synthesis is checked in.
+/// The preset is not a point of the grid, and its synthesis is checked in.
 #[test]
 fn the_paper_s_units_are_found() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../synth/paper-asap7.json");
@@ -341,7 +340,7 @@ fn other_units_are_refused_and_numbers_beyond_the_grid_named() {
     );
 }
 
-/// A form stands for itself: as it was measured at the work of then, and with less when idle.
+/// A form stands for itself: as measured at its operating point, and with less energy when idle.
 #[test]
 fn a_form_is_what_its_netlist_was() {
     let fit = Fit::checked_in().unwrap();

@@ -1,4 +1,4 @@
-//! The file of what synthesis made of the grid.
+//! Data set of the grid's synthesis results.
 
 use std::path::Path;
 
@@ -11,97 +11,97 @@ use super::design::{Family, Point};
 use crate::report::{LibraryOrigin, ToolsOrigin};
 use crate::{Library, PathEnd, Power, SynthError, Tools, UnitKind, UnitReport};
 
-/// The same period, printed with more or fewer digits.
+/// Relative difference of a period printed with more or fewer digits.
 const NEAR: f64 = 1e-5;
-/// Of a unit's energy, how far below 0 that of one of its modules may come out: it is what two
-/// slices of the unit differ by, in which glitches do.
+/// Largest share of its unit's energy by which a module may be negative: it is the difference of
+/// two slices, in which glitches differ.
 const SLICED: f64 = 0.05;
 /// Version of the file.
 const FORMAT_VERSION: u32 = 2;
-/// What is read of a grid, in bytes: a hundred times those that are kept.
+/// Size limit in bytes: a hundred times the files that come with the program.
 const LIMIT: u64 = 16 << 20;
 
-/// Configurations that went through synthesis.
+/// Synthesised configurations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
     format_version: u32,
-    /// Where cells come from.
+    /// Source of the cells.
     pub library: LibraryOrigin,
-    /// What made it.
+    /// Versions of the tools.
     pub tools: ToolsOrigin,
-    /// Of the points as they are in the file, 16 hexadecimal digits.
+    /// Digest of the points as in the file, 16 hexadecimal digits.
     figures: String,
-    /// One for each of the design, in its order.
+    /// Points in the order of the design.
     pub points: Vec<GridPoint>,
 }
 
-/// One of them.
+/// A synthesised configuration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GridPoint {
-    /// Which units it is one of.
+    /// Family of its unit.
     pub family: Family,
-    /// What it has in place of the defaults, as TOML.
+    /// Its differences from the defaults, as TOML.
     pub config: String,
-    /// Of its Verilog, 16 hexadecimal digits.
+    /// Digest of its Verilog, 16 hexadecimal digits.
     pub verilog: String,
-    /// Picoseconds of the longest path before wires.
+    /// Longest path in picoseconds, before wires.
     pub period_ps: f64,
-    /// The longest path into each module.
+    /// Longest path into each module.
     pub ends: Vec<PathEnd>,
-    /// What moved it.
+    /// Switching activity.
     pub activity: GridActivity,
-    /// Its modules, the top one first.
+    /// Modules, the top one first.
     pub modules: Vec<GridModule>,
 }
 
-/// What moved a unit.
+/// Switching activity of a unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GridActivity {
     /// The scene.
     pub scene: String,
-    /// Cycles.
+    /// Number of cycles.
     pub cycles: u64,
-    /// Of those, cycles in which the unit issued.
+    /// Busy cycles, in which the unit issued.
     pub busy: u64,
-    /// Channels of a sample; 0 of the vector unit.
+    /// Channels of a sample; 0 for the vector unit.
     pub channels: u64,
-    /// Picojoules a cycle of all flip-flops' clock pins.
+    /// Energy of all flip-flops' clock pins, in picojoules a cycle.
     pub clock_pj: f64,
 }
 
-/// All modules of a kind.
+/// All modules of one kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GridModule {
     /// Its name.
     pub module: String,
-    /// How many there are.
+    /// Number of instances.
     pub count: u64,
-    /// Square micrometres of one.
+    /// Area of one, in square micrometres.
     pub area_um2: f64,
     /// Flip-flops of one.
     pub flops: u64,
-    /// Of all of them.
+    /// Energy of all instances.
     pub energy: GridEnergy,
 }
 
-/// Energy of all modules of a kind.
+/// Energy of all modules of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GridEnergy {
-    /// Picojoules a cycle, each net changing at most once a cycle.
+    /// Energy in picojoules a cycle with zero delays: each net changes at most once a cycle.
     pub zero_delay_pj: f64,
-    /// The same with glitches.
+    /// Energy in picojoules a cycle with glitches.
     pub with_glitches_pj: f64,
-    /// Nanowatts at rest, the clock standing still.
+    /// Leakage in nanowatts.
     pub leakage_nw: f64,
 }
 
 impl Grid {
-    /// Of points that were made so.
+    /// A grid of points synthesised with this library and these tools.
     #[must_use]
     pub fn new(
         library: &Library,
@@ -121,14 +121,14 @@ impl Grid {
     /// Reads a file that `potamoi synth --grid` wrote.
     ///
     /// # Errors
-    /// It cannot be read, is of another version, or its points are not the grid's.
+    /// It cannot be read, has another version, or has other points than the grid.
     pub fn read(path: &Path) -> Result<Self, SynthError> {
         let text =
             potamoi_base::files::read_text(path, LIMIT).map_err(|e| wrong(path, e.to_string()))?;
         Self::parse(&text, path)
     }
 
-    /// The text of a file; `path` names it in errors.
+    /// Parses the text of a file; `path` names it in errors.
     ///
     /// # Errors
     /// As [`Grid::read`].
@@ -160,7 +160,7 @@ impl Grid {
     }
 }
 
-/// Of points as they are written, 16 hexadecimal digits.
+/// Digest of points in written form, 16 hexadecimal digits.
 fn figures(points: &[GridPoint]) -> String {
     let text = serde_json::to_string(points).unwrap_or_default();
     blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
@@ -175,10 +175,10 @@ fn wrong(path: &Path, why: String) -> SynthError {
 }
 
 impl GridPoint {
-    /// A point of the design, of what synthesis made of it.
+    /// A point of the design with its synthesis results.
     ///
     /// # Errors
-    /// No power was estimated where there should be; the netlist's own checks.
+    /// A required power is missing; the netlist's own checks.
     pub fn new(
         point: &Point,
         config: &Config,
@@ -231,7 +231,7 @@ impl GridPoint {
     /// Its configuration.
     ///
     /// # Errors
-    /// It is none.
+    /// The text is not a valid configuration.
     pub fn config(&self) -> Result<Config, SynthError> {
         Config::from_toml(&self.config, "the grid").map_err(|e| SynthError::Grid {
             point: self.name(),
@@ -239,21 +239,21 @@ impl GridPoint {
         })
     }
 
-    /// Of the Verilog that is generated for it now; its own is [`GridPoint::verilog`].
+    /// Digest of the Verilog generated for it now; that of its synthesis is [`GridPoint::verilog`].
     ///
     /// # Errors
-    /// Its configuration is none.
+    /// Its configuration is invalid.
     pub fn current_digest(&self) -> Result<String, SynthError> {
         digest(&self.config()?, self.family.unit())
     }
 
-    /// On a line.
+    /// Name on one line.
     #[must_use]
     pub fn name(&self) -> String {
         self.config.trim_end().replace('\n', "; ")
     }
 
-    /// Square micrometres of all modules.
+    /// Area of all modules, in square micrometres.
     #[must_use]
     pub fn area_um2(&self) -> f64 {
         self.modules
@@ -268,15 +268,15 @@ impl GridPoint {
         self.modules.iter().map(|m| m.count * m.flops).sum()
     }
 
-    /// Picojoules a cycle of all modules, without delays and with glitches.
+    /// Energy of all modules in picojoules a cycle, with zero delays and with glitches.
     #[must_use]
     pub fn energy(&self) -> [f64; 2] {
         let sum = |of: fn(&GridEnergy) -> f64| self.modules.iter().map(|m| of(&m.energy)).sum();
         [sum(|e| e.zero_delay_pj), sum(|e| e.with_glitches_pj)]
     }
 
-    /// That figures are numbers above 0, of modules 0 or more: those of memories alone have
-    /// no cells; and that the period is that of the longest path.
+    /// Checks that figures are positive, those of modules not negative (a module of memories alone
+    /// has no cells), and that the period is that of the longest path.
     fn check(&self) -> Result<(), String> {
         let ends = self.ends.iter().map(|e| ("period_ps", e.period_ps));
         let own = [
@@ -318,7 +318,7 @@ impl GridPoint {
     }
 }
 
-/// Of the Verilog of a unit, 16 hexadecimal digits.
+/// Digest of a unit's Verilog, 16 hexadecimal digits.
 fn digest(config: &Config, unit: UnitKind) -> Result<String, SynthError> {
     let header = Header {
         origin: String::new(),
@@ -340,7 +340,7 @@ mod tests {
     use super::*;
     use crate::SynthReport;
 
-    /// The paper's gathering unit as it was synthesised, as a point.
+    /// The synthesised gathering unit of the paper as a point.
     fn paper(change: fn(&mut UnitReport)) -> Result<GridPoint, SynthError> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../synth/paper-asap7.json");
         let mut unit = SynthReport::read(&path).unwrap().raw.units.remove(0);
@@ -376,7 +376,7 @@ mod tests {
 
     const GRID: &str = include_str!("../../../../synth/grid-asap7.json");
 
-    /// The file with one change, the digest of its figures made again or not.
+    /// The file with one change, with or without a new digest.
     fn changed(change: fn(&mut Grid), is_signed: bool) -> String {
         let path = Path::new("grid.json");
         let mut grid = Grid::parse(GRID, path).unwrap();

@@ -1,4 +1,4 @@
-//! The configurations of the grid.
+//! Experimental design of the grid.
 
 use std::collections::BTreeMap;
 
@@ -11,22 +11,22 @@ use serde_json::{Value, json};
 
 use crate::UnitKind;
 
-/// Units that differ in numbers alone.
+/// Units that differ in numbers only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Family {
     /// The channel-major gathering unit.
     Gathering,
-    /// The same, pipelined.
+    /// The channel-major gathering unit, pipelined.
     GatheringPipelined,
-    /// The vector unit with restoring exponentials, an iteration a clock.
+    /// The vector unit with restoring exponentials, one iteration a clock.
     Vector,
-    /// The same, pipelined.
+    /// The vector unit with restoring exponentials, pipelined.
     VectorPipelined,
 }
 
 impl Family {
-    /// All of them.
+    /// All families.
     pub const ALL: [Self; 4] = [
         Self::Gathering,
         Self::GatheringPipelined,
@@ -43,7 +43,7 @@ impl Family {
         }
     }
 
-    /// What varies: field of the configuration, and values in order.
+    /// Varied fields with their values in order.
     const fn knobs(self) -> &'static [Knob] {
         match self {
             Self::Gathering => &GATHERING,
@@ -53,7 +53,7 @@ impl Family {
         }
     }
 
-    /// Configurations: so many, and what of the text is not the default.
+    /// Number of configurations, and their common differences from the default.
     const fn points(self) -> (usize, &'static str) {
         match self {
             Self::Gathering => (20, ""),
@@ -64,15 +64,15 @@ impl Family {
     }
 }
 
-/// Why a configuration's unit is in no family: its fields that would have to be others.
+/// Fields that keep a configuration's unit out of every family.
 pub type Differences = Vec<String>;
 
 impl Family {
-    /// The family of a configuration's unit, and which of its numbers are beyond those
-    /// of the grid: `field = value, the grid has a to b`.
+    /// The family of a configuration's unit, and its numbers outside the grid: `field = value, the
+    /// grid has a to b`.
     ///
     /// # Errors
-    /// The fields in which the unit differs from its family in more than numbers.
+    /// The fields in which the unit differs from every family in more than numbers.
     pub fn of(config: &Config, unit: UnitKind) -> Result<(Self, Vec<String>), Differences> {
         let is_pipelined = match unit {
             UnitKind::Gathering => config.gu.pipelined,
@@ -116,7 +116,7 @@ impl Family {
     }
 }
 
-/// All fields of a configuration, each by its path.
+/// All fields of a configuration by path.
 fn fields(config: &Config) -> BTreeMap<String, Value> {
     fn add(path: &str, value: Value, to: &mut BTreeMap<String, Value>) {
         match value {
@@ -138,7 +138,7 @@ fn fields(config: &Config) -> BTreeMap<String, Value> {
     found
 }
 
-/// A field and the values that it takes, in order.
+/// A field with its values in order.
 type Knob = (&'static str, &'static [u32]);
 
 const BANKS: Knob = ("gu.banks", &[8, 12, 16, 20, 24, 32, 40, 48, 56, 64]);
@@ -184,14 +184,14 @@ const VECTOR_PIPELINED: [Knob; 3] = [
 /// A configuration of the grid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Point {
-    /// Which units it is one of.
+    /// Family of its unit.
     pub family: Family,
-    /// What it has in place of the defaults, as TOML.
+    /// Its differences from the defaults, as TOML.
     pub text: String,
 }
 
 impl Point {
-    /// On a line.
+    /// Name on one line.
     #[must_use]
     pub fn name(&self) -> String {
         self.text.trim_end().replace('\n', "; ")
@@ -200,15 +200,14 @@ impl Point {
     /// Its configuration.
     ///
     /// # Errors
-    /// The rules of configurations, should they change.
+    /// It breaks a rule of configurations.
     pub fn config(&self) -> Result<Config, ConfigError> {
         Config::from_toml(&self.text, "the grid")
     }
 }
 
-/// The grid, a Latin hypercube: every value of each knob about as often as the others,
-/// in an order of its own. In every second vector unit there are exponentials alone, in
-/// the others all operations.
+/// The grid, a Latin hypercube: each value of a knob is used about equally often, in an independent
+/// order. Half of the vector units have exponentials only, the others all operations.
 #[must_use]
 pub fn design() -> Vec<Point> {
     let mut points = vec![];
@@ -239,9 +238,9 @@ pub fn design() -> Vec<Point> {
     points
 }
 
-/// The paper's units with what no formula is of, each as it is: other exponentials, exact sums, and
-/// records that share a row; and the preset `fields`' vector unit with settings that formulas set
-/// in no proportion to it. The family is the one that it differs from in more than numbers.
+/// Units that no formula covers, each on its own: the paper's with other exponentials, exact sums,
+/// and records that share a row; and the preset `fields`' vector unit with settings outside the
+/// formulas. The family is the one from which it differs in more than numbers.
 #[must_use]
 pub fn forms() -> Vec<Point> {
     let tails = [4, 6, 8, 9, 12, 14].map(|n| format!("iterations = {n}\ntail = true"));
@@ -287,7 +286,7 @@ pub fn forms() -> Vec<Point> {
     exponentials.chain(gathering).chain(fields).collect()
 }
 
-/// Whether a field of a configuration is one of a unit's.
+/// Whether a field of a configuration affects a unit.
 fn matters(field: &str, unit: UnitKind) -> bool {
     match unit {
         UnitKind::Gathering => !field.starts_with("vu.") && field != "clock_mhz",
@@ -295,15 +294,15 @@ fn matters(field: &str, unit: UnitKind) -> bool {
     }
 }
 
-/// A configuration with the widths that it has in effect, and nothing said of what its form of the
-/// exponential has not.
+/// A configuration with its effective widths, and without settings that its exponential form does
+/// not use.
 fn in_effect(config: &Config) -> Config {
     let mut own = config.clone();
     own.vu.exp = own.vu.exp.in_effect();
     own
 }
 
-/// Whether a unit is the same in two configurations.
+/// Whether a unit is equal in two configurations.
 pub(crate) fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
     let own = |config| {
         let fields = fields(&in_effect(config)).into_iter();
@@ -343,7 +342,7 @@ mod tests {
         }
     }
 
-    /// No two are the same, and of none there is a formula.
+    /// No two are equal, and no formula covers any.
     #[test]
     fn every_form_is_one_that_no_formula_is_of() {
         let forms = forms();
@@ -358,7 +357,7 @@ mod tests {
         }
     }
 
-    /// Those of the preset `fields` differ from it in one setting of the exponential.
+    /// Forms of the preset `fields` differ from it in one setting of the exponential.
     #[test]
     fn forms_of_fields_are_of_the_preset() {
         let preset = Config::from_toml(include_str!("../../../../configs/fields.toml"), "fields");
@@ -393,7 +392,7 @@ mod tests {
         );
     }
 
-    /// Every value of every knob that there are points enough for.
+    /// Every value of every knob with enough points occurs.
     #[test]
     fn knobs_are_swept() {
         let points = design();

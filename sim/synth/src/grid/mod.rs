@@ -1,5 +1,5 @@
-//! A grid of configurations, synthesised: how area, period and energy go with banks,
-//! ports, widths, lanes and iterations; and exponentials of other structure, each by itself.
+//! Grid of synthesised configurations: area, period and energy over banks, ports, widths, lanes and
+//! iterations; and exponentials of other structure, each on its own.
 
 mod data_set;
 mod design;

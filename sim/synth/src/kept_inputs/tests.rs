@@ -1,5 +1,5 @@
-//! Each input changed alone gives another key. An input that is new does not compile until it is
-//! set here; one that a key leaves out fails.
+//! Each input changed alone changes the key. A new input does not compile until it is set here; an
+//! input missing from a key fails.
 
 #![allow(clippy::expect_used)]
 

@@ -1,4 +1,4 @@
-//! What moves the units: a share of the work of a scene, with its golden results.
+//! Switching activity: a share of a scene's work, with its golden results.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +8,14 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 
-/// MVoxels of a share: those with the most entries.
+/// MVoxels in a share: those with the most entries.
 const MVOXELS: usize = 4;
-/// Cycles in which an MVoxel of a share is issued: about as many as its rows take to
-/// load.
+/// Issue cycles of an MVoxel in a share: about as many as its rows take to load.
 const ISSUES: usize = 512;
-/// Runs of neighbouring elements of a share, and vectors of each.
+/// Runs of neighbouring elements in a share, and vectors of each.
 const RUNS: usize = 4;
 const VECTORS: usize = 16;
-/// Elements that are kept of an operation.
+/// Largest number of stored elements of an operation.
 const ELEMENTS: usize = 1 << 20;
 
 /// A share of a scene's work for the gathering unit.
@@ -38,13 +37,13 @@ pub struct VectorWindow {
 /// Tasks of one kind.
 #[derive(Default)]
 struct Gathered {
-    /// Of all of them.
+    /// Entries of all tasks.
     entries: u64,
-    /// The largest ones, with their features.
+    /// The largest tasks with their features.
     kept: Vec<(GatherTask, Vec<i32>)>,
 }
 
-/// Keeps a share of the work of units.
+/// Observer that samples a share of the units' work.
 pub struct Sampler {
     config: Config,
     /// By vertices and channels.
@@ -53,7 +52,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Of the units of a configuration.
+    /// A sampler for units of a configuration.
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
@@ -63,7 +62,7 @@ impl Sampler {
         }
     }
 
-    /// The work of the kind of which there is most; none without gathers.
+    /// The share of the most frequent kind of gathering; `None` without gathers.
     #[must_use]
     pub fn gather_window(&self) -> Option<GatherWindow> {
         let most = self.gathered.iter().max_by_key(|(_, own)| own.entries);
@@ -81,7 +80,7 @@ impl Sampler {
         Some(window)
     }
 
-    /// The exponentials of which there are most; none without any.
+    /// The share of the most frequent exponential; `None` without any.
     #[must_use]
     pub fn vector_window(&self) -> Option<VectorWindow> {
         let most = self.computed.values().max_by_key(|(_, all)| all[0].len());
@@ -134,7 +133,7 @@ impl Observer for Sampler {
         Ok(())
     }
 
-    /// Products move neither unit.
+    /// Products use neither unit.
     fn multiplied(&mut self, _: &Product) {}
 }
 
@@ -145,7 +144,7 @@ impl GatherWindow {
         self.tasks.iter().map(|t| t.entries.len() as u64).sum()
     }
 
-    /// Whether a unit of fewer banks does the same, bank by bank.
+    /// Whether the work is the same bank by bank in a unit with fewer banks.
     pub(super) fn can_be_sliced(&self, config: &Config) -> bool {
         let organisation = config.organisation().0;
         let is_shared = |t: &GatherTask| config.records_a_row(t.vertices, t.channels) > 1;
@@ -164,7 +163,7 @@ impl GatherWindow {
         }
     }
 
-    /// The work of a unit of `config.gu.banks` for some of its banks.
+    /// The work of some banks of a unit with `config.gu.banks`.
     pub(super) fn of_banks(&self, config: &Config, banks: &[usize]) -> Self {
         let all = config.gu.banks as usize;
         let mut found = Self::default();
@@ -203,7 +202,7 @@ impl VectorWindow {
         self.runs.iter().map(|run| run[0].len() as u64).sum()
     }
 
-    /// The work of a unit of `all` lanes for some of its lanes.
+    /// The work of some lanes of a unit with `all` lanes.
     pub(super) fn of_lanes(&self, all: usize, lanes: &[usize]) -> Self {
         let pick = |values: &Vec<i32>| -> Vec<i32> {
             let vectors = values.chunks(all);

@@ -1,4 +1,4 @@
-//! What a library says of a cell's energy and time.
+//! Energy and timing of a cell, from the library.
 
 use potamoi_gates::{Gate, Truth};
 
@@ -6,13 +6,13 @@ use super::lack::Lack;
 use super::table::{Table, Tables};
 use crate::liberty::Group;
 
-/// Energy inside a cell when a pin moves, in the library's unit: of its capacitance
-/// times the square of its voltage. A library may give it once for each rail: since
-/// what comes from the supply leaves through ground these are two measurements of the
-/// same energy, and their mean is taken.
+/// Internal energy of a cell for a transition of a pin, in the library's unit: of its capacitance
+/// times the square of its voltage. A library may state it for each rail. Charge from the supply
+/// leaves through ground, so that these are two measurements of the same energy, and their mean is
+/// taken.
 #[derive(Debug, Clone)]
 pub(super) struct Energy {
-    /// Of inputs, outputs and the clock, in this order.
+    /// Condition on inputs, outputs and the clock, in this order.
     when: Option<Truth>,
     falls: Vec<Table>,
     rises: Vec<Table>,
@@ -26,10 +26,10 @@ impl Energy {
     }
 }
 
-/// From an input to an output.
+/// Timing arc from an input to an output.
 #[derive(Debug, Clone)]
 pub(super) struct Timing {
-    /// By whether the output rises.
+    /// Delays of a falling and of a rising output.
     delays: [Table; 2],
     transitions: [Table; 2],
 }
@@ -39,7 +39,7 @@ impl Timing {
         self.delays[usize::from(rises)].at(transition, load, true)
     }
 
-    /// The output's transition, the mean of rising and falling.
+    /// Transition of the output, as mean of rising and falling.
     pub(super) fn transition(&self, transition: f64, load: f64) -> f64 {
         let of = |t: &Table| t.at(transition, load, true);
         (of(&self.transitions[0]) + of(&self.transitions[1])) / 2.0
@@ -50,28 +50,27 @@ impl Timing {
     }
 }
 
-/// A cell; pins as in its [`Gate`].
+/// Energy and timing of a cell; pins as in its [`Gate`].
 #[derive(Debug, Clone)]
 pub(super) struct CellPower {
     pub(super) energies: Vec<Energy>,
-    /// Energies of each output, by related input; of a flip-flop its clock alone.
+    /// Energies of each output by related input; of a flip-flop by its clock alone.
     outputs: Vec<Vec<Vec<usize>>>,
-    /// Energies of inputs that move alone, and in the end of the clock.
+    /// Energies of inputs that change alone, then of the clock.
     inputs: Vec<Vec<usize>>,
-    /// Of each output, by related input.
+    /// Timing of each output by related input.
     pub(super) timings: Vec<Vec<Vec<Timing>>>,
-    /// Of the inputs, in the library's unit.
+    /// Input capacitances in the library's unit.
     pub(super) loads: Vec<f64>,
     pub(super) clock_load: f64,
-    /// In the library's unit.
+    /// Leakage in the library's unit.
     pub(super) leakage: f64,
     inputs_count: usize,
     outputs_count: usize,
     is_flop: bool,
 }
 
-/// Energies of which the mean counts, with the clock low and high, and whether the pin
-/// rises.
+/// Energies to average, with the clock low and high, and whether the pin rises.
 pub(super) type Class = ([Vec<usize>; 2], bool);
 
 impl CellPower {
@@ -140,7 +139,7 @@ impl CellPower {
         Ok(found)
     }
 
-    /// Energies of a pin, of a related one or of none; those of all rails together.
+    /// Energies of a pin for a related pin or none, all rails together.
     fn energies(
         &mut self,
         tables: &Tables<'_>,
@@ -190,7 +189,8 @@ impl CellPower {
         Ok(found.into_iter().map(|(_, at)| at).collect())
     }
 
-    /// A cell that gives energy away when it goes there and back is measured wrongly.
+    /// Refuses a cell that yields energy over a full cycle of transitions: its measurement is
+    /// wrong.
     fn check(&self, gate: &Gate) -> Result<(), Lack> {
         for (output, name) in self.outputs.iter().zip(&gate.outputs) {
             let all: Vec<usize> = output.iter().flatten().copied().collect();
@@ -207,7 +207,7 @@ impl CellPower {
         Ok(())
     }
 
-    /// The energies that count in a state, given whether the clock is high.
+    /// Energies that apply in a state; `is_high` is the clock.
     fn pick(&self, all: &[usize], state: usize, is_high: bool) -> Vec<usize> {
         let inputs = state & ((1 << self.inputs_count) - 1);
         let outputs = state >> (self.inputs_count + usize::from(self.is_flop));
@@ -225,21 +225,21 @@ impl CellPower {
         all.iter().filter(always).copied().collect()
     }
 
-    /// What counts when an input moves, from a state on.
+    /// Class of a transition of an input, from a state.
     pub(super) fn input_class(&self, pin: usize, state: usize) -> Class {
         let all = &self.inputs[pin];
         let rises = state >> pin & 1 == 0;
         ([false, true].map(|high| self.pick(all, state, high)), rises)
     }
 
-    /// What counts when the clock moves.
+    /// Class of a transition of the clock.
     pub(super) fn clock_class(&self, state: usize, rises: bool) -> Class {
         let all = self.inputs.last().map_or(&[][..], |own| own);
         // In conditions the other pins are meant.
         ([false, true].map(|high| self.pick(all, state, high)), rises)
     }
 
-    /// What counts when an output moves because of an input.
+    /// Class of a transition of an output caused by an input.
     pub(super) fn output_class(&self, output: usize, pin: usize, state: usize) -> Class {
         let own = &self.outputs[output];
         let first = self.inputs_count + usize::from(self.is_flop);
@@ -295,7 +295,8 @@ fn timing(tables: &Tables<'_>, pin: &Group, cause: &str) -> Result<Vec<Timing>, 
     Ok(found)
 }
 
-/// Of a cell in no particular state, in the library's unit.
+/// Leakage in no particular state, in the library's unit; a mean over states where only those are
+/// given.
 fn leakage(tables: &Tables<'_>, cell: &Group, gate: &Gate) -> Result<f64, Lack> {
     let number = |group: &Group, name: &str| -> Result<Option<f64>, Lack> {
         let Some(text) = group.value(name) else {

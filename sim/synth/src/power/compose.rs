@@ -1,8 +1,8 @@
-//! A unit's energy from those of slices of it.
+//! Composes a unit's energy from that of slices.
 //!
-//! A kind of module that is the same in every slice, and of which a larger unit has
-//! more, counts by its number. What a unit has once grows with its banks or lanes along
-//! a line through two slices: words of a FIFO, masks of a row.
+//! A kind of module that is the same in every slice, and more frequent in a larger unit, scales
+//! with its number. A module that a unit has once grows linearly in banks or lanes, along the line
+//! through two slices: words of a FIFO, masks of a row.
 
 use std::collections::BTreeMap;
 
@@ -18,13 +18,13 @@ pub(super) struct Piece {
     pub(super) count: u64,
     pub(super) cells: u64,
     pub(super) flops: u64,
-    /// Of all of them, in femtojoules a cycle.
+    /// Energies of all instances, in femtojoules a cycle.
     pub(super) energies: Energies,
-    /// Of all of them, in nanowatts.
+    /// Leakage of all instances, in nanowatts.
     pub(super) leakage: f64,
 }
 
-/// A slice: how large it is, and its kinds of module by name.
+/// Size of a slice, and its kinds of module by name.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Slice {
     pub(super) size: u64,
@@ -58,7 +58,7 @@ impl Slice {
         }
     }
 
-    /// The mean of slices of one size, by their shares.
+    /// Weighted mean of slices of one size.
     pub(super) fn mean(slices: &[Self], shares: &[f64]) -> Option<Self> {
         let mut mean = slices.first()?.clone();
         for (name, piece) in &mut mean.pieces {
@@ -72,8 +72,8 @@ impl Slice {
     }
 }
 
-/// The whole unit's energies and leakage, by module, from two slices, the smaller one
-/// first. Modules that no slice has are named.
+/// Energies and leakage of the whole unit by module, from two slices, the smaller first. Modules
+/// that no slice has are named in the error.
 pub(super) fn compose(
     slices: &[Slice; 2],
     size: u64,
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(missing.unwrap_err(), "other");
     }
 
-    /// A quarter of 4 and three quarters of 8.
+    /// Slices with weights of a quarter and three quarters.
     #[test]
     fn slices_of_one_size_count_by_their_shares() {
         let of = |energy: f64| slice(2, &[("lane", piece(2, 7, energy))]);

@@ -1,4 +1,4 @@
-//! Counts what moves in a netlist, and what energy that takes.
+//! Counts transitions in a netlist, and their energy.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,26 +8,26 @@ use potamoi_gates::{Flat, Watch};
 use super::cell::{CellPower, Class};
 use super::still::Still;
 
-/// What to count for each movement of a kind of cell.
+/// Energy classes of the transitions of a kind of cell.
 #[derive(Debug, Default)]
 struct Kind {
-    /// In order of first use; the first one is of no energy.
+    /// Classes in order of first use; the first has no energy.
     classes: Vec<Class>,
     /// Whether each class is the clock's.
     clock: Vec<bool>,
-    /// By pin, then by state.
+    /// Class by input pin, then by state.
     input: Vec<u16>,
-    /// By output, pin and state.
+    /// Class by output, pin and state.
     output: Vec<u16>,
-    /// By whether the clock rises, and state.
+    /// Class by clock edge (rising or not) and state.
     edge: Vec<u16>,
-    /// The pin and the output (from 1) whose transition and load each class takes.
+    /// Pin and output (from 1) whose transition and load apply to each class.
     at: Vec<[u8; 2]>,
     states: usize,
     causes: usize,
 }
 
-/// Pin of a class that takes the clock's transition.
+/// Marks classes with the clock's transition.
 const CLOCK: u8 = u8::MAX;
 
 impl Kind {
@@ -91,17 +91,17 @@ impl Kind {
     }
 }
 
-/// Counts, cell by cell and net by net.
+/// Counts of transitions, by cell and by net.
 pub(super) struct Counter {
     flat: Arc<Flat>,
     kinds: Vec<Kind>,
-    /// Where the counts of each cell begin.
+    /// First count of each cell.
     from: Vec<u32>,
     counts: Vec<u32>,
     toggles: Vec<u32>,
 }
 
-/// Femtojoules of a kind of module, all of them together.
+/// Energies of all instances of a kind of module, in femtojoules.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Energies {
     pub(super) switching: f64,
@@ -163,7 +163,7 @@ impl Counter {
         self.toggles.fill(0);
     }
 
-    /// Changes of all nets.
+    /// Transitions of all nets.
     pub(super) fn toggles(&self) -> u64 {
         self.toggles.iter().map(|n| u64::from(*n)).sum()
     }
@@ -180,7 +180,7 @@ impl Counter {
         }
     }
 
-    /// Energies of what was counted in `cycles`, by kind of module.
+    /// Energies of the counts over `cycles`, by kind of module.
     pub(super) fn energies(&self, still: &Still, cycles: u64) -> Vec<Energies> {
         let units = &still.units;
         let mut sums = vec![Energies::default(); self.flat.modules.len()];

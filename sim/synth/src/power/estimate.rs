@@ -1,4 +1,4 @@
-//! From a unit's netlists and work to its power.
+//! Power of a unit from its netlists and work.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -26,15 +26,14 @@ use crate::{SynthError, UnitKind};
 const BANKS: [u32; 2] = [2, 4];
 const LANES: [u32; 2] = [1, 2];
 
-/// Steps of an estimate from slices that [`Order::step`] is told of.
+/// Steps of an estimate from slices that [`Order::step`] reports.
 pub const POWER_STEPS: u64 = 2 * 3;
 
-/// Estimates the power of a unit, or finds what an earlier run on the same netlists and
-/// work left in `cache`.
+/// Estimates the power of a unit; cached in `cache` by netlists and work.
 ///
 /// # Errors
-/// A program fails, files cannot be written, the library is corrupt, or the netlist
-/// computes something else than the golden model.
+/// A program fails, files cannot be written, the library is corrupt, or the netlist differs from
+/// the golden model.
 pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
     let work = match (order.unit, order.windows) {
         (UnitKind::Gathering, (Some(window), _)) => Work::Gather(window.clone()),
@@ -61,23 +60,22 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
     Ok(kept::read(&kept).unwrap_or(power))
 }
 
-/// A netlist to be run, and the work that it is given, run after run.
+/// A netlist to simulate, with its work, run after run.
 pub(super) struct Part {
     /// Banks or lanes.
     pub(super) size: u64,
     pub(super) config: Config,
     pub(super) netlist: String,
     pub(super) module: Arc<Module>,
-    /// Each with its share of the energy.
+    /// Work of each run, with its weight in the energy.
     pub(super) works: Vec<(f64, Work)>,
 }
 
-/// What runs work through a netlist, with delays or without.
+/// Simulates work on a netlist, with delays or without.
 pub(super) type Measure = dyn Fn(&Still, &Config, &Work, bool) -> Result<Measured, SynthError>;
 
-/// Banks or lanes of two slices of these sizes for each of the unit's kinds, with their shares
-/// of the energy. The same ones are in both: the larger slice has them all, the smaller one
-/// some of them at a time.
+/// Banks or lanes of slices of two sizes for each of the unit's kinds, with weights. Both sizes
+/// cover the same ones: the larger slice all at once, the smaller one some at a time.
 pub(super) fn sets(kinds: &[(f64, Range<usize>)], sizes: [u32; 2]) -> [Vec<(f64, Vec<usize>)>; 2] {
     let parts = (sizes[1] / sizes[0]) as usize;
     let mut sets = [vec![], vec![]];
@@ -102,7 +100,7 @@ impl Order<'_> {
         }
     }
 
-    /// The slices of a unit, the smaller first; or the whole of it.
+    /// The slices of a unit, the smaller first; or the whole unit.
     fn parts(&self, work: &Work, cache: &Path) -> Result<Vec<Part>, SynthError> {
         let all = self.size();
         let (sizes, can) = match work {
@@ -157,7 +155,7 @@ impl Order<'_> {
         config
     }
 
-    /// What an estimate depends on.
+    /// Cache inputs of an estimate.
     fn inputs<'p>(&'p self, parts: &'p [Part]) -> PowerInputs<'p, Work> {
         PowerInputs {
             unit: self.unit,
@@ -172,7 +170,7 @@ impl Order<'_> {
         }
     }
 
-    /// Runs the parts' work with `measure` and adds up.
+    /// Simulates the parts with `measure`, and adds up.
     pub(super) fn compute(
         &self,
         work: &Work,
@@ -198,8 +196,7 @@ impl Order<'_> {
         self.report(work, &ran)
     }
 
-    /// The netlists of the parts. Nets that leave a module for all banks or lanes are slower in
-    /// the whole unit.
+    /// The parts' netlists. Nets that fan out to all banks or lanes are slower in the whole unit.
     fn stills(&self, parts: &[Part]) -> Result<Vec<Still>, Lack> {
         let library = PowerLibrary::read(self.library)?;
         let whole = match parts {
@@ -236,8 +233,8 @@ impl Order<'_> {
 mod tests {
     use super::*;
 
-    /// 13 of 32 banks have a channel; four of each kind are simulated, two by two in the
-    /// smaller slice.
+    /// 13 of 32 banks have a channel; four of each kind are simulated, in pairs in the smaller
+    /// slice.
     #[test]
     fn slices_have_the_same_banks_and_share_one_unit() {
         let kinds = [(13.0 / 32.0, 0..13), (19.0 / 32.0, 13..32)];

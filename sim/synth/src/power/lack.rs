@@ -1,4 +1,4 @@
-//! Why a power cannot be estimated.
+//! Why power cannot be estimated.
 
 use potamoi_gates::Gate;
 
@@ -7,9 +7,9 @@ use crate::SynthError;
 /// Why there is no estimate.
 #[derive(Debug)]
 pub(super) enum Lack {
-    /// The library does not say.
+    /// The library lacks data.
     Absent(String),
-    /// Something is wrong.
+    /// An error occurred.
     Wrong(SynthError),
 }
 

@@ -1,4 +1,4 @@
-//! A library's figures for the cells of a netlist, and units.
+//! A library's energies and timing for the cells of a netlist, and its units.
 
 use std::collections::BTreeMap;
 
@@ -11,31 +11,31 @@ use crate::cell_gates::gates;
 use crate::liberty::{self, Group};
 use crate::{Library, SynthError};
 
-/// A library that is read for power. What it lacks is said when a cell is asked for.
+/// A library read for power. Missing data is reported when a cell is used.
 pub(crate) struct PowerLibrary {
     file: Group,
     origin: String,
     pub(crate) gates: BTreeMap<String, Result<Gate, String>>,
     pub(super) units: Units,
     buffer: String,
-    /// On outputs of a unit, in the library's unit.
+    /// Load of a unit's outputs, in the library's unit.
     pub(super) output_load: f64,
 }
 
-/// What the library's numbers mean.
+/// Units of the library's numbers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Units {
     pub(super) time_ps: f64,
     pub(super) load_ff: f64,
-    /// Of its supply.
+    /// Supply voltage in volts.
     pub(super) volts: f64,
-    /// Of one unit of energy: a unit of load at the square of a unit of voltage.
+    /// Unit of energy in femtojoules: a unit of capacitance at the square of a unit of voltage.
     pub(super) energy_fj: f64,
     pub(super) leakage_nw: f64,
 }
 
 impl PowerLibrary {
-    /// Reads the library's text again, for what areas and periods do not need.
+    /// Reads the parts of the library that area and period do not need.
     pub(crate) fn read(library: &Library) -> Result<Self, SynthError> {
         let file = liberty::parse(&library.text, &library.path)?;
         let volts_unit = library.voltage_v;
@@ -55,7 +55,7 @@ impl PowerLibrary {
         })
     }
 
-    /// Figures of the cells of a netlist, in the order of its gates.
+    /// Data of the cells of a netlist, in the order of its gates.
     pub(super) fn cells(&self, flat: &Flat) -> Result<Vec<CellPower>, Lack> {
         if self.units.volts <= 0.0 {
             let what = "the library has no nom_voltage above 0";
@@ -71,8 +71,8 @@ impl PowerLibrary {
         CellPower::read(&tables, cell, gate)
     }
 
-    /// The transition that inputs, memories and the clock are taken to have: that of
-    /// the smallest buffer with four of its inputs behind it, driven by its like.
+    /// Assumed transition of inputs, memories and the clock: that of the smallest buffer loaded
+    /// with four of its inputs, driven by another one.
     pub(super) fn transition(&self) -> Result<f64, Lack> {
         let gate = self.gates.get(&self.buffer).and_then(|g| g.as_ref().ok());
         let what = || Lack::Absent(format!("the buffer {} has no delays", self.buffer));
@@ -86,8 +86,7 @@ impl PowerLibrary {
     }
 }
 
-/// Picoseconds of the transition that inputs are taken to have: none where the library does
-/// not say.
+/// Assumed transition of inputs in picoseconds; `None` where the library does not state it.
 pub(crate) fn usual_transition_ps(library: &Library) -> Result<Option<f64>, SynthError> {
     let own = PowerLibrary::read(library)?;
     match own.transition() {

@@ -11,10 +11,10 @@ use super::count::{Counter, Energies};
 use super::still::Still;
 use crate::SynthError;
 
-/// Cycles without work that are measured after the work.
+/// Idle cycles measured after the work.
 const REST: u64 = 64;
 
-/// Work for a unit of cells.
+/// Work for a gate-level unit.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(super) enum Work {
     Gather(GatherWindow),
@@ -22,8 +22,8 @@ pub(super) enum Work {
 }
 
 impl Work {
-    /// Does it, compared with golden results in every output bit and every cycle; gives
-    /// the cycles in which the unit was busy.
+    /// Runs it, compared with golden results in every output bit and every cycle. Returns the busy
+    /// cycles.
     pub(super) fn run<W: Watch>(
         &self,
         engine: &mut GateEngine<W>,
@@ -48,8 +48,8 @@ impl Work {
         }
     }
 
-    /// Of all banks or lanes, those that have alike to do, and which share they are: where
-    /// the channels do not fill the banks, those past the last channel have nothing.
+    /// Groups of banks or lanes with equal work, and their weights: where the channels do not fill
+    /// the banks, those past the last channel are idle.
     pub(super) fn kinds(&self, all: usize) -> Vec<(f64, Range<usize>)> {
         let full = match self {
             Self::Gather(window) => window.banks_of_last_segment(all),
@@ -62,7 +62,7 @@ impl Work {
             .collect()
     }
 
-    /// Samples or exponentials.
+    /// Number of samples or exponentials.
     pub(super) fn items(&self) -> u64 {
         match self {
             Self::Gather(window) => window.entries(),
@@ -71,24 +71,24 @@ impl Work {
     }
 }
 
-/// What a run came to.
+/// Measurements of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Measured {
-    /// Femtojoules a cycle, by kind of module of the netlist.
+    /// Femtojoules a cycle by kind of module.
     pub(super) energies: Vec<Energies>,
-    /// The same without work.
+    /// Femtojoules an idle cycle by kind of module.
     pub(super) at_rest: Vec<Energies>,
     pub(super) cycles: u64,
-    /// Cycles in which the unit says that it was busy.
+    /// Busy cycles, as the unit reports them.
     pub(super) busy: u64,
-    /// Changes of a net a cycle, the mean of all nets but the clock.
+    /// Transitions of a net a cycle, as mean over all nets except the clock.
     pub(super) toggles: f64,
-    /// From an edge to the last change after it, in picoseconds, with delays.
+    /// Longest time from a clock edge to the last transition, in picoseconds, with delays.
     pub(super) longest_ps: f64,
 }
 
-/// Runs work through a netlist, compared with golden results in every output bit and
-/// every cycle, with the cells' delays or without any.
+/// Simulates work on a netlist, compared with golden results in every output bit and every cycle,
+/// with the cells' delays or without.
 pub(super) fn measure(
     still: &Still,
     config: &Config,

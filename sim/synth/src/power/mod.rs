@@ -1,16 +1,15 @@
-//! Power of a unit in cells: the library's tables, and what moves in the netlist while
-//! it does a share of a scene's work.
+//! Power of a gate-level unit, from the library's tables and the transitions in its netlist during
+//! a share of a scene's work.
 //!
-//! Energy is of three kinds. *Switching*: half of C V^2 for each change of a net, C the
-//! capacitance of the pins that it goes to. *Internal*: the library's `internal_power`
-//! by the input that causes it, its transition and the output's load, in the state in
-//! which the cell is. *Clock*: both of the flip-flops' clock pins. Transitions are those
-//! that the library gives along the way, rising and falling as their mean. Leakage is
-//! that of a cell in no particular state.
+//! Energy has three parts. *Switching*: half of C V^2 for each transition of a net, where C is the
+//! capacitance of the pins that it drives. *Internal*: the library's `internal_power` for the input
+//! that causes it, its transition and the output's load, in the state of the cell. *Clock*: both
+//! parts for the flip-flops' clock pins. Transition times are the library's along each path, as
+//! mean of rising and falling. Leakage is that of a cell in no particular state.
 //!
-//! The netlist is run twice: once in which each net changes at most once a cycle, and
-//! once with the cells' delays, so that glitches are counted too. Both runs are compared
-//! with golden values in every output bit and every cycle.
+//! The netlist is simulated twice: with zero delays, where each net changes at most once a cycle,
+//! and with the cells' delays, so that glitches count too. Both runs are compared with golden
+//! values in every output bit and every cycle.
 
 mod activity;
 mod cell;

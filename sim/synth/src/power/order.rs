@@ -1,39 +1,38 @@
-//! What is to be estimated, and how much of it is simulated.
+//! Order of a power estimate, and its extent.
 
 use potamoi_formats::config::Config;
 
 use super::activity::{GatherWindow, VectorWindow};
 use crate::{Library, Tools, UnitKind, UnitReport};
 
-/// How much of a unit is simulated.
+/// Simulated part of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// Two slices of few banks or lanes, of which the unit is composed; the whole unit
-    /// where it has no more, or cannot be sliced.
+    /// Two slices of few banks or lanes, from which the unit is composed; the whole unit where it
+    /// is no larger or cannot be sliced.
     Slices,
-    /// All of it.
+    /// The whole unit.
     Whole,
 }
 
-/// What is to be estimated.
+/// Order of a power estimate.
 pub struct Order<'a> {
     /// The configuration.
     pub config: &'a Config,
     /// Its unit.
     pub unit: UnitKind,
-    /// Its cells.
+    /// Cell library.
     pub library: &'a Library,
-    /// What maps slices.
+    /// Tools that map slices.
     pub tools: &'a Tools,
-    /// What was made of the unit, and its netlist.
+    /// The synthesised unit's report and netlist.
     pub made: (&'a UnitReport, &'a str),
-    /// The scene whose work it is.
+    /// Name of the scene.
     pub scene: &'a str,
-    /// Work for the gathering unit, and for the vector unit.
+    /// Work of the gathering unit, and of the vector unit.
     pub windows: (Option<&'a GatherWindow>, Option<&'a VectorWindow>),
-    /// How much is simulated.
+    /// Simulated part.
     pub extent: Extent,
-    /// Called after each step that was taken: a slice mapped, a netlist run without delays
-    /// or with them.
+    /// Called after each step: a slice mapped, or a netlist simulated without or with delays.
     pub step: &'a dyn Fn(),
 }

@@ -1,5 +1,4 @@
-//! What a netlist is before anything moves: loads of nets, transitions on them, delays
-//! of cells, leakage.
+//! Static data of a netlist: loads and transition times of nets, delays of cells, leakage.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,12 +11,12 @@ use super::lack::Lack;
 use super::library::{PowerLibrary, Units};
 use crate::SynthError;
 
-/// Picoseconds of a step of simulated time.
+/// Time step of the simulation, in picoseconds.
 const STEP_PS: f64 = 1.0;
-/// The longest delay of a cell, in steps.
+/// Longest delay of a cell, in steps.
 const MOST_STEPS: f64 = 1e5;
 
-/// Loads of the nets that the author of a netlist named, in the library's unit.
+/// Loads of named nets, in the library's unit.
 pub(super) fn named_loads(
     library: &PowerLibrary,
     flat: &Flat,
@@ -29,7 +28,7 @@ pub(super) fn named_loads(
         .collect())
 }
 
-/// Of each net: the pins that it goes to, and what is behind the unit's outputs.
+/// Load of each net: the pins that it drives, and the load of the unit's outputs.
 fn loads(library: &PowerLibrary, flat: &Flat, cells: &[CellPower]) -> Vec<f64> {
     let mut loads = vec![0.0; flat.nets()];
     for port in flat.ports.iter().filter(|p| p.output) {
@@ -46,25 +45,25 @@ fn loads(library: &PowerLibrary, flat: &Flat, cells: &[CellPower]) -> Vec<f64> {
     loads
 }
 
-/// A netlist with the figures of its cells.
+/// A netlist with its cells' data.
 pub(super) struct Still {
     pub(super) flat: Arc<Flat>,
     pub(super) cells: Vec<CellPower>,
     pub(super) units: Units,
-    /// Of each net, in the library's unit.
+    /// Load of each net, in the library's unit.
     pub(super) loads: Vec<f64>,
-    /// The same, but of nets that are larger in the whole unit their load there: it
-    /// decides when what is behind them moves.
+    /// The same loads, except that nets which are larger in the whole unit have their load there;
+    /// they set the timing.
     far_loads: Vec<f64>,
-    /// Of each net, in the library's unit of time.
+    /// Transition time of each net, in the library's unit of time.
     pub(super) transitions: Vec<f64>,
-    /// Of the clock.
+    /// Transition time of the clock.
     pub(super) clock_transition: f64,
     pub(super) delays: Arc<Delays>,
 }
 
 impl Still {
-    /// Of a netlist that is part of a larger one, in which nets of a name have `loads`.
+    /// A netlist that is part of a larger one, where nets named in `loads` have those loads.
     pub(super) fn new(
         library: &PowerLibrary,
         flat: &Arc<Flat>,
@@ -102,8 +101,8 @@ impl Still {
         &self.cells[usize::from(self.flat.cells[cell as usize].gate)]
     }
 
-    /// The netlist at work, with delays or without; what reset leaves open is drawn from
-    /// the seed.
+    /// A simulator of the netlist, with delays or without; state without reset is drawn from the
+    /// seed.
     pub(super) fn engine<W: Watch>(
         &self,
         is_delayed: bool,
@@ -120,12 +119,12 @@ impl Still {
         STEP_PS
     }
 
-    /// Of a net where it is, for the energy that it takes.
+    /// Load of a net in this netlist, for its energy.
     pub(super) fn load(&self, net: u32) -> f64 {
         self.loads[net as usize]
     }
 
-    /// Of a net in the whole unit, for time and for what is within cells.
+    /// Load of a net in the whole unit, for timing and internal energy.
     pub(super) fn far_load(&self, net: u32) -> f64 {
         self.far_loads[net as usize]
     }
@@ -134,7 +133,7 @@ impl Still {
         self.transitions[net as usize]
     }
 
-    /// Transitions on the pins that outputs of a cell come from.
+    /// Transition times of the pins that cause a cell's outputs.
     fn causes(&self, cell: u32) -> Vec<f64> {
         if self.flat.gate(cell).flop.is_some() {
             return vec![self.clock_transition];
@@ -143,8 +142,8 @@ impl Still {
         inputs.map(|net| self.transition(*net)).collect()
     }
 
-    /// Transitions from flip-flops and inputs on: of each output the mean of those that
-    /// its inputs would make.
+    /// Propagates transition times from flip-flops and inputs: each output has the mean over its
+    /// inputs.
     fn spread(&mut self) {
         let flat = self.flat.clone();
         for cell in flat.flops.iter().chain(&flat.order) {
@@ -200,7 +199,7 @@ impl Still {
         }
     }
 
-    /// Nanowatts of the cells of each kind of module.
+    /// Leakage of each kind of module, in nanowatts.
     pub(super) fn leakage_nw(&self) -> Vec<f64> {
         let mut sums = vec![0.0; self.flat.modules.len()];
         for cell in &self.flat.cells {
@@ -210,8 +209,8 @@ impl Still {
         sums
     }
 
-    /// The kind of module that a net's energy is counted for: its driver's; the whole
-    /// unit's where an input drives it.
+    /// Kind of module to which a net's energy belongs: its driver's, or the top one for a net
+    /// driven by an input.
     pub(super) fn module_of_net(&self, net: u32) -> usize {
         match self.flat.drivers[net as usize] {
             Driver::Cell { cell, .. } => self.flat.cells[cell as usize].module.into(),

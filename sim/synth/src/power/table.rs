@@ -1,15 +1,15 @@
-//! Tables of a library: a value by the transition of an input and the load of an output.
+//! Look-up tables of a library: values by input transition and output load.
 
 use std::collections::BTreeMap;
 
 use crate::SynthError;
 use crate::liberty::Group;
 
-/// The most values of a table.
+/// Largest number of values in a table.
 const MOST: usize = 1 << 12;
 
-/// Values by transition, then by load, in the library's units. An axis that a table has
-/// not holds one 0.
+/// Values by transition, then by load, in the library's units. A missing axis has the single point
+/// 0.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Table {
     transitions: Vec<f64>,
@@ -18,8 +18,8 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// The value, linear between the table's points. Past its ends it is that of the end,
-    /// or, if `is_extended`, goes on as between the last two points.
+    /// Bilinear interpolation. Outside the table the value is that of its edge or, if
+    /// `is_extended`, extrapolated from the last two points.
     pub(super) fn at(&self, transition: f64, load: f64, is_extended: bool) -> f64 {
         let (t, along) = place(&self.transitions, transition, is_extended);
         let (l, across) = place(&self.loads, load, is_extended);
@@ -31,13 +31,13 @@ impl Table {
         of(t) + along * (of(t + 1) - of(t))
     }
 
-    /// The first point of the transitions.
+    /// Smallest transition.
     pub(super) fn first_transition(&self) -> f64 {
         self.transitions[0]
     }
 }
 
-/// The point below, and how far the next one is on from it.
+/// Index of the point below, and the fraction to the next.
 fn place(points: &[f64], at: f64, is_extended: bool) -> (usize, f64) {
     let Some(last) = points.len().checked_sub(2) else {
         return (0, 0.0);
@@ -65,7 +65,7 @@ struct Template<'a> {
     group: &'a Group,
 }
 
-/// The templates of a library, and how its tables are read.
+/// Templates of a library, with which its tables are read.
 pub(super) struct Tables<'a> {
     origin: &'a str,
     templates: BTreeMap<(&'a str, &'a str), Option<Template<'a>>>,
@@ -99,7 +99,7 @@ impl<'a> Tables<'a> {
         group.wrong(self.origin, expected, found)
     }
 
-    /// Reads a table whose template is of a kind.
+    /// Reads a table with a template of this kind.
     pub(super) fn read(&self, group: &Group, kind: &str) -> Result<Table, SynthError> {
         let scalar = Template {
             axes: vec![],

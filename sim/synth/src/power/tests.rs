@@ -1,4 +1,4 @@
-//! Energies of small netlists by hand, and what libraries can lack.
+//! Energies of small netlists worked out by hand, and incomplete libraries.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
@@ -22,7 +22,7 @@ fn library(text: &str) -> Result<PowerLibrary, SynthError> {
     PowerLibrary::read(&Library::read(Path::new(&path))?)
 }
 
-/// A flip-flop that turns over with every clock.
+/// A flip-flop that toggles at every clock.
 const TURNS: &str = "module top(clk, y);\n input clk;\n output y;\n wire q;\n\
     DFF d (.CK(clk), .D(y), .Q(q));\n INV i (.A(q), .Y(y));\nendmodule\n";
 
@@ -31,7 +31,7 @@ fn still(library: &PowerLibrary, netlist: &str) -> Result<Still, Lack> {
     Still::new(library, &Arc::new(flat), &BTreeMap::new())
 }
 
-/// All from the model in the head of the library.
+/// All values are worked out from the model at the head of the library.
 #[test]
 fn the_energy_of_two_cells_is_what_it_is_by_hand() {
     let library = library(HANDFUL).unwrap();
@@ -83,8 +83,7 @@ fn the_energy_of_two_cells_is_what_it_is_by_hand() {
     assert!((still.leakage_nw()[0] - 0.9).abs() < 1e-9);
 }
 
-/// In a slice a net has the load of the whole unit for time, its own for the energy that
-/// it takes.
+/// In a slice, a net has the load of the whole unit for timing, and its own for energy.
 #[test]
 fn nets_of_a_larger_unit_are_as_slow_as_there() {
     let library = library(HANDFUL).unwrap();
@@ -103,8 +102,8 @@ fn nets_of_a_larger_unit_are_as_slow_as_there() {
     assert_eq!(found.delays.cells[0], to_q.round() as u32);
 }
 
-/// States decide which energies count, rails are measured twice, and the clock's half
-/// counts by half where nobody knows it.
+/// Conditions select energies, two rails are averaged, and energies count by half where the clock's
+/// level is not known.
 #[test]
 fn conditions_and_rails_are_heeded() {
     let two = "internal_power () { related_pin : \"A\"; related_pg_pin : VDD; \

@@ -1,4 +1,4 @@
-//! A unit's power from what was measured of its netlists.
+//! Total power of a unit from measurements of its netlists.
 
 use std::collections::BTreeMap;
 
@@ -11,19 +11,19 @@ use super::still::Still;
 use crate::UnitKind;
 use crate::power_report::{Activity, Figures, ModulePower, PowerReport};
 
-/// A netlist that did its work.
+/// A simulated netlist.
 pub(super) struct Ran {
     /// Banks or lanes.
     pub(super) size: u64,
     pub(super) still: Still,
-    /// Of each work, in the energy.
+    /// Weight of each work in the energy.
     pub(super) shares: Vec<f64>,
-    /// Of each work, without delays and with them.
+    /// Measurements of each work, without and with delays.
     pub(super) runs: [Vec<Measured>; 2],
 }
 
 impl Order<'_> {
-    /// Of slices, the smaller first, or of the whole unit.
+    /// Report from slices, the smaller first, or from the whole unit.
     pub(super) fn report(&self, work: &Work, ran: &[Ran]) -> Result<PowerReport, Lack> {
         let nothing = || Lack::Absent("nothing was simulated".to_owned());
         let Ran {
@@ -100,7 +100,7 @@ impl Order<'_> {
         })
     }
 
-    /// The whole unit from its slices, or from itself.
+    /// The whole unit, composed of slices or measured itself.
     fn whole(&self, slices: &[Slice]) -> Result<Whole, Lack> {
         let (report, _) = self.made;
         match slices {
@@ -179,7 +179,7 @@ mod tests {
     use potamoi_formats::config::Config;
     use std::path::Path;
 
-    /// A flip-flop whose `q` goes to a lane of one inverter each.
+    /// A flip-flop whose `q` drives one inverter in each lane.
     fn netlist(lanes: u64) -> String {
         let mut text = "module lane(a, y);\n input a;\n output y;\n INV i (.A(a), .Y(y));\n\
                         endmodule\nmodule vector_unit(clk, y);\n input clk;\n output y;\n\
@@ -192,7 +192,7 @@ mod tests {
         text.replace(" wire y;\n", "") + "endmodule\n"
     }
 
-    /// The paper's vector unit with these modules in place of its own, at half a gigahertz.
+    /// The paper's vector unit with these modules instead of its own, at half a gigahertz.
     fn unit() -> UnitReport {
         let [paper, _] = SynthReport::checked_in().unwrap();
         let mut unit = paper.unit(UnitKind::Vector).unwrap().clone();
@@ -209,7 +209,7 @@ mod tests {
         unit
     }
 
-    /// So many runs of an element for each of `lanes`.
+    /// So many runs of one element for each of `lanes`.
     fn work(runs: usize, lanes: usize) -> Work {
         let run = || [vec![0; lanes], vec![0; lanes], vec![0; lanes]];
         Work::Vector(VectorWindow {
@@ -218,8 +218,8 @@ mod tests {
         })
     }
 
-    /// Of k runs: k fJ a lane without delays and twice that with them, as much of the unit
-    /// around them, and within it a femtojoule for each unit of load on `q`.
+    /// For k runs: k fJ a lane without delays and twice that with them, as much for the unit around
+    /// the lanes, and internally one femtojoule for each unit of load on `q`.
     fn measured(still: &Still, work: &Work, is_delayed: bool) -> Measured {
         let Work::Vector(window) = work else {
             unreachable!("lanes alone")
@@ -246,8 +246,8 @@ mod tests {
         }
     }
 
-    /// Lanes by their number, what there is once along the line through both slices; work by
-    /// its share; loads of the whole unit; milliwatts at the clock that is reached.
+    /// Lanes scale with their number, single modules along the line through both slices, work by
+    /// its weight; loads are the whole unit's; milliwatts are at the reached clock.
     #[test]
     fn a_unit_is_added_up_from_slices_as_by_hand() {
         let cells = Path::new(env!("CARGO_MANIFEST_DIR")).join("cells/handful.lib");

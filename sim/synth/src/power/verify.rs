@@ -1,4 +1,4 @@
-//! Netlists against golden values, in the project's own simulator.
+//! Gate-level verification of netlists against golden values.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,10 +13,10 @@ use super::measure::Work;
 use super::still::Still;
 use crate::{Library, SynthError, UnitKind};
 
-/// What was compared.
+/// Amount compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Verified {
-    /// How often: without delays and with those of the cells.
+    /// Number of runs: without delays, and with those of the cells.
     pub runs: u32,
     /// Samples or exponentials of a run.
     pub items: u64,
@@ -24,12 +24,12 @@ pub struct Verified {
     pub cycles: u64,
 }
 
-/// Runs a share of the work that a sampler saw through a unit's netlist, without delays
-/// and with those of the cells, each from another state before reset.
+/// Simulates a share of the sampled work on a unit's netlist, without delays and with those of the
+/// cells, each from another initial state.
 ///
 /// # Errors
-/// The netlist computes something else, cannot be simulated, or the library says too
-/// little of its cells; there was no work.
+/// The netlist differs from the golden results or cannot be simulated, the library lacks data of
+/// its cells, or there was no work.
 pub fn verify_netlist(
     config: &Config,
     unit: UnitKind,
