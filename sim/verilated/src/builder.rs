@@ -1,4 +1,4 @@
-//! Describes a model and builds it.
+//! Description and build of a model.
 
 use crate::{
     Direction, Error, Library, Port, Toolchain, cache,
@@ -6,17 +6,17 @@ use crate::{
 };
 use std::{collections::BTreeMap, path::PathBuf};
 
-/// Whether a model can write traces.
+/// Whether a model can write waveforms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Trace {
-    /// It cannot; the fastest.
+    /// No waveforms; the fastest.
     #[default]
     Off,
-    /// It can write a value change dump (IEEE 1364-2005, section 18).
+    /// Value change dumps (IEEE 1364-2005, section 18).
     Vcd,
 }
 
-/// How much the C++ compiler optimises the model.
+/// Optimisation level of the C++ compiler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Opt {
     /// `-O0`: builds fastest, runs about eight times slower.
@@ -41,17 +41,17 @@ impl Opt {
     }
 }
 
-/// What Verilator's warnings do.
+/// Handling of Verilator's warnings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Warnings {
-    /// All warnings are on (`-Wall`) and any of them fails the build.
+    /// All warnings are on (`-Wall`), and each fails the build.
     #[default]
     Deny,
-    /// Warnings are no errors; for Verilog that is not one's own.
+    /// Warnings do not fail the build; for third-party Verilog.
     Allow,
 }
 
-/// Describes a model: its top module, Verilog text, and what is expected of its ports.
+/// Description of a model: top module, Verilog sources, and expected ports.
 #[derive(Debug, Clone)]
 pub struct ModelBuilder {
     top: String,
@@ -93,9 +93,10 @@ impl ModelBuilder {
         self
     }
 
-    /// States a port that the top module must have, with its width in bits and its direction.
+    /// Declares a port of the top module, with its width in bits and its direction; the build
+    /// checks it.
     ///
-    /// Ports that are not stated can be used as well.
+    /// Ports that are not declared can be used as well.
     #[must_use]
     pub fn port(mut self, name: impl Into<String>, bits: u32, dir: Direction) -> Self {
         self.ports.push(Port {
@@ -106,31 +107,31 @@ impl ModelBuilder {
         self
     }
 
-    /// Whether the model can write traces; [`Trace::Off`] unless set.
+    /// Sets whether the model can write waveforms; default [`Trace::Off`].
     #[must_use]
     pub fn trace(mut self, trace: Trace) -> Self {
         self.trace = trace;
         self
     }
 
-    /// How much the model is optimised; [`Opt::O1`] unless set.
+    /// Sets the optimisation level; default [`Opt::O1`].
     #[must_use]
     pub fn optimise(mut self, optimise: Opt) -> Self {
         self.optimise = optimise;
         self
     }
 
-    /// What warnings do; [`Warnings::Deny`] unless set.
+    /// Sets the handling of warnings; default [`Warnings::Deny`].
     #[must_use]
     pub fn warnings(mut self, warnings: Warnings) -> Self {
         self.warnings = warnings;
         self
     }
 
-    /// Where built models are kept. Unless set: `models` in the folder of [`crate::cache::root`].
+    /// Sets the cache folder of built models; default `models` in [`crate::cache::root`].
     ///
-    /// The folder is made if it is not there. Models are loaded from it as code, so that one which
-    /// others own or can write is refused.
+    /// The folder is created if missing. Models are loaded from it as code: a folder that belongs
+    /// to or is writable by other users is refused.
     #[must_use]
     pub fn cache_dir(mut self, path: impl Into<PathBuf>) -> Self {
         self.cache = Some(path.into());
@@ -157,16 +158,16 @@ impl ModelBuilder {
         self.optimise.flag()
     }
 
-    /// Builds the model and loads it, or loads what an earlier build of the same content left.
+    /// Builds and loads the model, or loads it from the cache if its content is unchanged.
     ///
-    /// The same model may be built by many threads and processes at once. A cached model whose
-    /// files are damaged is built again.
+    /// Many threads and processes may build the same model at once. A cached model with damaged
+    /// files is rebuilt.
     ///
     /// # Errors
-    /// [`Error::Tool`] with Verilator's text for Verilog it refuses, [`Error::NoSuchPort`] and
-    /// [`Error::PortMismatch`] for ports that are not as stated, [`Error::BadName`] and
-    /// [`Error::NoSource`] for a description that cannot be built, [`Error::Broken`] for tools that
-    /// do not work, [`Error::Untrusted`] for a cache that others can write, and [`Error::Io`].
+    /// [`Error::Tool`] with Verilator's message for Verilog that it refuses, [`Error::NoSuchPort`]
+    /// and [`Error::PortMismatch`] for ports that differ from their declaration, [`Error::BadName`]
+    /// and [`Error::NoSource`] for a description that cannot be built, [`Error::Broken`] for broken
+    /// tools, [`Error::Untrusted`] for a cache that others can write, and [`Error::Io`].
     pub fn build(&self, tools: &Toolchain) -> Result<Library, Error> {
         let (entry, ports) = self.entry(tools)?;
         let id = self.spec()?.key(tools).hex();

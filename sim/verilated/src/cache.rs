@@ -1,8 +1,8 @@
-//! The folder of what is kept between runs, and folders of unfinished work.
+//! Cache folder between runs, and folders of unfinished work.
 //!
-//! Models are loaded from the folder as code. It is therefore used only if nobody else can write
-//! it, and so are its entries. Unfinished work lies in a [`Scratch`], which is locked while its
-//! owner lives, so that the next run tells what a killed one left from what is still in use.
+//! Models are loaded from the folder as code. It is therefore used only if no other user can write
+//! it or its entries. Unfinished work is in a [`Scratch`], which is locked while its owner lives,
+//! so that the next run can tell leftovers of a killed run from work in progress.
 
 use crate::Error;
 use rustix::fs::FlockOperation;
@@ -16,18 +16,17 @@ use std::sync::{Mutex, PoisonError};
 /// Folder of the built models inside the root.
 pub const MODELS: &str = "models";
 
-/// Beginnings of the names of unfinished work.
+/// Prefixes of the names of unfinished work.
 pub(crate) const BUILDING: &str = ".building-";
 pub(crate) const TRASH: &str = ".trash-";
 const SCRATCH: &str = "potamoi-scratch-";
 
-/// Permission bits of folders: the owner's alone.
+/// Permission bits of folders: owner only.
 const PRIVATE: u32 = 0o700;
 /// Permission bits that let others write.
 const OTHERS_WRITE: u32 = 0o022;
 
-/// The folder of all that is kept: `POTAMOI_CACHE`, else `potamoi` in `XDG_CACHE_HOME` or in
-/// `.cache` of `HOME`.
+/// The cache root: `POTAMOI_CACHE`, else `potamoi` in `XDG_CACHE_HOME` or in `.cache` of `HOME`.
 ///
 /// # Errors
 /// [`Error::NoCacheDir`]: none of the three is set.
@@ -46,8 +45,8 @@ fn root_of(set: &dyn Fn(&str) -> Option<OsString>) -> Result<PathBuf, Error> {
         .ok_or(Error::NoCacheDir)
 }
 
-/// A folder inside the root, such as [`MODELS`]: made if it is not there, with permissions of the
-/// user alone, and swept.
+/// A folder in the root, such as [`MODELS`]: created if missing, with permissions for the user
+/// only, and swept.
 ///
 /// # Errors
 /// As [`root`] and [`claim`].
@@ -56,11 +55,11 @@ pub fn folder(kind: &str) -> Result<PathBuf, Error> {
     claim(&root.join(kind))
 }
 
-/// Makes a folder of kept files where it is not there, checks it, and removes what killed runs
-/// left unfinished in it; gives its canonical path.
+/// Creates a cache folder if missing, checks it, and removes unfinished work of killed runs.
+/// Returns its canonical path.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Untrusted`] where somebody else owns it or can write it.
+/// [`Error::Io`]; [`Error::Untrusted`] where another user owns it or can write it.
 pub fn claim(folder: &Path) -> Result<PathBuf, Error> {
     DirBuilder::new()
         .recursive(true)
@@ -87,7 +86,7 @@ pub fn claim(folder: &Path) -> Result<PathBuf, Error> {
     Ok(found)
 }
 
-/// Why a file or folder may hold what somebody else put there; none where only this user can.
+/// Why a file or folder may hold data of other users; `None` if only this user can write it.
 #[must_use]
 pub fn distrust(metadata: &Metadata) -> Option<String> {
     let user = rustix::process::geteuid().as_raw();
@@ -96,7 +95,7 @@ pub fn distrust(metadata: &Metadata) -> Option<String> {
     distrust_of(metadata.uid(), user, (!is_link).then_some(mode))
 }
 
-/// The same by owner, user and permission bits, which links do not have.
+/// As [`distrust`], by owner, user and permission bits; links have no bits.
 fn distrust_of(owner: u32, user: u32, mode: Option<u32>) -> Option<String> {
     if owner != user {
         return Some(format!(
@@ -109,27 +108,26 @@ fn distrust_of(owner: u32, user: u32, mode: Option<u32>) -> Option<String> {
     ))
 }
 
-/// Whether a file or folder inside a claimed one is this user's own, writable by no one else, and
+/// Whether a file or folder in a claimed one belongs to this user, is writable by no other, and is
 /// no link.
 pub fn is_own(path: &Path) -> bool {
     fs::symlink_metadata(path)
         .is_ok_and(|found| !found.file_type().is_symlink() && distrust(&found).is_none())
 }
 
-/// A folder of unfinished work: removed when it is dropped, or by the next run if its process is
-/// killed.
+/// A folder of unfinished work, removed when dropped, or by the next run if its process is killed.
 #[derive(Debug)]
 pub struct Scratch {
     folder: tempfile::TempDir,
-    /// Locked as long as the process lives.
+    /// Lock held while the process lives.
     _lock: Option<File>,
 }
 
 impl Scratch {
-    /// A new one in the folder of temporary files.
+    /// Creates one in the system's temporary folder.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// It cannot be created.
     pub fn temporary() -> std::io::Result<Self> {
         static SWEPT: Mutex<bool> = Mutex::new(false);
         let folder = std::env::temp_dir();
@@ -166,7 +164,7 @@ impl Scratch {
     }
 }
 
-/// Removes unfinished work of runs that live no more.
+/// Removes unfinished work of dead processes.
 fn sweep(folder: &Path, prefixes: &[&str]) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;

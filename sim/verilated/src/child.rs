@@ -1,11 +1,11 @@
-//! Programs run as children: they end within a time limit and do not outlive this process.
+//! Child processes with a time limit, which never outlive this process.
 //!
 //! A program runs in a process group of its own, under a shell that also starts a guard in that
-//! group. The guard reads from a pipe whose other end this process holds, and ends the whole group
-//! when the pipe closes: when the program is done, when its time is over, or when this process
-//! dies, in whatever way. Neither the thread that started the program nor the program's own
-//! children matter to it (a signal on the parent's death, `PR_SET_PDEATHSIG`, follows the thread
-//! and reaches the first child alone).
+//! group. The guard reads from a pipe whose other end this process holds, and kills the whole group
+//! when the pipe closes: when the program ends, when its time is over, or when this process dies in
+//! any way. Neither the thread that started the program nor the program's own children matter. (A
+//! signal on the parent's death, `PR_SET_PDEATHSIG`, follows the thread and reaches the first child
+//! only.)
 
 use std::ffi::OsStr;
 use std::fs;
@@ -27,37 +27,36 @@ const GUARDED: &str = "exec 3<&0; { while read -r _ <&3; do :; done; kill -KILL 
 const GUARDED_READER: &str = "exec 3<&2 2>/dev/null; { while read -r _ <&3; do :; done; \
      kill -KILL 0; } </dev/null >/dev/null & exec \"$@\" 3<&-";
 
-/// Sets the seconds of every time limit.
+/// Environment variable that overrides every time limit, in seconds.
 pub const LIMIT: &str = "POTAMOI_TOOL_SECONDS";
-/// Seconds in which a program says its version.
+/// Time limit for a program to report its version.
 pub const TO_ANSWER: Duration = Duration::from_secs(30);
-/// Seconds in which a program reads Verilog of this project or models a memory: many times what
-/// the largest takes.
+/// Time limit to read this project's Verilog or to model a memory: many times the longest run.
 pub const TO_READ: Duration = Duration::from_secs(100);
-/// Seconds in which a program compiles, synthesises or places a unit.
+/// Time limit to compile, synthesise or place a unit.
 pub const TO_BUILD: Duration = Duration::from_secs(3600);
 
-/// Bytes of each output that are kept: what comes first, and what comes last.
+/// Bytes kept of each output: at its beginning, and at its end.
 const FIRST: usize = 32 << 20;
 const LAST: usize = 64 << 10;
-/// How long outputs are waited for that a process keeps open which left the group.
+/// Wait for outputs held open by a process that left the group.
 const LINGER: Duration = Duration::from_secs(2);
 
-/// What a program that ended left.
+/// Result of a program that ended.
 #[derive(Debug)]
 pub struct Done {
-    /// How it ended: never by a signal.
+    /// Exit status, never a signal.
     pub status: ExitStatus,
     /// Standard output: its first 32 MiB, and the end of what came after.
     pub out: Vec<u8>,
-    /// Standard error, likewise.
+    /// Standard error, bounded in the same way.
     pub err: Vec<u8>,
 }
 
-/// Why a program gave no result, which is never the fault of its input.
+/// Why a program gave no result, independent of its input.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
-    /// There is none of that name.
+    /// There is no such program.
     #[error("{program} is not here")]
     Missing {
         /// Its name.
@@ -66,25 +65,25 @@ pub enum Fault {
     /// The system refused to start it.
     #[error("it does not start: {reason}")]
     Start {
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// It ran longer than it may.
+    /// It exceeded its time limit.
     #[error("it gave no result within {seconds} s and was ended; {LIMIT}=SECONDS gives it longer")]
     Late {
         /// The limit.
         seconds: u64,
     },
-    /// It ended before it was told to.
+    /// It ended early.
     #[error("it ended before it had answered: {reason}")]
     Ended {
-        /// What showed it.
+        /// The evidence.
         reason: String,
     },
-    /// It ended well, and did not do what it was asked for.
+    /// It succeeded without doing what was asked.
     #[error("it ends well and {what}")]
     Nothing {
-        /// What it does not leave or say.
+        /// The missing file or answer.
         what: String,
     },
     /// A signal ended it.
@@ -98,7 +97,7 @@ pub enum Fault {
 /// Runs a program to its end, without input.
 ///
 /// # Errors
-/// It is missing, does not start, ends by a signal or not within `limit`.
+/// It is missing, does not start, ends by a signal, or exceeds `limit`.
 pub fn run(command: &Command, limit: Duration) -> Result<Done, Fault> {
     find(command)?;
     let mut guarded = guarded(command, GUARDED);
@@ -120,7 +119,7 @@ pub fn run(command: &Command, limit: Duration) -> Result<Done, Fault> {
     Ok(Done { status, out, err })
 }
 
-/// Runs a program to its end and gives what it printed, as text; [`None`] where it failed.
+/// Runs a program to its end and returns its output as text; [`None`] where it failed.
 ///
 /// # Errors
 /// As [`run`].
@@ -131,7 +130,7 @@ pub fn says(command: &Command, limit: Duration) -> Result<Option<String>, Fault>
     Ok(done.status.success().then_some(text))
 }
 
-/// A program that is talked with.
+/// An interactive program: one line in, one line out.
 #[derive(Debug)]
 pub struct Talker {
     child: Child,
@@ -141,16 +140,16 @@ pub struct Talker {
 
 #[derive(Debug)]
 struct Talk {
-    /// Ends the program's group when it is dropped.
+    /// Kills the program's group when dropped.
     guard: Mutex<Option<PipeWriter>>,
     begin: Instant,
     limit: Duration,
-    /// Milliseconds from the beginning to the question that is open, and 1; 0 where none is.
+    /// Time of the open question in milliseconds since the start, plus 1; 0 without one.
     asked: AtomicU64,
     is_late: AtomicBool,
 }
 
-/// Starts a program that is asked by lines, and answers each by a line within `limit`.
+/// Starts a program that answers each line by a line within `limit`.
 ///
 /// # Errors
 /// It is missing or does not start.
@@ -181,7 +180,8 @@ pub fn talk(command: &Command, limit: Duration) -> Result<Talker, Fault> {
     })
 }
 
-/// Ends a program that is late with an answer, so that whoever waits for it reads an end.
+/// Kills a program that is late with an answer, so that a waiting reader sees the end of its
+/// output.
 fn watch(talk: Weak<Talk>) {
     std::thread::spawn(move || {
         while let Some(talk) = talk.upgrade() {
@@ -204,10 +204,10 @@ impl Talk {
 }
 
 impl Talker {
-    /// Writes a line and reads one, without its end.
+    /// Writes a line and reads one, without its newline.
     ///
     /// # Errors
-    /// The program is late, or it has ended.
+    /// The program is late, or has ended.
     pub fn ask(&mut self, line: &str, answer: &mut String) -> Result<(), Fault> {
         let talk = &self.state;
         let now = u64::try_from(talk.begin.elapsed().as_millis()).unwrap_or(u64::MAX);
@@ -252,7 +252,7 @@ fn start(error: &std::io::Error) -> Fault {
     }
 }
 
-/// Whether the program is there: the shell would only say so in its own words.
+/// Checks that the program exists; the shell would report it in its own words.
 fn find(command: &Command) -> Result<(), Fault> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let name = command.get_program();
@@ -261,8 +261,8 @@ fn find(command: &Command) -> Result<(), Fault> {
     })
 }
 
-/// Where a program is: the path itself, or the first of that name in the folders of `path` that
-/// can be run.
+/// Path of a program: the name itself if it is a path, or the first executable of that name in the
+/// folders of `path`.
 #[must_use]
 pub fn which(name: &OsStr, path: &OsStr) -> Option<PathBuf> {
     let can_run = |path: &PathBuf| {
@@ -275,7 +275,7 @@ pub fn which(name: &OsStr, path: &OsStr) -> Option<PathBuf> {
     places.find(can_run)
 }
 
-/// The shell that runs a command with its guard.
+/// Shell command that runs a program with its guard.
 fn guarded(command: &Command, script: &str) -> Command {
     let mut shell = Command::new(SHELL);
     shell.args(["-c", script, "sh"]);
@@ -293,14 +293,14 @@ fn guarded(command: &Command, script: &str) -> Command {
     shell
 }
 
-/// A time limit, or the one that the environment sets.
+/// The time limit, or its override by the environment.
 fn in_force(limit: Duration) -> Duration {
     let set = std::env::var(LIMIT).ok();
     set.and_then(|text| text.trim().parse().ok())
         .map_or(limit, Duration::from_secs)
 }
 
-/// Waits for the end of a child, or of its time.
+/// Waits for the end of a child, or of its time limit.
 fn wait(
     child: &mut Child,
     guard: Option<ChildStdin>,
@@ -335,7 +335,7 @@ fn wait(
     }
 }
 
-/// Reads an output to its end, and keeps what is bounded of it.
+/// Reads an output to its end, and keeps a bounded part.
 fn collect(mut from: impl Read + Send + 'static) -> Receiver<Vec<u8>> {
     let (to, output) = channel();
     std::thread::spawn(move || {
@@ -368,7 +368,7 @@ mod tests {
         command
     }
 
-    /// Processes whose command line holds a text.
+    /// Processes whose command line contains a text.
     fn alive(mark: &str) -> usize {
         let entries = fs::read_dir("/proc").unwrap().flatten();
         let lines = entries.filter_map(|e| fs::read(e.path().join("cmdline")).ok());

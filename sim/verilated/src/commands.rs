@@ -1,4 +1,4 @@
-//! Commands of the tools: the compiler with the flags of every model, and how a failure is told.
+//! Commands of the tools: compiler flags common to all models, and reports of failures.
 
 use crate::{Error, Toolchain, child, store::Key, toolchain::SEE_DOCTOR};
 use std::{fs, path::Path, process::Command};
@@ -6,7 +6,7 @@ use std::{fs, path::Path, process::Command};
 pub(crate) const PRELUDE: &str = include_str!("cpp/prelude.h");
 pub(crate) const PRELUDE_FILE: &str = "potamoi_prelude.h";
 
-/// Longest part of a tool's output kept in an error.
+/// Longest tool output in an error, in bytes.
 const OUTPUT_LIMIT: usize = 8192;
 
 /// Flags for every C++ file; `-fno-gnu-unique` lets a library be unloaded, and hidden symbols
@@ -50,7 +50,7 @@ pub(crate) fn tools_key(kind: &str, tools: &Toolchain, flags: &[&str]) -> Key {
         .with(&flags.join(" "))
 }
 
-/// The compiler in `folder`, with the flags that every C++ file of a model has.
+/// The compiler, run in `folder` with the common flags of a model's C++ files.
 pub(crate) fn compiler(tools: &Toolchain, folder: &Path, vcd: bool) -> Command {
     let mut command = tools.cxx();
     let include = tools.verilator_root().join("include");
@@ -78,7 +78,7 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<(), Error> {
     fs::write(path, text).map_err(|e| Error::io("write", path, &e))
 }
 
-/// Runs all commands at once and reports the first that failed.
+/// Runs all commands at once, and reports the first failure.
 pub(crate) fn all(commands: Vec<Command>, doing: &str) -> Result<(), Error> {
     std::thread::scope(|scope| {
         let jobs: Vec<_> = commands
@@ -92,7 +92,7 @@ pub(crate) fn all(commands: Vec<Command>, doing: &str) -> Result<(), Error> {
     })
 }
 
-/// Runs Verilator, which refuses Verilog that is wrong.
+/// Runs Verilator, which refuses faulty Verilog.
 pub(crate) fn read(command: &Command, doing: &str) -> Result<(), Error> {
     let done = child::run(command, child::TO_READ)
         .map_err(|fault| broken(command, doing, fault.to_string()))?;
@@ -107,7 +107,7 @@ pub(crate) fn read(command: &Command, doing: &str) -> Result<(), Error> {
     })
 }
 
-/// Runs the compiler, on what Verilator wrote: that it refuses it is the fault of neither's input.
+/// Runs the compiler on Verilator's output; a refusal is no fault of the user's input.
 pub(crate) fn run(command: Command, doing: &str) -> Result<(), Error> {
     let done = child::run(&command, child::TO_BUILD)
         .map_err(|fault| broken(&command, doing, fault.to_string()))?;
@@ -132,8 +132,7 @@ fn said(done: &child::Done) -> String {
     shorten(String::from_utf8_lossy(&said).trim())
 }
 
-/// The start and the end of a long text: the first error is what matters, the last says how
-/// many there were.
+/// Start and end of a long text: the first error matters, the last line counts them.
 fn shorten(text: &str) -> String {
     if text.len() <= OUTPUT_LIMIT {
         return text.to_string();

@@ -17,7 +17,7 @@ use std::{
 };
 
 const SHIM: &str = include_str!("cpp/shim.cpp");
-/// Where it is compiled by itself: it is small and on the path of every evaluation.
+/// Optimisation of the shim, compiled separately: it is small and on the path of every evaluation.
 const SHIM_OPTIMISE: &str = "-O2";
 const SHIM_OBJECT: &str = "shim.o";
 
@@ -26,7 +26,7 @@ pub(crate) const LIBRARY: &str = "model.so";
 pub(crate) const MODEL_OBJECT: &str = "model.o";
 pub(crate) const OBJ: &str = "obj";
 
-/// All that decides what is compiled, except the tools.
+/// All inputs of a compilation, except the tools.
 #[derive(Debug, Clone)]
 pub(crate) struct Spec {
     pub(crate) top: String,
@@ -76,7 +76,7 @@ impl Spec {
     }
 }
 
-/// Verilator's own objects, compiled once for these tools and flags.
+/// Verilator's own objects, compiled once for each set of tools and flags.
 pub(crate) fn runtime(cache: &Path, tools: &Toolchain, vcd: bool) -> Result<Vec<PathBuf>, Error> {
     let mut units = vec!["verilated", "verilated_threads"];
     if vcd {
@@ -106,7 +106,7 @@ pub(crate) fn runtime(cache: &Path, tools: &Toolchain, vcd: bool) -> Result<Vec<
         .collect())
 }
 
-/// Builds the model of `spec`, or finds it in the cache.
+/// Builds the model of `spec`, or takes it from the cache.
 pub(crate) fn model(cache: &Path, tools: &Toolchain, spec: &Spec) -> Result<Entry, Error> {
     let key = spec.key(tools);
     store::fetch(cache, &spec.top, &key, &|folder| {
@@ -205,7 +205,7 @@ fn keep(folder: &Path) -> Result<Vec<String>, Error> {
     Ok(kept)
 }
 
-/// One translation unit of all that Verilator generated.
+/// One translation unit with all of Verilator's output.
 fn unit(obj: &Path) -> Result<String, Error> {
     Ok(names(obj, ".cpp")?
         .iter()
@@ -241,7 +241,7 @@ fn shim(members: &[Member]) -> String {
         .replace("@STORE@", &store)
 }
 
-/// Assignments of all inputs from packed words, and of packed words from all outputs.
+/// C++ that unpacks words into all inputs, and packs all outputs into words.
 fn packed(members: &[Member]) -> (String, String) {
     let (mut load, mut store) = (String::new(), String::new());
     let (mut from, mut to) = (0, 0);
@@ -288,7 +288,7 @@ fn note(port: &Port) -> String {
     format!("{} {} {}", port.dir, port.bits, port.name)
 }
 
-/// A port as [`note`] wrote it.
+/// Parses a port from [`note`]'s format.
 pub(crate) fn parse_note(note: &str) -> Option<Port> {
     let mut words = note.splitn(3, ' ');
     Some(Port {
@@ -302,8 +302,8 @@ pub(crate) fn parse_note(note: &str) -> Option<Port> {
 mod tests {
     use super::*;
 
-    /// A model with each part changed alone is another one: a part that its key leaves out would
-    /// give a model of other Verilog, or of other tools.
+    /// Each part changed alone gives another model: a part missing from the key would load a model
+    /// of other Verilog or other tools.
     #[test]
     fn every_part_of_a_model_is_in_its_key() {
         let sources = |name: &str, text: &str| vec![(name.to_owned(), text.to_owned())];

@@ -1,4 +1,4 @@
-//! What can go wrong, with what to do about it.
+//! Errors, each with a remedy.
 
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -7,19 +7,19 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A program that building a model needs is not on this machine.
+    /// A program that builds need is missing.
     #[error("{tool} was not found ({searched}); without it {disables}. {remedy}")]
     MissingTool {
-        /// The program.
+        /// Its name.
         tool: String,
-        /// Where it was looked for.
+        /// Places searched.
         searched: String,
-        /// What cannot be done without it.
+        /// What needs it.
         disables: &'static str,
-        /// How to get it.
+        /// How to install it.
         remedy: &'static str,
     },
-    /// Packed words of a wrong number.
+    /// Wrong numbers of packed words.
     #[error(
         "cycle of {top}: {inputs} words of inputs and {outputs} of outputs: expected {} and {}; \
          all ports in order, the clock included", expected[0], expected[1]
@@ -31,53 +31,53 @@ pub enum Error {
         inputs: usize,
         /// Words of outputs given.
         outputs: usize,
-        /// Words of both that are right.
+        /// Expected words of both.
         expected: [usize; 2],
     },
-    /// A tool ran and refused its input; `output` is what it said.
+    /// A tool refused its input.
     #[error("{tool} failed ({status}) while {doing}:\n{output}")]
     Tool {
         /// The program.
         tool: String,
-        /// What it was asked to do.
+        /// Its task.
         doing: String,
         /// Its exit status.
         status: String,
         /// The end of its output.
         output: String,
     },
-    /// The tool found is too old.
+    /// A tool is too old.
     #[error("{tool} is version {found}, and version {needed} or later is needed; {remedy}")]
     OldTool {
         /// The program.
         tool: String,
         /// The version it reports.
         found: String,
-        /// The first version that works.
+        /// The first supported version.
         needed: &'static str,
-        /// How to get it.
+        /// How to install it.
         remedy: &'static str,
     },
-    /// A tool does not do what it should, whatever its input is: it does not start, does not end,
-    /// is killed, or leaves no result.
+    /// A tool is broken whatever its input: it does not start, does not end, is killed, or leaves
+    /// no result.
     #[error("{tool} does not work ({doing}): {problem}. {remedy}")]
     Broken {
         /// The program.
         tool: String,
-        /// What it was asked to do.
+        /// Its task.
         doing: String,
-        /// What it did.
+        /// The fault.
         problem: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// The environment does not say where to keep files.
+    /// The environment names no cache folder.
     #[error(
         "no folder for kept files: neither POTAMOI_CACHE nor an absolute XDG_CACHE_HOME or HOME is \
          set; set POTAMOI_CACHE to a folder of your own"
     )]
     NoCacheDir,
-    /// The folder of kept files cannot be made.
+    /// The cache folder cannot be created.
     #[error(
         "cannot create the folder of kept files {path:?}: {reason}; name a folder of your own in \
          POTAMOI_CACHE"
@@ -85,10 +85,10 @@ pub enum Error {
     NoFolder {
         /// The folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// A folder of kept files that somebody else may have filled.
+    /// Other users can write the cache folder.
     #[error(
         "the folder of kept files {path:?} is not used, since models are loaded from it as code: \
          {problem}; name a folder of your own in POTAMOI_CACHE{}",
@@ -99,7 +99,7 @@ pub enum Error {
         path: PathBuf,
         /// Who can write it.
         problem: String,
-        /// Whether it is this user's, who can close it to others.
+        /// Whether it belongs to this user, who can change its permissions.
         is_own: bool,
     },
     /// A name that cannot be used as a module, file or port.
@@ -125,58 +125,58 @@ pub enum Error {
         top: String,
         /// The port asked for.
         port: String,
-        /// The ports it has.
+        /// Available ports.
         available: String,
     },
-    /// A declared port has another width or direction in the Verilog.
+    /// A port has another width or direction than declared.
     #[error("port {port} of module {top} is declared as {declared}, but the Verilog has {found}")]
     PortMismatch {
         /// The top module.
         top: String,
         /// The port.
         port: String,
-        /// What was declared.
+        /// The declaration.
         declared: String,
-        /// What the Verilog says.
+        /// The port in the Verilog.
         found: String,
     },
-    /// A handle made by another library.
+    /// A port handle belongs to another library.
     #[error(
         "the port handle belongs to another library; ask this model (or its library) for the \
          port by name"
     )]
     ForeignPort,
-    /// An output was written.
+    /// A write to an output.
     #[error("port {port} is an output and cannot be set")]
     NotAnInput {
         /// The port.
         port: String,
     },
-    /// A port was read or written with a call for another width.
+    /// A call does not fit a port's width.
     #[error("port {port} has {bits} bits, but {call} takes {expected}; use {instead}")]
     WrongWidth {
         /// The port.
         port: String,
         /// Its width.
         bits: u32,
-        /// The call made.
+        /// The call.
         call: &'static str,
-        /// What that call takes.
+        /// Width that the call requires.
         expected: String,
-        /// The call to make.
+        /// The right call.
         instead: &'static str,
     },
-    /// The model stopped (`$fatal`, `$stop`, `$finish`, a failed assertion, or a design that
-    /// does not settle) and takes no further calls.
+    /// The model stopped (`$fatal`, `$stop`, `$finish`, a failed assertion, or a design that does
+    /// not settle), and accepts no further calls.
     #[error("the model of {top} stopped at time {time}: {text}")]
     Stopped {
         /// The top module.
         top: String,
-        /// Simulation time, in half periods when [`crate::Model::tick`] drives the clock.
+        /// Simulation time in half periods, where [`crate::Model::tick`] drives the clock.
         time: u64,
-        /// What stopped it.
+        /// The cause.
         cause: Stop,
-        /// Verilog's text.
+        /// The Verilog's message.
         text: String,
     },
     /// A trace call on a library built with [`crate::Trace::Off`].
@@ -188,30 +188,30 @@ pub enum Error {
     /// A trace file could not be opened, or none is open.
     #[error("trace: {0}")]
     Trace(String),
-    /// A freshly built library could not be loaded.
+    /// A newly built library cannot be loaded.
     #[error("cannot load {path:?}: {reason}")]
     Load {
         /// The library file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// Two drivers that were given the same stimulus disagree.
+    /// Two drivers disagree on the same stimulus.
     #[error("{0}")]
     Peer(String),
-    /// A file or folder could not be used.
+    /// A file or folder cannot be used.
     #[error("cannot {doing} {path:?}: {reason}")]
     Io {
-        /// What was tried.
+        /// The operation.
         doing: &'static str,
-        /// On what.
+        /// The path.
         path: PathBuf,
-        /// Why it failed.
+        /// The reason.
         reason: String,
     },
 }
 
-/// What made a model stop.
+/// Cause of a model's stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
     /// `$finish`.
@@ -237,7 +237,7 @@ impl Error {
     }
 }
 
-/// What to do where a folder takes no more files.
+/// Remedy where a folder is full.
 fn remedy(kind: ErrorKind) -> Option<&'static str> {
     match kind {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => Some(

@@ -1,4 +1,4 @@
-//! Verilator's headers, read once: they are most of what compiling a small model takes.
+//! Precompiled headers of Verilator: reading them dominates the compilation of a small model.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,12 +9,12 @@ use crate::Toolchain;
 use crate::commands::{PRELUDE, PRELUDE_FILE, common_flags, compiler, run, tools_key, write};
 use crate::store::{self, Product, SCRATCH};
 
-/// Names of the precompiled header, and of what it is made of.
+/// Names of the precompiled header and of its source.
 const PRECOMPILED: &str = "model.h.gch";
 const SOURCE: &str = "model.h";
 
-/// Models in a cache from which on the headers are precompiled: that takes three seconds
-/// and saves one with each model.
+/// Number of cached models from which headers are precompiled: that takes three seconds, and saves
+/// one for each model.
 const FROM: usize = 4;
 
 /// Puts Verilator's headers, precompiled, beside the prelude in `scratch`, where the
@@ -43,7 +43,7 @@ fn has_many(cache: &Path) -> bool {
     std::fs::read_dir(cache).is_ok_and(|entries| entries.count() > FROM)
 }
 
-/// The precompiled headers, made or found in the cache once a process.
+/// The precompiled headers, made or taken from the cache once per process.
 fn precompiled(cache: &Path, tools: &Toolchain, optimise: &str) -> Result<PathBuf, Error> {
     static FOUND: Mutex<BTreeMap<(PathBuf, String), PathBuf>> = Mutex::new(BTreeMap::new());
     let text = format!("{PRELUDE}#include \"verilated.h\"\n");

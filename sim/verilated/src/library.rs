@@ -8,7 +8,7 @@ use std::{
 
 pub(crate) type Sim = *mut c_void;
 
-/// The functions of the shim, which live as long as `_library`.
+/// Functions of the shim, valid as long as `_library`.
 #[derive(Debug)]
 pub(crate) struct Loaded {
     pub(crate) new: unsafe extern "C" fn(c_int) -> Sim,
@@ -32,7 +32,7 @@ pub(crate) struct Loaded {
     _library: libloading::Library,
 }
 
-/// A built and loaded model, from which any number of instances can be made.
+/// A built and loaded model, a factory of instances.
 #[derive(Debug, Clone)]
 pub struct Library {
     pub(crate) loaded: Arc<Loaded>,
@@ -102,12 +102,12 @@ impl Library {
         self.loaded.find(name)
     }
 
-    /// Whether the model was found in the cache.
+    /// Whether the model was cached.
     pub fn was_cached(&self) -> bool {
         self.cached
     }
 
-    /// Hash of all the model was made from.
+    /// Hash of all inputs of the build.
     pub fn key(&self) -> &str {
         &self.key
     }

@@ -36,7 +36,7 @@ const SOURCE: &str = include_str!("cpp/peer.cpp");
 const SEED: u32 = 1;
 const PRIME: u64 = 0x0000_0100_0000_01b3;
 
-/// A model with its C++ twin.
+/// A model with its C++ test bench.
 #[derive(Debug)]
 pub struct Peer {
     library: Library,
@@ -46,7 +46,7 @@ pub struct Peer {
     program: PathBuf,
 }
 
-/// Two drivers' times for the same cycles.
+/// Times of both drivers for the same cycles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// Cycles in each round.
@@ -57,7 +57,7 @@ pub struct Report {
     pub cpp_ns: f64,
     /// Speed of the Rust side relative to C++: `cpp_ns / rust_ns`.
     pub ratio: f64,
-    /// What both sides read, folded.
+    /// Checksum of all outputs, equal on both sides.
     pub checksum: u64,
 }
 
@@ -115,12 +115,12 @@ impl Peer {
         })
     }
 
-    /// The inputs that a cycle of stimulus sets, in order; the clock is none of them.
+    /// Inputs that the stimulus of a cycle sets, in order; the clock is not among them.
     pub fn inputs(&self) -> &[Port] {
         &self.inputs
     }
 
-    /// The outputs that are read every cycle, in order.
+    /// Outputs read every cycle, in order.
     pub fn outputs(&self) -> &[Port] {
         &self.outputs
     }
@@ -253,7 +253,7 @@ impl Peer {
     }
 }
 
-/// The C++ program, which waits for a byte before each round.
+/// The C++ program; it waits for a byte before each round.
 struct Twin {
     child: Child,
     ask: ChildStdin,
@@ -306,8 +306,8 @@ impl Drop for Twin {
     }
 }
 
-/// Processor time of this process in nanoseconds, to a microsecond. Other work on the machine
-/// would count in a wall clock.
+/// Processor time of this process in nanoseconds, with microsecond resolution. Wall time would
+/// include other work on the machine.
 fn cpu_ns() -> f64 {
     unsafe extern "C" {
         fn clock() -> std::ffi::c_long;
@@ -321,7 +321,7 @@ struct Round {
     checksum: u64,
 }
 
-/// Folds the packed words of the outputs as the C++ program folds its ports.
+/// Folds the packed words of the outputs as the C++ program does.
 #[inline]
 fn fold_outputs(pairs: &[bool], words: &[u32], mut checksum: u64) -> u64 {
     let mut low = None;

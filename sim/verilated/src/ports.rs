@@ -1,8 +1,8 @@
-//! Ports of the top module, as Verilator's generated header states them.
+//! Ports of the top module, from Verilator's generated header.
 
 use std::fmt;
 
-/// Which way a port carries data.
+/// Direction of a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// Set by the driver.
@@ -42,7 +42,7 @@ pub struct Port {
     pub name: String,
     /// Width, at least 1.
     pub bits: u32,
-    /// Which way it carries data.
+    /// Direction.
     pub dir: Direction,
 }
 
@@ -87,7 +87,7 @@ impl PortId {
         self.bits
     }
 
-    /// Which way the port carries data.
+    /// Direction.
     pub fn direction(self) -> Direction {
         self.dir
     }
@@ -105,13 +105,13 @@ pub(crate) struct Member {
     pub(crate) cpp: String,
 }
 
-/// Verilator's own limit of a signal's width (`--max-num-width`), in bits.
+/// Widest signal that Verilator allows (`--max-num-width`), in bits.
 const WIDEST: u32 = 1 << 16;
 
-/// Reads the ports from the class header Verilator generated, such as `VL_INW(&a,64,0,3);`.
+/// Parses the ports of Verilator's generated class header, such as `VL_INW(&a,64,0,3);`.
 ///
 /// # Errors
-/// The line that declares a port as Verilator does not.
+/// The line of an unknown port declaration.
 pub(crate) fn parse_header(header: &str) -> Result<Vec<Member>, String> {
     let mut members: Vec<Member> = vec![];
     for line in header.lines().map(str::trim) {
@@ -157,8 +157,7 @@ fn member(kind: &str, rest: &str) -> Option<Member> {
     })
 }
 
-/// Undoes Verilator's encoding of names: `__0HH` is the character HH, and a C++ keyword has
-/// `__SYM__` before it.
+/// Decodes Verilator's names: `__0HH` is the character HH, and `__SYM__` precedes a C++ keyword.
 fn decode(cpp: &str) -> String {
     let mut rest = cpp.strip_prefix("__SYM__").unwrap_or(cpp);
     let mut name = String::new();

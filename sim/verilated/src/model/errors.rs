@@ -1,4 +1,4 @@
-//! What is said of a call that cannot be done, out of the way of those that can.
+//! Errors of calls, kept out of the fast path.
 
 use super::{Model, copy};
 use crate::{Error, PortId, Stop};
@@ -65,7 +65,7 @@ impl Model {
         }
     }
 
-    /// Why a handle or a call is of no use.
+    /// Error for an invalid handle or a stopped model.
     #[cold]
     #[inline(never)]
     pub(super) fn unusable(&self) -> Error {

@@ -26,10 +26,10 @@ pub struct Clock(PortId);
 #[derive(Debug)]
 pub struct Model {
     sim: Sim,
-    /// Empty once the model is dead, so that one check of a handle finds that out too.
+    /// Empty once the model has stopped, so that one check of a handle covers that too.
     slots: Box<[Slot]>,
     id: u64,
-    /// Words of all inputs, and of all outputs.
+    /// Words of all inputs and of all outputs.
     packed: [usize; 2],
     dead: Option<Box<Error>>,
     loaded: Arc<Loaded>,
@@ -119,7 +119,7 @@ impl Model {
         Ok(Clock(port))
     }
 
-    /// Computes all that follows from the inputs as they are.
+    /// Evaluates the design for the current inputs.
     ///
     /// # Errors
     /// [`Error::Stopped`].
@@ -131,8 +131,8 @@ impl Model {
         self.outcome(cause)
     }
 
-    /// One clock period: the clock falls, the inputs settle, and it rises. Time goes on by 2,
-    /// and an open trace records both halves.
+    /// One clock period: the clock falls, inputs settle, and it rises. Time advances by 2, and an
+    /// open waveform records both halves.
     ///
     /// # Errors
     /// [`Error::Stopped`] or [`Error::ForeignPort`].
@@ -172,8 +172,7 @@ impl Model {
         self.outcome(cause)
     }
 
-    /// The first half of [`Model::tick`], after which outputs that depend on inputs within the
-    /// cycle can be read.
+    /// The first half of [`Model::tick`], after which combinational outputs can be read.
     ///
     /// # Errors
     /// As [`Model::tick`].
@@ -205,8 +204,8 @@ impl Model {
         unsafe { (self.loaded.time)(self.sim) }
     }
 
-    /// What the Verilog printed (`$display` and the like) since the last call, of which the
-    /// first 64 KiB are kept.
+    /// Text printed by the Verilog (`$display` and the like) since the last call; at most the first
+    /// 64 KiB.
     pub fn take_output(&mut self) -> String {
         // SAFETY: `sim` is live, and the text is copied before it is cleared.
         unsafe {
@@ -224,7 +223,7 @@ impl Model {
         Ok(())
     }
 
-    /// The storage of `port`, or nothing for a handle that this model does not know.
+    /// Storage of `port`; `None` for a handle of another model.
     #[inline(always)]
     fn find(&self, port: PortId) -> Option<Slot> {
         match self.slots.get(port.index as usize) {

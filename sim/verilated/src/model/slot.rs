@@ -1,4 +1,4 @@
-//! Where the C++ model keeps its ports.
+//! Storage of ports in the C++ model.
 
 use crate::{Direction, Port};
 
@@ -13,7 +13,7 @@ pub(super) struct Slot {
     pub(super) output: bool,
 }
 
-/// What Verilator keeps a port in.
+/// Verilator's type of a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Store {
     U8,
@@ -100,7 +100,7 @@ impl Slot {
     }
 }
 
-/// Copies without a call: most ports are too short to pay for one.
+/// Copies without a function call: most ports are too short for one.
 #[inline]
 pub(super) fn copy_words(to: &mut [u32], from: &[u32]) {
     const CHUNK: usize = 8;

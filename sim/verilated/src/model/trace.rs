@@ -5,11 +5,10 @@ use crate::Error;
 use std::{ffi::CString, path::Path};
 
 impl Model {
-    /// Begins a value change dump at `path`; one that is open is closed first.
+    /// Opens a value change dump at `path`; an open one is closed first.
     ///
     /// # Errors
-    /// [`Error::NoTrace`], [`Error::Trace`] when the file cannot be written, or
-    /// [`Error::Stopped`].
+    /// [`Error::NoTrace`], [`Error::Trace`] when the file cannot be written, or [`Error::Stopped`].
     pub fn open_vcd(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
         self.traced()?;
         let path = path.as_ref();
@@ -39,11 +38,11 @@ impl Model {
         }
     }
 
-    /// Ends the value change dump.
+    /// Closes the value change dump.
     ///
     /// # Errors
-    /// [`Error::NoTrace`], [`Error::Trace`] when no file is open, or [`Error::Stopped`]; a
-    /// stopped model's file is ended when the model is dropped.
+    /// [`Error::NoTrace`], [`Error::Trace`] when no file is open, or [`Error::Stopped`]; a stopped
+    /// model's file is closed when the model is dropped.
     pub fn close_vcd(&mut self) -> Result<(), Error> {
         self.traced()?;
         // SAFETY: `sim` is live and exclusively borrowed.
