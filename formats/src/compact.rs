@@ -1,4 +1,4 @@
-//! The compact RIT entry: what a cell is known by, instead of its vertices.
+//! The compact RIT entry: one cell instead of its eight vertices.
 //!
 //! The paper's entry names eight rows and eight weights, 48 bytes, of which the
 //! unit can make all but 8: the rows lie at fixed distances from the first
@@ -11,21 +11,21 @@
 //! | 21..9, 34..22, 47..35 | fractions along x, y, z, U1.12 of at most 1 |
 //! | 63..48 | slot |
 
-/// Bits of the row of the first vertex.
+/// Width of the row of the first vertex, in bits.
 pub const ROW_BITS: u32 = 9;
-/// Bits of a fraction, U1.12.
+/// Width of a fraction in bits, U1.12.
 pub const FRACTION_BITS: u32 = 13;
-/// First bit of the fractions along x, y and z.
+/// Lowest bits of the fractions along x, y and z.
 pub const FRACTION_AT: [u32; 3] = [9, 22, 35];
-/// First bit of the slot.
+/// Lowest bit of the slot.
 pub const SLOT_AT: u32 = 48;
 /// The largest fraction, 1.
 pub const FRACTION_ONE: u16 = 1 << 12;
 
-/// A cell of an MVoxel, and a place in it.
+/// A sample in a cell of an MVoxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CompactEntry {
-    /// Where the features belong.
+    /// Slot of the sample's features.
     pub slot: u16,
     /// Row of the cell's first vertex, below 512.
     pub row: u16,
@@ -35,8 +35,7 @@ pub struct CompactEntry {
 }
 
 impl CompactEntry {
-    /// The entry's word. Rows from 512 and fractions above 1 lose their high
-    /// bits.
+    /// Packs the entry into a word. Rows from 512 and fractions above 1 lose their high bits.
     #[must_use]
     pub fn word(&self) -> u64 {
         let field = |value: u16, bits: u32, at: u32| (u64::from(value) & ((1 << bits) - 1)) << at;
@@ -47,7 +46,7 @@ impl CompactEntry {
         word
     }
 
-    /// The entry of a word.
+    /// Unpacks a word.
     #[must_use]
     pub fn of_word(word: u64) -> Self {
         let field = |bits: u32, at: u32| (word >> at & ((1 << bits) - 1)) as u16;

@@ -20,7 +20,7 @@ pub fn open(path: &Path) -> Result<File> {
     Ok(file)
 }
 
-/// What a file holds; `None` if that is more than `most` bytes.
+/// Contents of a file; `None` if it exceeds `most` bytes.
 ///
 /// # Errors
 /// As [`open`]; memory for it is refused.
@@ -42,7 +42,7 @@ pub fn read(path: &Path, most: u64) -> Result<Option<Vec<u8>>> {
 /// The text of a file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`read`]; the file is larger, or no UTF-8.
+/// As [`read`]; the file is larger, or is not UTF-8.
 pub fn read_text(path: &Path, most: u64) -> Result<String> {
     let bytes = read(path, most)?
         .ok_or_else(|| Error::other(format!("more than {most} bytes, the most that are read")))?;
@@ -52,7 +52,7 @@ pub fn read_text(path: &Path, most: u64) -> Result<String> {
     })
 }
 
-/// Refuses what is no regular file, by what it is.
+/// Refuses every kind but a regular file.
 ///
 /// # Errors
 /// It is a folder, a pipe, a socket or a device.
@@ -65,7 +65,7 @@ pub fn check(kind: FileType) -> Result<()> {
     }
 }
 
-/// What a file is that is no regular one.
+/// Name of an irregular kind of file; `None` for a regular one.
 #[must_use]
 pub fn name_of(kind: FileType) -> Option<&'static str> {
     if kind.is_file() {

@@ -10,11 +10,11 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// How the bits below the last kept one are dropped.
+/// Rounding of dropped low bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rounding {
-    /// Towards minus infinity: bits are cut off.
+    /// Towards minus infinity: truncation.
     Floor,
     /// To nearest, ties towards plus infinity.
     HalfUp,
@@ -54,7 +54,7 @@ pub struct Format {
     frac_bits: u32,
 }
 
-/// A text that names no [`Format`].
+/// A text is not a [`Format`].
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
     "`{0}` is not a fixed-point format: write U3.13 (3 integer, 13 fraction bits) or \
@@ -83,7 +83,7 @@ impl Format {
         }
     }
 
-    /// Bits in all, the sign included.
+    /// Total width in bits, sign included.
     #[must_use]
     pub const fn width(self) -> u32 {
         self.int_bits + self.frac_bits + self.signed as u32
@@ -124,14 +124,14 @@ impl Format {
         (1i128 << magnitude) - 1
     }
 
-    /// The nearest code in range, and whether `code` was outside it.
+    /// Saturates a code to the range. Returns whether it was outside.
     #[must_use]
     pub fn saturate(self, code: i128) -> (i128, bool) {
         let held = code.clamp(self.min(), self.max());
         (held, held != code)
     }
 
-    /// The code of `value`, rounded and saturated. `None` for NaN.
+    /// The code of `value`, rounded and saturated; `None` for NaN.
     #[must_use]
     pub fn quantise(self, value: f64, rounding: Rounding) -> Option<i128> {
         if value.is_nan() {
@@ -161,7 +161,7 @@ impl Format {
         code as f64 * 2f64.powi(-(self.frac_bits as i32))
     }
 
-    /// One unit in the last place.
+    /// One unit in the last place (ulp).
     #[must_use]
     pub fn ulp(self) -> f64 {
         2f64.powi(-(self.frac_bits as i32))

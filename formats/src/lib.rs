@@ -6,8 +6,8 @@
 //!
 //! # Example
 //!
-//! A configuration names what differs from the paper's; a rule that it breaks is told with the
-//! field, the value and what was expected.
+//! A configuration lists its differences from the paper's. The error for a broken rule names the
+//! field, the value and the allowed values.
 //!
 //! ```
 //! use potamoi_formats::config::Config;

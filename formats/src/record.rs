@@ -26,7 +26,7 @@ pub const OPACITY: Format = Format::unsigned(0, 16);
 /// Format of a colour channel.
 pub const COLOUR: Format = Format::unsigned(4, 12);
 
-/// A record's codes.
+/// Codes of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SplatRecord {
     /// Mean x, y, [`MEAN`] codes.
@@ -37,12 +37,12 @@ pub struct SplatRecord {
     pub opacity: u16,
     /// Red, green, blue, [`COLOUR`] codes.
     pub colour: [u16; 3],
-    /// Place in the frame's depth order, 0 in front.
+    /// Rank in the frame's depth order, 0 in front.
     pub rank: u32,
 }
 
 impl SplatRecord {
-    /// The record as a row of the MVoxel feature table.
+    /// Packs the record into a row of the MFT.
     #[must_use]
     pub fn to_channels(self) -> [i16; RECORD_CHANNELS] {
         let mut row = [0i16; RECORD_CHANNELS];
@@ -66,7 +66,7 @@ impl SplatRecord {
         row
     }
 
-    /// Reads a row back.
+    /// Unpacks a row.
     #[must_use]
     pub fn from_channels(row: &[i16; RECORD_CHANNELS]) -> Self {
         let half = |i: usize| u32::from(row[i] as u16);

@@ -1,10 +1,9 @@
-//! The ray index table (RIT): what one entry says and how it is packed.
+//! The ray index table (RIT): content and packing of its entries.
 //!
-//! An entry tells the gathering unit which rows of the MVoxel feature table
-//! make one feature vector (paper, Sec. "Hardware Support"). A structured
-//! entry is `V` words of {32-bit id, 16-bit weight}; an unstructured one is a
-//! single id. An id is {tag 16, row 16}: the tag of word 0 is opaque to the
-//! unit and comes back with the features, so that they can be attributed.
+//! An entry selects the rows of the MVoxel feature table that make one feature vector (paper, Sec.
+//! "Hardware Support"). A structured entry is `V` words of {32-bit id, 16-bit weight}; an
+//! unstructured one is a single id. An id is {tag 16, row 16}. The tag of word 0 is opaque to the
+//! unit and is returned with the features, which identifies them.
 
 use thiserror::Error;
 
@@ -12,17 +11,16 @@ use thiserror::Error;
 pub const WORD_BYTES: usize = 6;
 /// Bytes of an unstructured entry: one id.
 pub const ID_BYTES: usize = 4;
-/// The most vertices an entry has.
+/// Largest number of vertices of an entry.
 pub const MAX_VERTICES: usize = 8;
 
-/// How many vertices an entry has, hence how it is packed and for how many
-/// cycles it is issued.
+/// Vertices of an entry, which determine its packing and its issue cycles.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Vertices {
-    /// One id, no weight: a Gaussian. Skips the reduction.
+    /// One id without weight: a Gaussian. It bypasses the reducers.
     One,
     /// A line of a factorised tensor.
     Two,
@@ -33,10 +31,10 @@ pub enum Vertices {
 }
 
 impl Vertices {
-    /// All, fewest first.
+    /// All sizes, smallest first.
     pub const ALL: [Self; 4] = [Self::One, Self::Two, Self::Four, Self::Eight];
 
-    /// The number, 1, 2, 4 or 8; the cycles an entry takes as well.
+    /// The number: 1, 2, 4 or 8. It is also the number of issue cycles.
     #[must_use]
     pub const fn count(self) -> usize {
         match self {
@@ -47,13 +45,13 @@ impl Vertices {
         }
     }
 
-    /// Base-2 logarithm of the number: the code on `cfg_vertices`.
+    /// Base-2 logarithm of the number, the code on `cfg_vertices`.
     #[must_use]
     pub const fn log2(self) -> u32 {
         self.count().trailing_zeros()
     }
 
-    /// Whether entries carry weights (everything but a single id).
+    /// Whether entries have weights: all but single ids.
     #[must_use]
     pub const fn is_structured(self) -> bool {
         !matches!(self, Self::One)
@@ -85,22 +83,22 @@ impl From<Vertices> for u8 {
     }
 }
 
-/// One entry: the rows to read and their weights.
+/// One entry: rows to read, with weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct RitEntry {
-    /// Where the features belong: the ray sample's slot, or the tile number.
-    /// Bits 15..0 travel in the tag of word 0, bits 31..16 in that of word 1.
+    /// Destination of the features: the ray sample's slot, or the tile number. Bits 15..0 are in
+    /// the tag of word 0, bits 31..16 in that of word 1.
     pub slot: u32,
-    /// Rows of the MVoxel feature table; the first `V` count.
+    /// Rows of the MFT; the first `V` are used.
     pub rows: [u16; MAX_VERTICES],
-    /// Weights, right-aligned U1.W codes; the first `V` count, none for `V = 1`.
+    /// Weights as right-aligned U1.W codes; the first `V` are used, none for `V = 1`.
     pub weights: [u16; MAX_VERTICES],
 }
 
-/// Bytes that are no whole entry.
+/// Why an entry cannot be packed or unpacked.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RitError {
-    /// The length is not a multiple of the entry.
+    /// The length is not a multiple of the entry's.
     #[error("{bytes} bytes are no whole number of {entry}-byte RIT entries")]
     Ragged {
         /// Bytes given.
@@ -108,7 +106,7 @@ pub enum RitError {
         /// Bytes of an entry.
         entry: usize,
     },
-    /// A slot needs bits that the entry does not carry.
+    /// The slot exceeds the tag of a single-id entry.
     #[error(
         "slot {slot} does not fit the 16-bit tag of a single-id RIT entry: \
          unstructured groups hold at most 65536 slots, use a smaller ray group"
@@ -120,7 +118,7 @@ pub enum RitError {
 }
 
 impl RitEntry {
-    /// Appends the entry's bytes, little-endian.
+    /// Appends the packed entry, little-endian.
     ///
     /// # Errors
     /// A slot above 65,535 in an unstructured entry.
@@ -143,7 +141,7 @@ impl RitEntry {
         Ok(())
     }
 
-    /// Reads back what [`RitEntry::pack`] wrote.
+    /// Unpacks the output of [`RitEntry::pack`].
     ///
     /// # Errors
     /// A length that is no whole number of entries.

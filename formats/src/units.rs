@@ -9,11 +9,10 @@ pub const GATHERING_UNIT: &str = "gathering_unit";
 /// Top module of the vector unit.
 pub const VECTOR_UNIT: &str = "vector_unit";
 
-/// What a lane computes from its two signed 32-bit operands `a` and `b`.
+/// Operation of a lane on its two signed 32-bit operands `a` and `b`.
 ///
-/// All but the exponentials compute an exact integer, shift it right by the
-/// operation's `shift` with its rounding, and saturate to a signed 32-bit
-/// result.
+/// All operations but the exponentials compute an exact integer, shift it right by the operation's
+/// `shift` with its rounding, and saturate to a signed 32-bit result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OpCode {
@@ -25,8 +24,8 @@ pub enum OpCode {
     Add,
     /// `a * b`.
     Multiply,
-    /// `a^2 + b^2`: with a shift, the exponent of a splat from the two affine
-    /// forms of its Cholesky factors.
+    /// `a^2 + b^2`: with a shift, the exponent of a splat from the two affine forms of its Cholesky
+    /// factors.
     SquareSum,
     /// `exp(-a)` in the alpha configuration, `a` clamped to the input format;
     /// `exp(a)` as exponent and mantissa in the general one. Ignores `b`, shift
@@ -45,7 +44,7 @@ pub enum OpCode {
 }
 
 impl OpCode {
-    /// All, by code.
+    /// All operations by code.
     pub const ALL: [Self; 9] = [
         Self::Pass,
         Self::Relu,
@@ -80,43 +79,43 @@ impl OpCode {
         }
     }
 
-    /// The names of several, as a configuration lists them.
+    /// Names of several operations, as a configuration lists them.
     #[must_use]
     pub fn list(ops: &[Self]) -> String {
         let names: Vec<_> = ops.iter().map(|op| format!("\"{}\"", op.name())).collect();
         format!("[{}]", names.join(", "))
     }
 
-    /// Whether it takes both operands.
+    /// Whether it uses both operands.
     #[must_use]
     pub const fn takes_both(self) -> bool {
         matches!(self, Self::Add | Self::Multiply | Self::SquareSum)
     }
 
-    /// Whether the shift-register engine computes it.
+    /// Whether the exponential engine computes it.
     #[must_use]
     pub const fn is_exponential(self) -> bool {
         matches!(self, Self::Exp | Self::OneMinusExp) || self.is_logistic()
     }
 
-    /// Whether it takes the engine more than one pass: sigmoid and softplus.
+    /// Whether it takes several passes through the engine: sigmoid and softplus.
     #[must_use]
     pub const fn is_logistic(self) -> bool {
         matches!(self, Self::Sigmoid | Self::Softplus)
     }
 }
 
-/// Bits of the operation field, low first: code 4, shift 6, rounding 2.
+/// Width of the operation field in bits, from the lowest: code 4, shift 6, rounding 2.
 pub const OP_BITS: u32 = 12;
 
-/// One operation, for all lanes of a vector alike.
+/// One operation, the same for all lanes of a vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct VectorOp {
-    /// What to compute.
+    /// The operation.
     pub code: OpCode,
     /// Bits dropped from the exact result, 0 to 63.
     pub shift: u8,
-    /// How they are dropped.
+    /// Rounding of the dropped bits.
     pub rounding: Rounding,
 }
 

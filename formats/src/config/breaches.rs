@@ -1,4 +1,4 @@
-//! Rules that a configuration breaks.
+//! Broken rules of a configuration.
 
 use std::fmt;
 
@@ -9,18 +9,18 @@ pub struct RuleBreach {
     pub rule: &'static str,
     /// The field, as a TOML path.
     pub field: &'static str,
-    /// The value found.
+    /// The value in the configuration.
     pub value: String,
-    /// What would be right, and why.
+    /// The allowed values, and the reason.
     pub expected: String,
 }
 
-/// Broken rules, in the order of the fields.
+/// Broken rules in the order of their fields.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RuleBreaches(pub Vec<RuleBreach>);
 
 impl RuleBreaches {
-    /// Whether every rule is kept.
+    /// Whether no rule is broken.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

@@ -1,5 +1,5 @@
-//! What follows from the gathering unit's part of a configuration: widths, sizes and
-//! stages from which both sides build.
+//! Derived sizes of the gathering unit: widths, capacities and pipeline stages, shared by generator
+//! and oracle.
 
 use super::{Config, EntryKind, ExtraPorts, Modes, Organisation, Sums, WeightTrust};
 use crate::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
@@ -7,11 +7,11 @@ use crate::timing::{GatherStage, Pipeline, ReducerStage, RitStage};
 
 /// Bytes of a compact entry.
 const COMPACT_BYTES: usize = 8;
-/// Vertices of a cell, and groups of banks of the parity organisation.
+/// Vertices of a cell, and bank groups of the parity organisation.
 const CORNERS: u32 = 8;
 
 impl Config {
-    /// The organisation of the banks, and why it is that one.
+    /// The organisation of the banks, and the reason for it.
     #[must_use]
     pub fn organisation(&self) -> (Organisation, String) {
         let gu = &self.gu;
@@ -45,14 +45,14 @@ impl Config {
         }
     }
 
-    /// Whether a cell's eight vertices are read in one cycle.
+    /// Whether all eight vertices of a cell are read in one cycle.
     #[must_use]
     pub fn is_parity(&self) -> bool {
         self.organisation().0 == Organisation::Parity
     }
 
-    /// Channels of a segment, hence of a port's part of a feature beat: `B`, or
-    /// an eighth of it where eight vertices are read at once.
+    /// Channels of a segment, which are a port's lanes of a feature beat: `B`, or `B / 8` where
+    /// eight vertices are read at once.
     #[must_use]
     pub fn lanes_a_port(&self) -> u32 {
         if self.is_parity() {
@@ -71,8 +71,7 @@ impl Config {
         }
     }
 
-    /// Cycles in which a group of M entries is issued: one a vertex, or one for
-    /// all eight.
+    /// Issue cycles of a group of M entries: one for each vertex, or one for all eight.
     #[must_use]
     pub fn issue_cycles(&self, vertices: Vertices) -> u32 {
         if self.is_parity() {
@@ -82,7 +81,7 @@ impl Config {
         }
     }
 
-    /// Vertices of a row of the MFT, hence of a beat of its stream.
+    /// Vertices of a row of the MFT, and of a beat of its stream.
     #[must_use]
     pub fn vertices_a_row(&self) -> u32 {
         if self.is_parity() { CORNERS } else { 1 }
@@ -94,8 +93,8 @@ impl Config {
         self.mvoxel.rows.div_ceil(self.vertices_a_row())
     }
 
-    /// Parts of a bank of the MFT, by the low bits of the row: `M / 2` where more than
-    /// two ports take turns at them, otherwise 1.
+    /// Parts of a bank of the MFT, selected by the low bits of the row: `M / 2` where more than two
+    /// ports take turns, otherwise 1.
     #[must_use]
     pub fn table_parts(&self) -> u32 {
         match self.gu.extra_ports {
@@ -104,7 +103,7 @@ impl Config {
         }
     }
 
-    /// Bits of a channel on the feature stream.
+    /// Width of a channel on the feature stream, in bits.
     #[must_use]
     pub fn feature_lane_bits(&self) -> u32 {
         match self.gu.sums {
@@ -113,15 +112,15 @@ impl Config {
         }
     }
 
-    /// Records that share a row of the MFT, of entries of `vertices` vertices and
-    /// features of `channels` channels.
+    /// Records that share a row of the MFT, for entries of `vertices` vertices and features of
+    /// `channels` channels.
     #[must_use]
     pub fn records_a_row(&self, vertices: Vertices, channels: usize) -> u32 {
         let fits = !vertices.is_structured() && 2 * channels <= self.gu.banks as usize;
         if fits { self.gu.records_a_row } else { 1 }
     }
 
-    /// Vertices or records that an MVoxel holds.
+    /// Capacity of an MVoxel in vertices or records.
     #[must_use]
     pub fn mvoxel_capacity(&self, vertices: Vertices, channels: usize) -> u32 {
         self.mvoxel
@@ -129,33 +128,33 @@ impl Config {
             .saturating_mul(self.records_a_row(vertices, channels))
     }
 
-    /// Bits that name a row of the MFT. The next one of an id says which half of
-    /// the row, where two records share it.
+    /// Width of a row address of the MFT, in bits. Where two records share a row, the next bit of
+    /// an id selects one.
     #[must_use]
     pub fn row_bits(&self) -> u32 {
         (self.mft_rows().max(2) - 1).ilog2() + 1
     }
 
-    /// Register stages from the RIT banks' output to the MFT's address.
+    /// Pipeline stages from the output of the RIT banks to the MFT's address.
     #[must_use]
     pub fn rit_pipeline(&self) -> Pipeline<RitStage> {
         Pipeline::rit(self.rit.entry == EntryKind::Compact, self.gu.pipelined)
     }
 
-    /// Register stages of a reducer.
+    /// Pipeline stages of a reducer.
     #[must_use]
     pub fn reducer_pipeline(&self) -> Pipeline<ReducerStage> {
         Pipeline::reducer(self.gu.pipelined, self.is_parity())
     }
 
-    /// Register stages from the issue of a group's last vertex to its offer, of the
-    /// channel-major and the parity organisation.
+    /// Pipeline stages from the issue of a group's last vertex to its offer, in the channel-major
+    /// and the parity organisation.
     #[must_use]
     pub fn gather_pipeline(&self) -> Pipeline<GatherStage> {
         Pipeline::gather(&self.reducer_pipeline(), self.gu.pipelined)
     }
 
-    /// Bits of the RIT stream.
+    /// Width of the RIT stream, in bits.
     #[must_use]
     pub fn rit_stream_bits(&self) -> u32 {
         self.rit
@@ -163,7 +162,7 @@ impl Config {
             .unwrap_or(self.gu.ports.saturating_mul(64))
     }
 
-    /// Bits of one RIT row: `M` eight-vertex entries.
+    /// Width of a RIT row in bits: `M` eight-vertex entries.
     #[must_use]
     pub fn rit_row_bits(&self) -> u32 {
         // Rules ask before they refuse too many ports.
@@ -178,7 +177,7 @@ impl Config {
         self.rit.entries / self.gu.ports
     }
 
-    /// Entries that one RIT half holds.
+    /// Capacity of one RIT half in entries.
     #[must_use]
     pub fn rit_entries(&self, vertices: Vertices) -> u32 {
         (self.rit.entries as usize * MAX_VERTICES * WORD_BYTES / self.entry_bytes(vertices)) as u32
@@ -198,14 +197,14 @@ impl Config {
             .collect()
     }
 
-    /// Segments that `channels` take: `ceil(channels / B)`, in eighths of B where
-    /// eight vertices are read at once.
+    /// Segments for `channels`: `ceil(channels / B)`, or over `B / 8` where eight vertices are read
+    /// at once.
     #[must_use]
     pub fn segments(&self, channels: usize) -> usize {
         channels.div_ceil(self.lanes_a_port().max(1) as usize)
     }
 
-    /// Bits of the reducers' accumulators.
+    /// Width of the reducers' accumulators, in bits.
     #[must_use]
     pub fn accumulator_bits(&self) -> u32 {
         let exact = self.gu.feature_bits.saturating_add(self.gu.weight_bits);

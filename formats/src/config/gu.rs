@@ -1,14 +1,14 @@
-//! The gathering unit's part of the configuration.
+//! Configuration of the gathering unit.
 
 use serde::{Deserialize, Serialize};
 
 use crate::rit::{MAX_VERTICES, Vertices};
 
-/// The macro voxel.
+/// The MVoxel (macro voxel).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MvoxelConfig {
-    /// Rows of the MVoxel feature table: vertices, or records, an MVoxel holds.
+    /// Rows of the MVoxel feature table (MFT): vertices or records of an MVoxel.
     pub rows: u32,
 }
 
@@ -22,7 +22,7 @@ impl MvoxelConfig {
     /// Vertices along each axis of a full MVoxel: of a line all rows; of a plane
     /// a rectangle of twice as many along the first axis or as many (32 x 16 with
     /// 512 rows); of a volume a cube (8 with 512 rows), of at most 40 an edge.
-    /// Nothing where the rows do not hold a cube of two.
+    /// `None` where the rows do not hold a cube of two.
     #[must_use]
     pub fn edges(&self, axes: u32) -> Option<[usize; 3]> {
         // A row number has 16 bits.
@@ -39,7 +39,7 @@ impl MvoxelConfig {
 
     /// Rows from a cell's first vertex to its other ones, in the order of a RIT
     /// entry (bit 0 of a vertex is x), in an MVoxel of [`MvoxelConfig::edges`].
-    /// Nothing where its rows do not hold a cell.
+    /// `None` where its rows do not hold a cell.
     #[must_use]
     pub fn offsets(&self, vertices: Vertices) -> Option<[u16; MAX_VERTICES]> {
         let [x, y, z] = self.edges(vertices.log2())?;
@@ -55,26 +55,26 @@ impl MvoxelConfig {
     }
 }
 
-/// What a structured RIT entry says.
+/// Content of a structured RIT entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EntryKind {
     /// An id and a weight for every vertex: 6 V bytes.
     #[default]
     Paper,
-    /// Slot, row of the first vertex, three fractions: 8 bytes. The unit makes
-    /// rows and weights.
+    /// Slot, row of the first vertex, and three fractions: 8 bytes. The unit computes rows and
+    /// weights.
     Compact,
 }
 
-/// How the RIT comes to the unit.
+/// Path of the RIT to the unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RitPath {
-    /// The GPU writes it to memory, the unit reads it from there.
+    /// Through memory: the GPU writes it, and the unit reads it.
     #[default]
     Dram,
-    /// Straight from what makes it: no bytes in memory.
+    /// Directly from its producer, without memory traffic.
     Direct,
 }
 
@@ -82,16 +82,16 @@ pub enum RitPath {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RitConfig {
-    /// Eight-vertex entries in one half of the double buffer. A half has 48
-    /// times as many bytes; smaller entries fill the same bytes.
+    /// Eight-vertex entries in one half of the double buffer. A half has 48 times as many bytes,
+    /// which smaller entries share.
     pub entries: u32,
-    /// Bits of the RIT stream; 64 a port unless given.
+    /// Width of the RIT stream in bits; 64 for each port by default.
     pub stream_bits: Option<u32>,
-    /// Bits of the slot that come back with the features, 16 or 32.
+    /// Bits of the slot that are returned with the features, 16 or 32.
     pub slot_bits: u32,
-    /// What a structured entry says.
+    /// Content of a structured entry.
     pub entry: EntryKind,
-    /// How the table comes to the unit.
+    /// Path of the table to the unit.
     pub path: RitPath,
 }
 
@@ -107,66 +107,66 @@ impl Default for RitConfig {
     }
 }
 
-/// Which kinds of entry the unit is built for.
+/// Kinds of entry that the unit supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Modes {
-    /// Weighted entries of several vertices only.
+    /// Weighted entries of several vertices.
     Structured,
-    /// Single ids only: no reducers.
+    /// Single ids, without reducers.
     Unstructured,
-    /// Both, chosen by `cfg_vertices`.
+    /// Both, selected by `cfg_vertices`.
     Both,
 }
 
-/// What may be assumed of an entry's weights.
+/// Assumption about an entry's weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WeightTrust {
-    /// They sum to exactly 1: the narrow accumulator, and a sticky flag if not.
+    /// They sum to exactly 1: a narrow accumulator, and a sticky flag on violation.
     Trusted,
     /// Any codes: the accumulator holds eight products of any size.
     Any,
 }
 
-/// How features lie in the banks of the MVoxel feature table.
+/// Organisation of features in the banks of the MFT.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Organisation {
-    /// By the channel count: [`Config::organisation`](super::Config::organisation).
+    /// Chosen by the channel count: [`Config::organisation`](super::Config::organisation).
     #[default]
     Auto,
-    /// Bank `b` holds channel `b` of every row: no two reads meet in a bank.
+    /// Bank `b` holds channel `b` of every row: no bank conflicts.
     ChannelMajor,
-    /// Vertices by the parity of x, y and z in eight groups of banks: a cell has
-    /// one in each, so that `C <= B / 8` channels of all eight are read at once.
+    /// Vertices are distributed by the parity of x, y and z over eight groups of banks. A cell has
+    /// one vertex in each, so that `C <= B / 8` channels of all eight are read at once.
     Parity,
-    /// A bank holds whole rows, row `r` in bank `r mod B`: concurrent ray
-    /// samples meet in banks, and wait for one another.
+    /// Each bank holds whole rows, row `r` in bank `r mod B`: concurrent ray samples have bank
+    /// conflicts.
     FeatureMajor,
 }
 
-/// What comes out of the reducers.
+/// Output of the reducers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sums {
-    /// Features: the sum rounded once, in 16-bit lanes.
+    /// Features: the sum, rounded once, in 16-bit lanes.
     #[default]
     Rounded,
-    /// The sum as it is, in units of 2^-W, in 32-bit lanes: sums of entries that
-    /// share a sample add up to it, to be rounded once behind the unit.
+    /// The unrounded sum in units of 2^-W, in 32-bit lanes. Sums of entries that share a sample add
+    /// up exactly, and are rounded once outside the unit.
     Exact,
 }
 
-/// How more than two ports read a bank of the MVoxel feature table.
+/// How more than two ports read a bank of the MFT.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExtraPorts {
-    /// From copies of the bank, written alike: no port ever waits.
+    /// From copies of the bank with equal contents: no port ever waits.
     #[default]
     Copies,
-    /// From `M / 2` parts of the bank, by the row's low bits. Each reads two rows at
-    /// once; ports that want a third row of a part wait for a turn.
+    /// From `M / 2` parts of the bank, selected by the row's low bits. Each part reads two rows at
+    /// once; ports that need a third row of a part wait for a turn.
     Split,
 }
 
@@ -174,43 +174,41 @@ pub enum ExtraPorts {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GuConfig {
-    /// How features lie in the banks.
+    /// Organisation of features in the banks.
     pub organisation: Organisation,
-    /// Channels `C` of the features that the unit is for, if they are known:
-    /// what `organisation = "auto"` chooses by.
+    /// Channels `C` of the features, if known; `organisation = "auto"` chooses by them.
     pub channels: Option<u32>,
-    /// Banks `B`: channels read in one cycle.
+    /// Banks `B`: channels read in a cycle.
     pub banks: u32,
-    /// Ports `M`: entries processed side by side.
+    /// Ports `M`: entries processed in parallel.
     pub ports: u32,
-    /// How more than two of them read a bank.
+    /// How more than two ports read a bank.
     pub extra_ports: ExtraPorts,
-    /// Lanes `R` of the feature-major organisation: ray samples processed
-    /// side by side.
+    /// Lanes `R` of the feature-major organisation: ray samples processed in parallel.
     pub lanes: u32,
-    /// Kinds of entry.
+    /// Kinds of entry supported.
     pub modes: Modes,
-    /// Entry sizes of the structured kind that the unit supports.
+    /// Sizes of structured entries supported.
     pub vertices: Vec<Vertices>,
-    /// Bits of a feature code.
+    /// Width of a feature code in bits.
     pub feature_bits: u32,
     /// Fraction bits `W` of a weight, U1.W.
     pub weight_bits: u32,
-    /// What may be assumed of weights.
+    /// Assumption about weights.
     pub weights: WeightTrust,
-    /// What comes out.
+    /// Output of the reducers.
     pub sums: Sums,
-    /// Records of at most `B / 2` channels that share a row of the MFT where
-    /// entries are single ids: 1 or 2.
+    /// Records of at most `B / 2` channels in a row of the MFT, where entries are single ids: 1 or
+    /// 2.
     pub records_a_row: u32,
-    /// The most channel segments an MVoxel is gathered in.
+    /// Largest number of channel segments of an MVoxel.
     pub segments: u32,
-    /// Beats the feature FIFO holds.
+    /// Capacity of the feature FIFO in beats.
     pub fifo_depth: u32,
-    /// Registers in the reducers' multipliers and from the RIT to the MFT's
-    /// address: a higher clock, later results, as many of them.
+    /// Whether multipliers of the reducers and the path from the RIT to the MFT's address are
+    /// pipelined: a higher clock and latency at the same throughput.
     pub pipelined: bool,
-    /// Bits of the cycle and stall counters, which stop at their maximum.
+    /// Width of the cycle and stall counters in bits; they saturate.
     pub counter_bits: u32,
 }
 

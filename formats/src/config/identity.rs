@@ -1,4 +1,4 @@
-//! What a configuration is called in headers, traces and results.
+//! Identity of a configuration in headers, traces and results.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ fn leaves(value: &Value, path: &str, found: &mut BTreeMap<String, String>) {
     }
 }
 
-/// 12 hexadecimal digits of the fields of `config` that are not as in `plain`.
+/// Hash of the fields of `config` that differ from `plain`, 12 hexadecimal digits.
 pub(super) fn hash<T: Serialize>(config: &T, plain: &T) -> String {
     let defaults = fields(plain);
     let mut all = blake3::Hasher::new();
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
     use crate::config::{Config, PRESETS};
 
-    /// Each field of each preset, as it is written, changed alone, gives another hash.
+    /// Each field of each preset in serialised form, changed alone, changes the hash.
     #[test]
     fn the_hash_follows_every_field() {
         let plain = fields(&Config::default());
@@ -68,7 +68,7 @@ mod tests {
         }
     }
 
-    /// A parameter that is new, with its default, leaves the hashes of all configurations.
+    /// A new parameter with its default changes no configuration's hash.
     #[test]
     fn a_new_parameter_with_its_default_changes_no_hash() {
         let plain = fields(&Config::default());

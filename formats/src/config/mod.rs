@@ -1,8 +1,7 @@
 //! The configuration: every parameter of the generated hardware, from TOML.
 //!
-//! Unknown fields are refused. A configuration that parses is checked against
-//! the rules of [`rules`]; a broken one is refused with the rule's name, the
-//! field, the value and what would be right.
+//! Unknown fields are refused. A parsed configuration is checked against [`rules`]; the error names
+//! the broken rule, the field, its value and the allowed values.
 
 mod breaches;
 mod derived;
@@ -29,7 +28,7 @@ pub use gu::{
 pub use overlay::{Layer, overlay};
 pub use vu::VuConfig;
 
-/// The paper's sizes; what every command uses unless told otherwise.
+/// The paper's sizes, the default of every command.
 pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
 pub const PRESETS: [(&str, &str); 7] = [
@@ -45,17 +44,17 @@ pub const PRESETS: [(&str, &str); 7] = [
     ),
 ];
 
-/// What is read of a configuration, in bytes: far more than any has.
+/// Size limit of a configuration file, in bytes.
 const LIMIT: u64 = 1 << 20;
 
-/// Everything that shapes the hardware.
+/// All parameters of the hardware.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// Clock in MHz: turns cycles into time. The paper states none; 1000 is a
-    /// named assumption.
+    /// Clock in MHz, which converts cycles to time. The paper states none; 1000 is a named
+    /// assumption.
     pub clock_mhz: u32,
-    /// The macro voxel that the gathering unit holds.
+    /// The MVoxel that the gathering unit holds.
     pub mvoxel: MvoxelConfig,
     /// The ray index table's buffer and stream.
     pub rit: RitConfig,
@@ -77,7 +76,7 @@ impl Default for Config {
     }
 }
 
-/// A configuration that cannot be used.
+/// Why a configuration cannot be used.
 #[derive(Debug, Error)]
 pub enum ConfigError {
     /// The file cannot be read.
@@ -88,17 +87,17 @@ pub enum ConfigError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// Not TOML, an unknown field, or a value of the wrong kind.
+    /// The text is not TOML, has an unknown field, or a value of the wrong type.
     #[error("{origin}: field `{field}`: {message}")]
     Parse {
         /// The file, or the preset's name.
         origin: String,
         /// Path of the field.
         field: String,
-        /// What is wrong there.
+        /// The problem.
         message: String,
     },
     /// One or more rules are broken.
@@ -106,7 +105,7 @@ pub enum ConfigError {
     Rules {
         /// The file, or the preset's name.
         origin: String,
-        /// Every rule that is broken.
+        /// All broken rules.
         breaches: RuleBreaches,
     },
 }
@@ -125,13 +124,13 @@ impl ConfigError {
     }
 }
 
-/// The presets' names, for messages.
+/// Names of the presets, for messages.
 fn preset_names() -> String {
     PRESETS.map(|(name, _)| name).join(", ")
 }
 
 impl Config {
-    /// A preset by its name.
+    /// The preset of this name, if any.
     #[must_use]
     pub fn preset(name: &str) -> Option<Self> {
         let (_, text) = PRESETS.iter().find(|(own, _)| *own == name)?;
@@ -141,7 +140,7 @@ impl Config {
     /// Parses and checks a configuration; `origin` names it in errors.
     ///
     /// # Errors
-    /// Not TOML, unknown fields, wrong kinds, or broken rules.
+    /// Text that is not TOML, unknown fields, values of the wrong type, or broken rules.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ConfigError> {
         Self::from_bytes(text.as_bytes(), origin)
     }
@@ -181,11 +180,11 @@ impl Config {
         Self::default()
     }
 
-    /// A stable hash of the parameters: 12 hexadecimal digits that name the configuration in
-    /// headers, traces and results.
+    /// A stable hash of the parameters, 12 hexadecimal digits, which identifies the configuration
+    /// in headers, traces and results.
     ///
-    /// It is of the parameters that differ from their defaults, each by its field and its value:
-    /// the hash stays when a parameter is added that a configuration does not set.
+    /// It covers the parameters that differ from their defaults, by field and value. A new
+    /// parameter that a configuration does not set leaves its hash unchanged.
     #[must_use]
     pub fn hash(&self) -> String {
         identity::hash(self, &Self::default())

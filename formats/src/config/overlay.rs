@@ -1,18 +1,18 @@
-//! Configurations laid over one another, as TOML.
+//! Overlays of configurations, as TOML.
 
 use super::{Config, ConfigError};
 use crate::document::Wrong;
 
-/// What is laid over a configuration.
+/// Changes of a configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layer<'a> {
-    /// Fields of `vu.exp` that go back to what follows from the others.
+    /// Fields of `vu.exp` that are reset to their derived values.
     pub derived: &'a [&'a str],
     /// Fields with their values.
     pub toml: &'a str,
 }
 
-/// Puts values in the place of others, tables part by part.
+/// Merges `given` into `all`, table by table; given values win.
 pub fn overlay(all: &mut toml::Table, given: toml::Table) {
     for (key, value) in given {
         match (all.get_mut(&key), value) {
@@ -25,10 +25,10 @@ pub fn overlay(all: &mut toml::Table, given: toml::Table) {
 }
 
 impl Config {
-    /// The same with layers over it, one over the other; `origin` names the result in errors.
+    /// The configuration with layers applied in order; `origin` names the result in errors.
     ///
     /// # Errors
-    /// As [`Config::from_toml`], of the result.
+    /// As [`Config::from_toml`] for the result.
     pub fn with(&self, layers: &[Layer<'_>], origin: &str) -> Result<Self, ConfigError> {
         let parse = |problem: String| ConfigError::parse(origin, &Wrong::new(problem));
         let mut all = toml::Table::try_from(self).map_err(|e| parse(e.to_string()))?;
@@ -46,10 +46,10 @@ impl Config {
         Self::from_toml(&text, origin)
     }
 
-    /// All of it as TOML, which [`Config::from_toml`] reads.
+    /// All of it as TOML for [`Config::from_toml`].
     ///
     /// # Errors
-    /// None that is known: every field has a form in TOML.
+    /// None known: every field has a form in TOML.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }

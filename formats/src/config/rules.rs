@@ -1,4 +1,4 @@
-//! The rules that a configuration must keep, each with a name.
+//! Named rules of a configuration.
 
 use super::breaches::RuleBreaches;
 use super::{Config, EntryKind, Modes};
@@ -8,7 +8,7 @@ mod organisation;
 mod unused;
 mod vector;
 
-/// Every rule that `config` breaks.
+/// All rules that `config` breaks.
 #[must_use]
 pub fn check(config: &Config) -> RuleBreaches {
     let mut out = RuleBreaches::default();
@@ -178,7 +178,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// One configuration for every rule; the snapshot shows what a user sees.
+    /// One configuration for every rule; the snapshot shows the messages to a user.
     #[test]
     fn every_rule_refuses_with_its_name() {
         let cases = [

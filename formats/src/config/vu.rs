@@ -1,4 +1,4 @@
-//! The vector unit's part of the configuration.
+//! Configuration of the vector unit.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,11 +9,11 @@ use crate::units::OpCode;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct VuConfig {
-    /// Lanes. The paper states none; 24, one a MAC column, is a named assumption.
+    /// Number of lanes. The paper states none; 24, one for each MAC column, is a named assumption.
     pub lanes: u32,
-    /// Operations that are built; all but sigmoid and softplus by default.
+    /// Operations built; by default all but sigmoid and softplus.
     pub ops: Vec<OpCode>,
-    /// Results that the output FIFO holds.
+    /// Capacity of the output FIFO in results.
     pub fifo_depth: u32,
     /// The exponential engine.
     pub exp: ExpConfig,

@@ -9,19 +9,19 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visi
 
 use super::{Value, Wrong};
 
-/// The most values of a document: half a gigabyte of memory, 32 bytes each.
+/// Largest number of values in a document: half a gigabyte of memory at 32 bytes each.
 const MOST: usize = 1 << 24;
-/// The mark that some editors put before UTF-8.
+/// Byte-order mark of UTF-8.
 const MARK: &[u8] = b"\xef\xbb\xbf";
-/// The key of the map as which TOML's reader gives a date.
+/// Key under which TOML's reader presents a date.
 const DATE: &str = "$__toml_private_datetime";
-/// What stands for bytes that are no UTF-8.
+/// Replacement of bytes that are not UTF-8.
 const LOST: char = '\u{fffd}';
 
 /// Reads JSON.
 ///
 /// # Errors
-/// It is none, has more than 16 million values, or names one twice.
+/// Invalid JSON, more than 16 million values, or a duplicate name.
 pub fn json(bytes: &[u8]) -> Result<Value, Wrong> {
     let text = text(bytes)?;
     let mut reader = serde_json::Deserializer::from_str(&text);
@@ -48,7 +48,7 @@ pub fn toml(bytes: &[u8]) -> Result<Value, Wrong> {
     checked(value, &text, bytes)
 }
 
-/// What TOML that was read elsewhere says.
+/// Converts TOML that was parsed elsewhere.
 ///
 /// # Errors
 /// It has more than 16 million values.
@@ -58,8 +58,8 @@ pub fn of_toml(table: toml::Table) -> Result<Value, Wrong> {
     value.map_err(|e| Wrong::new(e.message()))
 }
 
-/// Text without the mark before it. Bytes that are no UTF-8 are let pass for now: in comments they
-/// say nothing.
+/// Text without byte-order mark. Bytes that are not UTF-8 are tolerated here; they are harmless in
+/// comments.
 fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Wrong> {
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(Wrong::new("it is UTF-16 text: save it as UTF-8"));
@@ -77,7 +77,7 @@ fn place(text: &str, at: usize) -> String {
     format!("line {line}, column {column}")
 }
 
-/// The words of the JSON reader's errors.
+/// Wording of the JSON reader's errors.
 fn no_json(e: serde_json::Error) -> Wrong {
     let (line, column) = (e.line(), e.column());
     let said = e.to_string();
@@ -102,7 +102,7 @@ fn no_json(e: serde_json::Error) -> Wrong {
     Wrong::new(format!("{place}: {problem}"))
 }
 
-/// Refuses keys that stand twice, and text that is no UTF-8 where it says something.
+/// Refuses duplicate keys, and text that is not UTF-8 outside comments.
 fn checked(value: Value, text: &str, bytes: &[u8]) -> Result<Value, Wrong> {
     let lossy = matches!(String::from_utf8_lossy(bytes), Cow::Owned(_));
     walk(&value, lossy).map_err(|wrong| match wrong {
@@ -118,7 +118,7 @@ fn checked(value: Value, text: &str, bytes: &[u8]) -> Result<Value, Wrong> {
     Ok(value)
 }
 
-/// `Err(None)`: a text of it has lost bytes.
+/// `Err(None)`: a text has replaced bytes.
 fn walk(value: &Value, lossy: bool) -> Result<(), Option<Wrong>> {
     let whole = |text: &str| match lossy && text.contains(LOST) {
         true => Err(None),
@@ -148,7 +148,7 @@ fn walk(value: &Value, lossy: bool) -> Result<(), Option<Wrong>> {
     }
 }
 
-/// Builds a value of what a reader finds; counts down how many there may still be.
+/// Builds a value from a reader's events, and counts down the values left.
 #[derive(Clone, Copy)]
 struct Seed<'a>(&'a Cell<usize>);
 

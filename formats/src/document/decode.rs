@@ -287,7 +287,7 @@ impl<'de> EnumAccess<'de> for Variant<'de> {
     }
 }
 
-/// What stands beside the name of a variant.
+/// Content beside a variant's name.
 struct Content<'de> {
     name: &'de str,
     content: Option<&'de Value>,

@@ -1,5 +1,5 @@
-//! Documents of named values, which is what TOML and JSON files are: one way from their bytes to
-//! the types that read them, and one place where what is wrong is put into words.
+//! Documents of named values (TOML and JSON files): one path from bytes to types, and one place for
+//! the wording of errors.
 //!
 //! A document is read into a [`Value`], of which every key is once and in the file's order, and a
 //! type is made of it by [`Value::read`]. More than serde's derived readers do by themselves:
@@ -36,35 +36,35 @@ use serde::Deserialize;
 pub use build::{json, of_toml, toml};
 pub use wrong::{Wrong, foreign};
 
-/// Characters of a value that are told.
+/// Longest quoted value in an error, in characters.
 const TOLD: usize = 60;
 
-/// What a document says.
+/// A value of a document.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// Nothing; of JSON alone.
+    /// Null; JSON only.
     Null,
-    /// Yes or no.
+    /// A Boolean.
     Bool(bool),
-    /// A number without a point.
+    /// A number without a decimal point.
     Int(i64),
-    /// One above 2^63.
+    /// A number above 2^63.
     Large(u64),
-    /// A number with a point or an exponent.
+    /// A number with a decimal point or an exponent.
     Float(f64),
-    /// Characters.
+    /// A string.
     Text(Box<str>),
-    /// Values in a row.
+    /// A list.
     List(Box<[Value]>),
-    /// Values by name, each name once.
+    /// Values by unique name, in the file's order.
     Map(Box<[(Box<str>, Value)]>),
 }
 
 impl Value {
-    /// Makes a type of it.
+    /// Deserialises a type.
     ///
     /// # Errors
-    /// It is of another kind, or a part of it is missing, too much, unknown or out of range.
+    /// It is of another kind, or a part of it is missing, superfluous, unknown or out of range.
     pub fn read<'de, T: Deserialize<'de>>(&'de self) -> Result<T, Wrong> {
         T::deserialize(self)
     }
@@ -79,8 +79,7 @@ impl Value {
         found.map(|(_, value)| value)
     }
 
-    /// The same laid over another: values in the place of others, sections part by
-    /// part.
+    /// Merges this value over a base, section by section; its values win.
     #[must_use]
     pub fn over(self, base: Self) -> Self {
         match (self, base) {
@@ -101,9 +100,8 @@ impl Value {
         }
     }
 
-    /// The first key of this document that another does not have, as what was made
-    /// of a type that this was read into: so that a type whose reader passes keys
-    /// over does not lose one.
+    /// The first key of this document that is missing in `kept`, the serialised form of a type read
+    /// from it. Detects types whose reader silently skips keys.
     #[must_use]
     pub fn lost_in(&self, kept: &Self) -> Option<Wrong> {
         match (self, kept) {
@@ -123,7 +121,7 @@ impl Value {
         }
     }
 
-    /// As a number.
+    /// The number, if it is one.
     #[must_use]
     pub const fn number(&self) -> Option<f64> {
         match self {
@@ -134,7 +132,7 @@ impl Value {
         }
     }
 
-    /// As a whole number, however it is written.
+    /// The whole number in any notation, if it is one.
     #[must_use]
     pub fn whole(&self) -> Option<i128> {
         match self {
@@ -148,7 +146,7 @@ impl Value {
         }
     }
 
-    /// As characters.
+    /// The text, if it is one.
     #[must_use]
     pub const fn text(&self) -> Option<&str> {
         match self {
@@ -157,7 +155,7 @@ impl Value {
         }
     }
 
-    /// As values in a row.
+    /// The list, if it is one.
     #[must_use]
     pub const fn list(&self) -> Option<&[Self]> {
         match self {
@@ -166,7 +164,7 @@ impl Value {
         }
     }
 
-    /// How messages tell it.
+    /// Text of the value in messages.
     #[must_use]
     pub fn shown(&self) -> String {
         match self {
@@ -187,7 +185,7 @@ impl Value {
         }
     }
 
-    /// A short list of numbers as it stands.
+    /// A short list of numbers, written out.
     fn numbers(&self) -> Option<String> {
         let values = self.list().filter(|values| values.len() <= 4)?;
         let mut text = "[".to_owned();

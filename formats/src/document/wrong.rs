@@ -1,4 +1,4 @@
-//! What is wrong with a document, in a user's words.
+//! Errors of documents, in a user's words.
 
 use std::fmt;
 
@@ -11,20 +11,20 @@ enum Step {
     Index(usize),
 }
 
-/// What is wrong, and where.
+/// An error with its position in the document.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wrong {
-    /// From the part outwards.
+    /// Path from the value outwards.
     steps: Vec<Step>,
     problem: String,
 }
 
-/// Characters of a problem, and of a key, that are told.
+/// Longest quoted problem, and longest key, in characters.
 const TOLD: usize = 300;
 const TOLD_KEY: usize = 60;
 
 impl Wrong {
-    /// Of a value as a whole.
+    /// An error of a value as a whole.
     #[must_use]
     pub fn new(problem: impl Into<String>) -> Self {
         let problem: String = problem.into();
@@ -34,13 +34,13 @@ impl Wrong {
         }
     }
 
-    /// A value in the place of another.
+    /// An error of a value found instead of another.
     #[must_use]
     pub fn found(found: impl fmt::Display, expected: impl fmt::Display) -> Self {
         Self::new(format!("found {found}, expected {expected}"))
     }
 
-    /// The same of the value that has this one under a name.
+    /// The error seen from the map that holds its value under `key`.
     #[must_use]
     pub fn under(mut self, key: &str) -> Self {
         let key = key.chars().take(TOLD_KEY).collect();
@@ -48,14 +48,14 @@ impl Wrong {
         self
     }
 
-    /// The same of the list that has this one at a place, from 0.
+    /// The error seen from the list that holds its value at `index`, from 0.
     #[must_use]
     pub fn at(mut self, index: usize) -> Self {
         self.steps.push(Step::Index(index));
         self
     }
 
-    /// Where it is, such as `frames[3].fl_x`; empty of the whole.
+    /// Path of the value, such as `frames[3].fl_x`; empty for the whole document.
     #[must_use]
     pub fn field(&self) -> String {
         let mut text = String::new();
@@ -69,7 +69,7 @@ impl Wrong {
         text
     }
 
-    /// What is wrong there.
+    /// The problem.
     #[must_use]
     pub fn problem(&self) -> &str {
         &self.problem
@@ -95,7 +95,7 @@ fn listed(names: &[&str]) -> String {
     }
 }
 
-/// The words of readers that serde derives.
+/// Wording of serde's derived readers.
 impl Error for Wrong {
     fn custom<T: fmt::Display>(message: T) -> Self {
         let message = message.to_string();
@@ -148,7 +148,7 @@ fn kind(found: Unexpected<'_>) -> String {
     }
 }
 
-/// The words of a reader beneath, such as serde's own of MessagePack, in ours.
+/// Rewords the error of a lower reader, such as serde's for MessagePack.
 #[must_use]
 pub fn foreign(said: &str) -> String {
     if let Some(rest) = said.strip_prefix("missing field ") {
@@ -181,7 +181,7 @@ pub fn foreign(said: &str) -> String {
     }
 }
 
-/// A kind of value by a name that is not of a programming language.
+/// Names a kind of value in plain words.
 fn plain(kind: &str) -> String {
     let first = kind.split(' ').next().unwrap_or_default();
     match first.trim_start_matches('a') {

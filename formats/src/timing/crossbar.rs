@@ -1,23 +1,23 @@
-//! From the last round of a channel to the offer of its results, of the feature-major
+//! Pipeline from a channel's last round to the offer of its results, in the feature-major
 //! organisation.
 
 use super::Pipeline;
 
-/// A register stage behind a round.
+/// A pipeline stage after a round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CrossbarStage {
-    /// D: the banks have read their words.
+    /// D: words read by the banks.
     BankWords,
-    /// X: each lane has the word of its bank.
+    /// X: each lane's word from its bank.
     Crossed,
     /// S: the reducers' sums.
     Sum,
-    /// The FIFO of results: its first place.
+    /// First entry of the result FIFO.
     Fifo,
 }
 
 impl CrossbarStage {
-    /// The letter that stands for it; none for the FIFO.
+    /// Letter of the stage; `None` for the FIFO.
     #[must_use]
     pub const fn letter(self) -> Option<char> {
         match self {
@@ -30,7 +30,7 @@ impl CrossbarStage {
 }
 
 impl Pipeline<CrossbarStage> {
-    /// Of every configuration.
+    /// The pipeline, equal for all configurations.
     #[must_use]
     pub fn crossbar() -> Self {
         Self::new([

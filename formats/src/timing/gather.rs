@@ -1,37 +1,37 @@
-//! From the issue of a vertex to the offer of a result, of the channel-major and the parity
-//! organisation.
+//! Pipeline from the issue of a vertex to the offer of a result, in the channel-major and the
+//! parity organisation.
 
 use super::Pipeline;
 
-/// A register stage of a reducer.
+/// A pipeline stage of a reducer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReducerStage {
-    /// Feature and weight, so that they reach many reducers in a cycle of their own.
+    /// Feature and weight, registered for their fan-out to many reducers.
     Operands,
-    /// The feature's products with each half of the weight.
+    /// Products of the feature with each half of the weight.
     PartialProducts,
     /// The product.
     Product,
-    /// The sum so far. Its rounding takes no stage.
+    /// The running sum. Its rounding takes no stage.
     Sum,
 }
 
-/// A register stage behind the issue.
+/// A pipeline stage after the issue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GatherStage {
-    /// Stage 1: the table has read the rows at the clock edge.
+    /// Stage 1: rows read from the table at the clock edge.
     Features,
-    /// In the reducers.
+    /// A stage of the reducers.
     Reducer(ReducerStage),
-    /// The FIFO of results: its first place.
+    /// First entry of the result FIFO.
     Fifo,
-    /// The register behind the FIFO.
+    /// Register after the FIFO.
     Output,
 }
 
 impl Pipeline<ReducerStage> {
-    /// Products are in parts where `pipelined`, and registered there and of `whole_cells`, whose
-    /// eight are summed up at once.
+    /// Pipeline of a reducer. Products are split where `pipelined`, and registered there and with
+    /// `whole_cells`, whose eight vertices are summed at once.
     #[must_use]
     pub fn reducer(pipelined: bool, whole_cells: bool) -> Self {
         Self::built([
@@ -44,7 +44,7 @@ impl Pipeline<ReducerStage> {
 }
 
 impl Pipeline<GatherStage> {
-    /// Of a group's last vertex, with the reducers' stages in their place.
+    /// Pipeline of a group's last vertex, reducer stages included.
     #[must_use]
     pub fn gather(reducer: &Pipeline<ReducerStage>, pipelined: bool) -> Self {
         let mut stages = vec![GatherStage::Features];

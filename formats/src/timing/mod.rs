@@ -1,4 +1,4 @@
-//! Stages of the units' pipelines, by name, and the order in which they come.
+//! Named pipeline stages of the units, in order.
 //!
 //! The generator places registers by these names, the cycle models count the stages, and a rule
 //! of the configuration asks for the length. Which stages a unit has is decided here once; when a

@@ -8,22 +8,22 @@ use crate::units::OpCode;
 /// A pass through the engine's registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pass {
-    /// A power of the operand.
+    /// An exponential of the operand.
     Power,
-    /// `ln(1 + power)`, by the same steps without a tail.
+    /// `ln(1 + power)`, in the same steps without a tail.
     Logarithm,
-    /// A power of that logarithm.
+    /// An exponential of that logarithm.
     SecondPower,
 }
 
-/// The passes of one operation, one behind the other.
+/// The passes of an operation, in sequence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Passes {
     passes: Vec<(Pass, Range<u32>)>,
 }
 
 impl Passes {
-    /// Those of `op` with this power; of an operation that is none of the engine's, none.
+    /// The passes of `op` with this power pipeline; none for an operation outside the engine.
     #[must_use]
     pub fn of(op: OpCode, power: &Pipeline<PowerStage>) -> Self {
         let order: &[Pass] = match op {
@@ -47,14 +47,14 @@ impl Passes {
         }
     }
 
-    /// The clocks of a pass, counted from the acceptance; `None` where the operation has no such.
+    /// Clocks of a pass, counted from acceptance; `None` where the operation does not have it.
     #[must_use]
     pub fn clocks(&self, pass: Pass) -> Option<Range<u32>> {
         let own = self.passes.iter().find(|(other, _)| *other == pass);
         own.map(|(_, clocks)| clocks.clone())
     }
 
-    /// Clocks from the operation's acceptance to the next one's: one of an operation without
+    /// Clocks from accepting the operation to accepting the next; one for an operation without
     /// passes.
     #[must_use]
     pub fn cycles(&self) -> u32 {

@@ -1,13 +1,13 @@
-//! Stages in order.
+//! Pipelines: ordered stages.
 
-/// The stages that something passes, one a cycle unless it is held up.
+/// Pipeline stages, each of one cycle unless stalled.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pipeline<S> {
     stages: Vec<S>,
 }
 
 impl<S: Copy + PartialEq> Pipeline<S> {
-    /// These stages, in this order.
+    /// A pipeline of these stages, in order.
     #[must_use]
     pub fn new(stages: impl IntoIterator<Item = S>) -> Self {
         Self {
@@ -15,7 +15,7 @@ impl<S: Copy + PartialEq> Pipeline<S> {
         }
     }
 
-    /// Those of these stages that are built, in this order.
+    /// A pipeline of those stages that are built, in order.
     #[must_use]
     pub fn built<const N: usize>(stages: [(S, bool); N]) -> Self {
         let built = stages.into_iter().filter(|(_, built)| *built);
@@ -27,7 +27,7 @@ impl<S: Copy + PartialEq> Pipeline<S> {
         self.stages.iter().copied()
     }
 
-    /// Cycles from what enters the first stage to what the last one holds.
+    /// Cycles from entering the first stage to leaving the last: the number of stages.
     #[must_use]
     pub fn cycles(&self) -> u32 {
         self.stages.len() as u32
@@ -39,21 +39,21 @@ impl<S: Copy + PartialEq> Pipeline<S> {
         self.stages.contains(&stage)
     }
 
-    /// The cycle in which a stage holds what entered in cycle 0; `None` where it is not built.
+    /// Cycle in which a stage holds a value that entered in cycle 0; `None` where it is not built.
     #[must_use]
     pub fn cycle(&self, stage: S) -> Option<u32> {
         let at = self.stages.iter().position(|s| *s == stage)?;
         Some(at as u32 + 1)
     }
 
-    /// The stage before another one; `None` of the first, and of one that is not built.
+    /// The stage before another one; `None` for the first, and for one that is not built.
     #[must_use]
     pub fn before(&self, stage: S) -> Option<S> {
         let at = self.stages.iter().position(|s| *s == stage)?;
         self.stages.get(at.checked_sub(1)?).copied()
     }
 
-    /// The first stage of these that is built.
+    /// The first of these stages that is built.
     #[must_use]
     pub fn first_of<const N: usize>(&self, stages: [S; N]) -> Option<S> {
         stages.into_iter().find(|stage| self.has(*stage))

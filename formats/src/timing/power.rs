@@ -1,33 +1,34 @@
-//! Clocks of an exponential.
+//! Clocks and stages of an exponential.
 
 use super::Pipeline;
 
-/// Clocks from the one in which a power's exponent is known to the one that an early out ends
-/// with: the lanes tell the unit that none has more steps, and the unit tells the lanes.
+/// Clocks from knowing a power's exponent to an early termination: the lanes tell the unit that
+/// none has more steps, and the unit tells the lanes.
 pub const AGREEMENT: u32 = 2;
 
-/// What is done to a power in one clock, or in front of one register stage of the pipelined form.
+/// Work on a power in one clock, or before one register stage of the pipelined engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PowerStage {
-    /// Steps of the recurrence, as many as one clock takes; numbered from 0.
+    /// As many steps of the recurrence as fit into a clock; clocks are numbered from 0.
     Steps(u32),
-    /// The multiplication by 1 + the residual.
+    /// Multiplication by 1 + the residual.
     Tail,
-    /// The multiplication by `log2 e`.
+    /// Multiplication by `log2 e`.
     PowerOfTwo,
-    /// A function of what lies behind the power of two's point.
+    /// Function of the fraction of the base-two exponent.
     Mantissa,
 }
 
 impl Pipeline<PowerStage> {
-    /// The recurrence: so many clocks of steps, then the tail, where it is built.
+    /// A recurrence: `turn` clocks of steps, then the tail, if built.
     #[must_use]
     pub fn recurrence(turn: u32, tail: bool) -> Self {
         let steps = (0..turn).map(PowerStage::Steps);
         Self::new(steps.chain(tail.then_some(PowerStage::Tail)))
     }
 
-    /// A power of two: the operand is brought to base two unless it `is_scaled` already.
+    /// An exponential in base two; the operand is first multiplied by `log2 e`, unless it
+    /// `is_scaled`.
     #[must_use]
     pub fn power_of_two(is_scaled: bool) -> Self {
         Self::built([
@@ -36,7 +37,7 @@ impl Pipeline<PowerStage> {
         ])
     }
 
-    /// Clocks of steps: a turn of the shift registers.
+    /// Clocks of the steps: one turn of the shift registers.
     #[must_use]
     pub fn turn(&self) -> u32 {
         let steps = self.stages().filter(|s| matches!(s, PowerStage::Steps(_)));

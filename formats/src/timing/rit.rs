@@ -1,27 +1,27 @@
-//! From the banks of the RIT buffer to the issue.
+//! Pipeline from the banks of the RIT buffer to the issue.
 
 use super::Pipeline;
 
-/// A register stage behind the banks of the RIT buffer. What it holds is a vertex of M entries, or
-/// of M whole cells.
+/// A pipeline stage after the banks of the RIT buffer. It holds a vertex of M entries, or M whole
+/// cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RitStage {
-    /// Q: what the banks have read.
+    /// Q: words read by the banks.
     Banks,
-    /// E: the entries, picked from the row.
+    /// E: entries selected from the row.
     Entry,
     /// G: products of the weights along y, of compact entries.
     ProductY,
-    /// F: parts of the weights after y, of compact entries.
+    /// F: partial weights after y, of compact entries.
     PartY,
     /// H: products of the weights along x, of compact entries.
     ProductX,
-    /// P: id, weight and slot, which are issued.
+    /// P: id, weight and slot at the issue.
     Issue,
 }
 
 impl RitStage {
-    /// The letter by which `docs/reference/gathering-unit.md` calls it.
+    /// Letter in `docs/reference/gathering-unit.md`.
     #[must_use]
     pub const fn letter(self) -> char {
         match self {
@@ -36,7 +36,7 @@ impl RitStage {
 }
 
 impl Pipeline<RitStage> {
-    /// Of `compact` entries, or of those that bring their weights.
+    /// Pipeline of `compact` entries, or of entries with their own weights.
     #[must_use]
     pub fn rit(compact: bool, pipelined: bool) -> Self {
         Self::built([

@@ -1,4 +1,4 @@
-//! What a form of the exponential decides.
+//! Interface of a form of the exponential.
 
 use super::engine::Engine;
 use super::knobs::{ExpConfig, ExpOutput};
@@ -6,7 +6,7 @@ use crate::config::breaches::RuleBreaches;
 use crate::fixed::Format;
 use crate::timing::{Pipeline, PowerStage};
 
-/// What a form offers beyond `exp` of the alpha output.
+/// Optional features of a form, beyond `exp` with the alpha output.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Offers {
     /// The general output.
@@ -15,23 +15,23 @@ pub struct Offers {
     pub base_two: bool,
     /// The operation `one-minus-exp`.
     pub one_minus: bool,
-    /// The multiplication at the end.
+    /// The final multiplication (tail).
     pub tail: bool,
-    /// An early out.
+    /// Early termination.
     pub early_out: bool,
     /// Sigmoid and softplus.
     pub logistic: bool,
 }
 
-/// How a form finds powers: its widths, its stages and its rules.
+/// A form of the exponential: its widths, stages and rules.
 pub(super) trait Form: Sync {
-    /// What it offers.
+    /// Optional features.
     fn offers(&self) -> Offers;
 
-    /// The widths that the knobs imply.
+    /// Widths that follow from the knobs.
     fn engine(&self, exp: &ExpConfig) -> Engine;
 
-    /// What is done to a power, clock by clock.
+    /// Stages of a power, clock by clock.
     fn stages(&self, exp: &ExpConfig) -> Pipeline<PowerStage>;
 
     /// Bits of the power that the iterations resolve.
@@ -39,12 +39,12 @@ pub(super) trait Form: Sync {
         exp.iterations
     }
 
-    /// Least and most iterations, and why.
+    /// Smallest and largest number of iterations, and the reason.
     fn iterations(&self) -> (u32, u32, &'static str) {
         (2, 31, "the shift amount has 5 bits")
     }
 
-    /// Whether an operand's format is right, and which are.
+    /// Whether an operand format is allowed, and the allowed ones.
     fn input(&self, input: Format, output: ExpOutput) -> (bool, &'static str) {
         match output {
             ExpOutput::Alpha => (
@@ -58,22 +58,22 @@ pub(super) trait Form: Sync {
         }
     }
 
-    /// The fewest fraction bits of the constants, and why.
+    /// Smallest number of fraction bits of the constants, and the reason.
     fn least_constant_bits(&self, exp: &ExpConfig) -> (u32, &'static str) {
         (exp.input.frac_bits(), "at least the input's fraction bits")
     }
 
-    /// Rules of its own.
+    /// Rules of this form only.
     fn rules(&self, exp: &ExpConfig, out: &mut RuleBreaches) {
         let _ = (exp, out);
     }
 
-    /// Knobs of a plain engine of this form, from the default ones.
+    /// Sets the knobs of this form's plain engine, from default ones.
     fn plain(&self, exp: &mut ExpConfig) {
         let _ = exp;
     }
 
-    /// Gives knobs that it does not look at the value that they have in `plain`.
+    /// Resets unused knobs to their values in `plain`.
     fn forget(&self, exp: &mut ExpConfig, plain: &ExpConfig) {
         exp.pieces = plain.pieces;
     }

@@ -1,29 +1,28 @@
-//! The exponential engine's knobs.
+//! Knobs of the exponential engine.
 
 use serde::{Deserialize, Serialize};
 
 use super::ExpForm;
 use crate::fixed::Format;
 
-/// The base of what the operation `exp` is a power of.
+/// Base of the operation `exp`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExpBase {
     /// `exp(-u)`.
     E,
-    /// `2^-u`: `log2 e` is folded into the operand by whoever makes it.
+    /// `2^-u`: the producer of the operand folds `log2 e` into it.
     Two,
 }
 
-/// What a result looks like.
+/// Output format of an exponential.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExpOutput {
-    /// Unsigned input `u`, result `exp(-u)` in `U0.F`, 1 saturating to the
-    /// largest code.
+    /// Unsigned input `u`, result `exp(-u)` in `U0.F`; 1 saturates at the largest code.
     Alpha,
-    /// Signed input `x`, result `exp(x)` as {exponent, mantissa}: bits F..0
-    /// are a mantissa U1.F in [1, 2), the bits above a signed exponent.
+    /// Signed input `x`, result `exp(x)` as exponent and mantissa: bits F..0 are a mantissa U1.F in
+    /// [1, 2), the bits above are a signed exponent.
     General,
 }
 
@@ -31,24 +30,25 @@ pub enum ExpOutput {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ExpConfig {
-    /// How exponentials are found.
+    /// Algorithm.
     pub form: ExpForm,
-    /// What a result looks like.
+    /// Output format.
     pub output: ExpOutput,
-    /// What is raised to a power; base two of the piecewise form alone.
+    /// Base; two in the piecewise form only.
     pub base: ExpBase,
-    /// Pieces of the piecewise form's table, a power of two.
+    /// Number of pieces in the piecewise form's table, a power of two.
     pub pieces: u32,
     /// Iterations `n` past the exponent's digits; digits `J` of radix 4.
     pub iterations: u32,
-    /// A power of exponent k takes only the iterations that its bits need,
-    /// `min(n, F - k + 2)`; a vector as long as the longest of its lanes.
+    /// Early termination: a power of exponent k takes only the iterations that its bits need,
+    /// `min(n, F - k + 2)`; a vector takes as many as its longest lane.
     pub early_out: bool,
-    /// Finish with one multiply by 1 + the residual.
+    /// Whether a final multiplication by 1 + the residual follows.
     pub tail: bool,
     /// Iterations a clock, `r`.
     pub iterations_per_clock: u32,
-    /// One result a clock: a stage for every clock's worth of iterations.
+    /// Whether the engine is pipelined, with one result a clock and a stage for each clock's
+    /// iterations.
     pub pipelined: bool,
     /// Input format: unsigned for alpha, signed for general. Its fraction bits
     /// are also those of the operands of sigmoid and softplus.
@@ -57,13 +57,13 @@ pub struct ExpConfig {
     pub output_bits: u32,
     /// Fraction bits of the input of `1 - exp(-s)`, whose range is 0..16.
     pub one_minus_frac_bits: u32,
-    /// Fraction bits of `R_accum`, or of a piece's start; the default follows
-    /// n, F and tail.
+    /// Fraction bits of `R_accum`, or of a piece's start; by default they follow from n, F and
+    /// tail.
     pub accumulator_bits: Option<u32>,
-    /// Fraction bits of `R_remain` and its constants, or of the power of two
-    /// that the pieces take; the default follows n, F and tail.
+    /// Fraction bits of `R_remain` and its constants, or of the exponent of two that the pieces
+    /// take; by default they follow from n, F and tail.
     pub constant_bits: Option<u32>,
-    /// `R_accum` starts at 1 plus this many units of its last bit.
+    /// Initial `R_accum` above 1, in units of its last bit.
     pub offset: Option<i32>,
 }
 

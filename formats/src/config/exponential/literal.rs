@@ -1,5 +1,5 @@
-//! The recurrence as the paper prints it: `i = 0..n-1` on a signed power in [-1, 1). Every
-//! constant is positive, so negative powers come out as 1. Kept to show that.
+//! The recurrence as printed in the paper: `i = 0..n-1` on a signed exponent in [-1, 1). Every
+//! constant is positive, so that negative exponents give 1. Kept as evidence.
 
 use super::engine::Engine;
 use super::form::{Form, Offers};

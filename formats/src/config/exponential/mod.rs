@@ -1,4 +1,4 @@
-//! The exponential engine: its knobs, and a file a form.
+//! The exponential engine: its knobs, and one file for each form.
 //!
 //! `docs/adding/exponential.md` adds a form step by step.
 
@@ -25,10 +25,10 @@ pub use piecewise::PieceWidths;
 
 use form::Form;
 
-/// The forms: name in the code, name in a file, and where its own is.
+/// The forms: name in the code, name in a file, and module.
 macro_rules! registry {
     ($($form:ident, $name:literal, $own:expr;)*) => {
-        /// How exponentials are found. The module of each form says how.
+        /// Algorithm of exponentials, documented in the module of each form.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
         pub enum ExpForm {
             $(
@@ -67,13 +67,13 @@ registry! {
 }
 
 impl ExpForm {
-    /// What the form offers beyond `exp` of the alpha output.
+    /// Optional features, beyond `exp` with the alpha output.
     #[must_use]
     pub fn offers(self) -> Offers {
         self.own().offers()
     }
 
-    /// The knobs of a plain engine of this form.
+    /// Knobs of this form's plain engine.
     #[must_use]
     pub fn plain(self) -> ExpConfig {
         let mut exp = ExpConfig {
@@ -84,39 +84,38 @@ impl ExpForm {
         exp
     }
 
-    /// Least and most iterations, and why.
+    /// Smallest and largest number of iterations, and the reason.
     pub(super) fn iterations(self) -> (u32, u32, &'static str) {
         self.own().iterations()
     }
 
-    /// Whether an operand's format is right, and which are.
+    /// Whether an operand format is allowed, and the allowed ones.
     pub(super) fn input(self, input: Format, output: ExpOutput) -> (bool, &'static str) {
         self.own().input(input, output)
     }
 }
 
 impl ExpConfig {
-    /// Bits of the power that the iterations resolve: n, or two for every digit of radix 4.
+    /// Bits of the power that the iterations resolve: n, or two for each radix-4 digit.
     #[must_use]
     pub fn resolved_bits(&self) -> u32 {
         self.form.own().resolved_bits(self)
     }
 
-    /// The engine that these knobs describe.
+    /// The engine's widths for these knobs.
     #[must_use]
     pub fn engine(&self) -> Engine {
         self.form.own().engine(self)
     }
 
-    /// What is done to a power, clock by clock: its clocks are the initiation interval of the
-    /// iterative form, and its stages those of the pipelined one.
+    /// Pipeline of a power, clock by clock. Its length is the initiation interval of the iterative
+    /// engine and the number of stages of the pipelined one.
     #[must_use]
     pub fn power_pipeline(&self) -> Pipeline<PowerStage> {
         self.form.own().stages(self)
     }
 
-    /// The same knobs, with the widths that they have in effect, and nothing said of what the form
-    /// does not look at.
+    /// The knobs with their effective widths, and defaults where the form does not use them.
     #[must_use]
     pub fn in_effect(&self) -> Self {
         let engine = self.engine();
@@ -130,32 +129,31 @@ impl ExpConfig {
         own
     }
 
-    /// The fewest fraction bits of the constants, and why.
+    /// Smallest number of fraction bits of the constants, and the reason.
     pub(super) fn least_constant_bits(&self) -> (u32, &'static str) {
         self.form.own().least_constant_bits(self)
     }
 
-    /// The rules that the form has of its own.
+    /// Checks the form's own rules.
     pub(super) fn rules_of_form(&self, out: &mut RuleBreaches) {
         self.form.own().rules(self, out);
     }
 
-    /// Clocks from the acceptance of an exponential to the next one's: the initiation interval
-    /// of the iterative form, and the stages of the pipelined one.
+    /// Clocks from accepting an exponential to accepting the next: the initiation interval of the
+    /// iterative engine. In the pipelined one, the number of stages.
     #[must_use]
     pub fn interval(&self) -> u32 {
         self.power_pipeline().cycles()
     }
 
-    /// The passes of an operation through the iterative engine.
+    /// Passes of an operation through the iterative engine.
     #[must_use]
     pub fn passes(&self, op: OpCode) -> Passes {
         Passes::of(op, &self.power_pipeline())
     }
 
-    /// Clocks from the acceptance of an exponential whose result is
-    /// `mantissa 2^-k` to the next one's: the interval, or fewer with an early
-    /// out.
+    /// Clocks from accepting an exponential with the result `mantissa 2^-k` to accepting the next:
+    /// the interval, or fewer with early termination.
     #[must_use]
     pub fn clocks_of(&self, k: u32) -> u32 {
         let interval = self.interval();
@@ -168,14 +166,14 @@ impl ExpConfig {
         clocks.max(self.earliest_out()).min(interval)
     }
 
-    /// Clocks after which the exponent's digits are complete.
+    /// Clocks until the exponent's digits are complete.
     #[must_use]
     pub fn digit_clocks(&self) -> u32 {
         let digits = self.engine().digits;
         digits.div_ceil(self.iterations_per_clock.max(1))
     }
 
-    /// The fewest clocks that an early out can take.
+    /// Smallest number of clocks with early termination.
     #[must_use]
     pub fn earliest_out(&self) -> u32 {
         self.digit_clocks() + AGREEMENT

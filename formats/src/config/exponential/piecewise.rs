@@ -1,4 +1,4 @@
-//! `2^-v` from a table of straight pieces, `v = u log2 e`: one result a clock.
+//! `2^-v` from a piecewise linear table, `v = u log2 e`: one result a clock.
 
 use super::engine::Engine;
 use super::form::{Form, Offers};
@@ -17,8 +17,8 @@ impl Form for Piecewise {
         }
     }
 
-    /// Four guard bits for the pieces, three for the power of two: the largest
-    /// errors over all inputs are in `docs/reference/vector-unit.md`.
+    /// Four guard bits for the pieces, three for the exponent; the largest errors over all inputs
+    /// are in `docs/reference/vector-unit.md`.
     fn engine(&self, exp: &ExpConfig) -> Engine {
         let least = exp.input.frac_bits().max(exp.pieces.max(2).ilog2() + 4);
         Engine {
@@ -104,22 +104,21 @@ impl Form for Piecewise {
     }
 }
 
-/// Widths of a table of straight pieces, beside those in [`Engine`].
+/// Widths of a piecewise linear table, beside those in [`Engine`].
 ///
-/// `y = 2^(1-f)` on piece i: a start of the accumulator's fraction bits less a
-/// slope times what of `f` lies within the piece.
+/// `y = 2^(1-f)` on piece i: a start value minus a slope times the offset of `f` within the piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PieceWidths {
-    /// Bits of `f` that name the piece.
+    /// Bits of `f` that select the piece.
     pub index_bits: u32,
-    /// Fraction bits of a slope, which is 0.69 to 1.39.
+    /// Fraction bits of a slope, which is from 0.69 to 1.39.
     pub slope_bits: u32,
-    /// Fraction bits of `log2 e`; none where the operand is a power of two.
+    /// Fraction bits of `log2 e`; `None` where the operand is already in base two.
     pub scale_bits: Option<u32>,
 }
 
 impl PieceWidths {
-    /// Bits of the table.
+    /// Size of the table in bits.
     #[must_use]
     pub const fn table_bits(&self, engine: &Engine) -> u32 {
         (engine.accumulator_bits + self.slope_bits + 1) << self.index_bits
@@ -131,8 +130,7 @@ impl PieceWidths {
         (self.slope_bits + 1) * (engine.constant_bits - self.index_bits)
     }
 
-    /// Partial-product bits of the multiplication of an operand of so many bits
-    /// by `log2 e`.
+    /// Partial-product bits of the multiplier of an `operand`-bit value by `log2 e`.
     #[must_use]
     pub fn scale_product_bits(&self, operand: u32) -> u32 {
         self.scale_bits.map_or(0, |bits| operand * (bits + 1))
@@ -140,9 +138,8 @@ impl PieceWidths {
 }
 
 impl ExpConfig {
-    /// Widths of the table, of the piecewise form. A slope is rounded to what
-    /// moves the end of a piece by half a unit of its start; `log2 e` to two
-    /// bits less than the power.
+    /// Widths of the table in the piecewise form. A slope is rounded so that the end of a piece
+    /// moves by at most half a unit of its start; `log2 e` has two bits fewer than the exponent.
     #[must_use]
     pub fn piece_widths(&self) -> PieceWidths {
         let engine = Piecewise.engine(self);

@@ -1,4 +1,4 @@
-//! As restoring, two bits at a time: factors `1 + d 4^-j`, d in 0..=3, j = 1..iterations, after two
+//! Restoring with two bits a step: factors `1 + d 4^-j`, d in 0..=3, j = 1..iterations, after two
 //! digits of `4^j ln 2`.
 
 use super::engine::Engine;
@@ -45,7 +45,7 @@ impl Form for Radix4 {
     }
 }
 
-/// Smallest widths for so many digits, found by the search of [`recurrence::known_widths`].
+/// Smallest widths for a number of digits, found by the search of [`recurrence::known_widths`].
 fn known_widths(digits: u32, f: u32, tail: bool) -> Option<(u32, u32, i32)> {
     match (f, digits, tail) {
         // 0.788, 0.986 and 0.732 ulp.

@@ -1,22 +1,22 @@
-//! What the forms share that compare, subtract, shift and add.
+//! Common parts of the forms that compare, subtract, shift and add.
 
 use super::engine::Engine;
 use super::knobs::ExpConfig;
 use crate::timing::{Pipeline, PowerStage};
 
-/// What a recurrence has of its own.
+/// Parameters of a recurrence.
 pub(super) struct Recurrence {
-    /// Exponent digits, and the start of `R_remain` in units of `ln 2`.
+    /// Exponent digits, and initial `R_remain` in units of `ln 2`.
     pub(super) digits: u32,
     pub(super) bias: u32,
-    /// Accumulator bits, constant bits and offset that a search found.
+    /// Accumulator bits, constant bits and offset, where known from the search.
     pub(super) known: Option<(u32, u32, i32)>,
-    /// Truncation may be centred.
+    /// Whether the truncation error may be centred.
     pub(super) centres: bool,
 }
 
 impl Recurrence {
-    /// The engine that resolves `n` bits of the power.
+    /// Widths of an engine that resolves `n` bits of the power.
     pub(super) fn engine(&self, exp: &ExpConfig, n: u32) -> Engine {
         let f = exp.output_bits;
         // Past the table: guard bits that keep every term of the error budget
@@ -41,7 +41,7 @@ impl Recurrence {
     }
 }
 
-/// Clocks of steps, so many a clock, and the tail.
+/// Clocks of the steps, several a clock, and the tail.
 pub(super) fn stages(exp: &ExpConfig) -> Pipeline<PowerStage> {
     let a_clock = exp.iterations_per_clock.max(1);
     Pipeline::recurrence(exp.engine().steps.div_ceil(a_clock), exp.tail)

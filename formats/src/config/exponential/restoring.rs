@@ -1,4 +1,5 @@
-//! Restoring, right for negative powers: digits of `k ln 2` first, then `ln(1 + 2^-i)`, i = 1..n.
+//! Restoring, correct for negative exponents: digits of `k ln 2` first, then `ln(1 + 2^-i)`, i =
+//! 1..n.
 
 use super::engine::Engine;
 use super::form::{Form, Offers};

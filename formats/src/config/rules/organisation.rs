@@ -1,5 +1,4 @@
-//! What comes out of the unit, and what the organisations of the banks ask for
-//! beyond the common rules.
+//! Rules of the reducers' output and of the bank organisations, beyond the common ones.
 
 use super::{RuleBreaches, listed};
 use crate::config::{Config, EntryKind, ExtraPorts, Modes, Organisation, Sums, WeightTrust};
@@ -49,7 +48,7 @@ pub(super) fn organisation(config: &Config, out: &mut RuleBreaches) {
     }
 }
 
-/// Banks in parts by row.
+/// Rules of split banks.
 fn split(config: &Config, out: &mut RuleBreaches) {
     let ports = config.gu.ports;
     out.require(

@@ -1,5 +1,5 @@
-//! Knobs that change nothing in a configuration. Whoever sets one believes that it does something,
-//! so it is refused unless it has its default.
+//! Rules against knobs without effect. A knob that a configuration does not use must have its
+//! default, as a user who sets it expects an effect.
 
 use super::listed;
 use crate::config::{Config, ExpConfig, ExpForm, GuConfig, Modes, Organisation, RuleBreaches};

@@ -1,4 +1,4 @@
-//! The rules of the vector unit and its exponential engine.
+//! Rules of the vector unit and its exponential engine.
 
 use crate::config::{Config, ExpBase, ExpConfig, ExpOutput, RuleBreaches};
 use crate::units::OpCode;
@@ -95,7 +95,7 @@ pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {
     widths(config, out);
 }
 
-/// Rules of widths, steps and operations, which ask for knobs that are right by themselves.
+/// Rules that relate widths, steps and operations.
 fn widths(config: &Config, out: &mut RuleBreaches) {
     let exp = &config.vu.exp;
     let offers = exp.form.offers();
@@ -153,7 +153,7 @@ fn widths(config: &Config, out: &mut RuleBreaches) {
     logistic(config, out);
 }
 
-/// Iterations left out where the exponent needs fewer.
+/// Rules of early termination.
 fn early_out(exp: &ExpConfig, out: &mut RuleBreaches) {
     out.require(
         exp.form.offers().early_out && exp.output == ExpOutput::Alpha,
@@ -182,7 +182,7 @@ fn early_out(exp: &ExpConfig, out: &mut RuleBreaches) {
     );
 }
 
-/// Sigmoid and softplus, where they are built.
+/// Rules of sigmoid and softplus, where built.
 fn logistic(config: &Config, out: &mut RuleBreaches) {
     let exp = &config.vu.exp;
     let built: Vec<_> = config
