@@ -1,4 +1,4 @@
-//! What in a scene's data and a camera path calls for each effect, in words with numbers.
+//! Evidence for each effect from a scene's data and a camera path, in words with numbers.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::record::RECORD_CHANNELS;
@@ -8,7 +8,7 @@ use potamoi_base::effects::Effect;
 use potamoi_scene::Scene;
 use potamoi_scene::facts::Facts;
 
-/// What the findings are made of.
+/// The data that findings are derived from.
 pub(super) struct Known<'a> {
     pub(super) scene: &'a Scene,
     pub(super) facts: &'a Facts,
@@ -16,14 +16,14 @@ pub(super) struct Known<'a> {
     pub(super) config: &'a Config,
     pub(super) around: Surroundings,
     pub(super) is_still: bool,
-    /// Cells of voxels in which nothing is, and all.
+    /// Number of empty voxel cells, and of all cells.
     pub(super) void: Option<[u64; 2]>,
-    /// Cells of splats before and after merging.
+    /// Number of splat cells before and after merging.
     pub(super) merged: Option<[usize; 2]>,
 }
 
 impl Known<'_> {
-    /// Whether an effect is called for, and what says so.
+    /// Whether an effect is needed, with the evidence.
     pub(super) fn finding(&self, effect: Effect) -> (bool, String) {
         match effect {
             Effect::Trilinear => self.trilinear(),
@@ -77,13 +77,13 @@ impl Known<'_> {
         (sees, evidence)
     }
 
-    /// Whether anything is computed of what is in view: of Gaussians also where none is opaque.
+    /// Whether any visible part is computed; Gaussians count even if none is opaque.
     fn is_seen(&self) -> bool {
         let is_splats = self.scene.model().is_splats();
         (is_splats || self.facts.can_be_seen()) && self.seen.in_view > 0
     }
 
-    /// What the path sees, in words.
+    /// Description of what the path sees.
     fn view(&self) -> String {
         let (name, parts) = self.facts.parts;
         let is_splats = self.scene.model().is_splats();

@@ -1,4 +1,4 @@
-//! Which effects a scene and a camera path call for, and the evidence.
+//! Effects that a scene and a camera path need, with evidence.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::record::RECORD_CHANNELS;
@@ -14,32 +14,32 @@ use potamoi_scene::{Kind, Scene, SceneError};
 use potamoi_splats::{Schedule, Sorting, View, Work, is_in_order};
 use potamoi_warp::Renderer as _;
 
-/// An effect, and whether it is called for.
+/// Whether an effect is needed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
     /// The effect.
     pub effect: Effect,
     /// Whether the scene and the path can need it.
     pub is_called_for: bool,
-    /// What in the data says so, with numbers.
+    /// The evidence, with numbers.
     pub evidence: String,
 }
 
-/// Every effect of a scene along a path.
+/// The findings for a scene along a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
-    /// Effects, as in [`Effect::ALL`].
+    /// Findings in the order of [`Effect::ALL`].
     pub findings: Vec<Finding>,
     /// What the cameras see.
     pub seen: Seen,
 }
 
 impl Analysis {
-    /// Looks at a scene's data and at what cameras of a path see of it in a configuration.
+    /// Analyses a scene's data and what the cameras of a path see of it, for a configuration.
     /// Nothing is rendered.
     ///
     /// # Errors
-    /// A configuration that cannot hold the scene, or a camera that cannot be used.
+    /// The configuration cannot hold the scene, or a camera is invalid.
     pub fn of(
         scene: &Scene,
         path: &[Camera],
@@ -86,14 +86,14 @@ impl Analysis {
         })
     }
 
-    /// Whether an effect is called for.
+    /// Whether an effect is needed.
     #[must_use]
     pub fn calls_for(&self, effect: Effect) -> bool {
         let found = self.findings.iter().find(|f| f.effect == effect);
         found.is_some_and(|f| f.is_called_for)
     }
 
-    /// What says that an effect is called for, or is not.
+    /// The evidence that an effect is or is not needed.
     #[must_use]
     pub fn evidence(&self, effect: Effect) -> &str {
         let found = self.findings.iter().find(|f| f.effect == effect);
@@ -101,7 +101,7 @@ impl Analysis {
     }
 }
 
-/// What a camera sees, without rendering it.
+/// What a camera sees, determined without rendering.
 fn seen_by(scene: &Scene, camera: &Camera, config: &Config) -> Result<Seen, SceneError> {
     let mut seen = Seen::default();
     let Some(cloud) = scene.cloud() else {
@@ -127,8 +127,7 @@ fn seen_by(scene: &Scene, camera: &Camera, config: &Config) -> Result<Seen, Scen
     Ok(seen)
 }
 
-/// Cells of voxels in which nothing is, and all; of other fields those of the grid that says
-/// so.
+/// Number of empty cells and of all cells: of voxels, or of a field's grid that marks empty space.
 fn void_cells(scene: &Scene, config: &Config) -> Result<Option<[u64; 2]>, SceneError> {
     Ok(match scene.model().kind() {
         Kind::Voxels(grid) => Some(MVoxels::new(grid, config)?.void_cells()),

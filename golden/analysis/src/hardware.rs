@@ -1,4 +1,4 @@
-//! The hardware that a scene calls for.
+//! The hardware that a scene needs.
 
 use std::collections::BTreeSet;
 
@@ -11,41 +11,40 @@ use thiserror::Error;
 
 use potamoi_scene::{Scene, SceneError};
 
-/// A configuration without what no camera of a scene can use. What is left works as before: the
-/// same bits in the same cycles.
+/// A configuration without the parts that no camera of a scene can use. The rest produces the same
+/// bits in the same cycles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hardware {
     /// The configuration.
     pub config: Config,
-    /// Whether anything is gathered.
+    /// Whether the gathering unit is used.
     pub gathers: bool,
-    /// Whether anything is computed element by element.
+    /// Whether the vector unit is used.
     pub computes: bool,
-    /// What was left out of the configuration that was asked for, or kept although nothing uses
-    /// it.
+    /// Parts of the requested configuration that are left out, or kept although nothing uses them.
     pub left_out: Vec<LeftOut>,
 }
 
-/// A part of the hardware that nothing uses.
+/// A part of the hardware that the scene does not use.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
     /// The field of the configuration, or the unit.
     pub field: &'static str,
-    /// What was asked for.
+    /// The requested value.
     pub asked: String,
-    /// What is left of it; what was asked for where it has to stay.
+    /// The remaining value; the requested one if the part has to stay.
     pub left: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
-/// Hardware of a scene that cannot be found.
+/// The hardware of a scene cannot be determined.
 #[derive(Debug, Error)]
 pub enum HardwareError {
-    /// The scene cannot be rendered in the configuration.
+    /// The scene cannot be rendered with the configuration.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The gathering unit cannot gather what the scene has.
+    /// The gathering unit does not support the scene's entries.
     #[error(
         "{scene} has entries of {vertices} vertices, but the gathering unit is built for {built}; \
          change gu.modes or gu.vertices"
@@ -53,31 +52,31 @@ pub enum HardwareError {
     Vertices {
         /// The scene.
         scene: String,
-        /// Vertices of its entries that the unit lacks.
+        /// Vertices of the entries that the unit does not support.
         vertices: usize,
-        /// Those that it has.
+        /// Entries that it supports.
         built: String,
     },
-    /// What is left breaks a rule.
+    /// The remaining configuration breaks a rule.
     #[error("without what {scene} does not use: {breaches}; leave --for-scene out")]
     Rules {
         /// The scene.
         scene: String,
-        /// Which.
+        /// The broken rules.
         breaches: String,
     },
 }
 
-/// What the units are asked for.
+/// What the scene needs of the units.
 struct Uses {
     vertices: BTreeSet<Vertices>,
-    /// The most of a feature vector.
+    /// Largest number of channels in a feature vector.
     channels: usize,
     operations: BTreeSet<OpCode>,
 }
 
 impl Hardware {
-    /// The whole of a configuration.
+    /// The complete configuration.
     #[must_use]
     pub fn whole(config: &Config) -> Self {
         Self {
@@ -88,10 +87,10 @@ impl Hardware {
         }
     }
 
-    /// What a scene uses of a configuration, whatever the camera.
+    /// The part of a configuration that a scene uses, for any camera.
     ///
     /// # Errors
-    /// A configuration in which the scene cannot be rendered.
+    /// The scene cannot be rendered with the configuration.
     pub fn of(scene: &Scene, config: &Config) -> Result<Self, HardwareError> {
         let uses = Uses::of(scene, config)?;
         let built = config.supported_vertices();
@@ -142,7 +141,8 @@ impl Hardware {
         });
     }
 
-    /// Reducers where all entries are single ids, single ids where none is, and sizes of entries.
+    /// Removes the reducers if all entries are single ids, single ids if no entries are, and
+    /// unused entry sizes.
     fn leave_out_modes(&mut self, uses: &Uses, what: &str) {
         let gu = self.config.gu.clone();
         let structured: Vec<Vertices> = (gu.vertices.iter().copied())

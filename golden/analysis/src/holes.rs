@@ -1,4 +1,4 @@
-//! Warped frames without what their references do not show.
+//! Warped frames whose disoccluded pixels stay empty.
 
 use glam::DVec3;
 
@@ -7,8 +7,8 @@ use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 use potamoi_warp::{Renderer, Shaded, WarpError};
 
-/// Renders whole frames as another renderer does, and nothing of some pixels: what warping does
-/// not show stays background.
+/// Wraps a renderer: whole frames are rendered, masked ones are not, so that disoccluded pixels of
+/// warped frames stay background.
 pub struct Holes<'a>(pub &'a dyn Renderer);
 
 impl Renderer for Holes<'_> {

@@ -1,8 +1,8 @@
-//! Which effects a scene and a camera path call for.
+//! Analysis of the effects that a scene and a camera path need.
 //!
-//! [`Analysis`] finds every [`Effect`](potamoi_base::effects::Effect) from the data, with evidence;
-//! nothing is rendered. [`Hardware`] is a configuration without what no frame of the scene can
-//! use.
+//! [`Analysis`] determines from the data, without rendering, whether each
+//! [`Effect`](potamoi_base::effects::Effect) is needed, with evidence. [`Hardware`] is a
+//! configuration without the parts that no frame of the scene can use.
 //!
 //! ```
 //! use potamoi_analysis::{Analysis, Surroundings};

@@ -4,35 +4,35 @@ use glam::DVec3;
 
 use potamoi_base::camera::{Camera, crossing};
 
-/// What a path shows of a scene.
+/// Visibility of a scene along a path.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Seen {
-    /// Frames of the path.
+    /// Number of frames on the path.
     pub frames: usize,
-    /// Frames whose camera is not, bit by bit, that of the frame before.
+    /// Frames whose camera differs in any bit from that of the frame before.
     pub moves: usize,
-    /// Farthest from the first camera's place, in the world's unit.
+    /// Largest distance from the first camera's position, in world units.
     pub distance: f64,
-    /// The largest angle to the first camera's axes, in degrees.
+    /// Largest rotation from the first camera, in degrees.
     pub turn: f64,
-    /// Frames in which anything may be seen.
+    /// Frames in which any part may be visible.
     pub in_view: usize,
-    /// Of fields, pixels whose rays cross the model's bounds; of splats, (tile, Gaussian) pairs.
+    /// For fields, pixels whose rays cross the model's bounds; for splats, (tile, Gaussian) pairs.
     pub met: u64,
-    /// Of splats, frames in which depths are in another order than that in which they are stored.
+    /// For splats, frames whose depth order differs from the stored order.
     pub unsorted: usize,
-    /// Of splats, bytes of records that are fetched one by one.
+    /// For splats, bytes of records fetched one by one.
     pub fetched_bytes: u64,
 }
 
-/// Whether every camera is, bit by bit, the first one.
+/// Whether every camera equals the first one bit by bit.
 #[must_use]
 pub fn is_still(path: &[Camera]) -> bool {
     path.windows(2).all(|pair| pair[0] == pair[1])
 }
 
 impl Seen {
-    /// How the cameras of a path lie.
+    /// The motion of a path's cameras.
     #[must_use]
     pub fn moved(path: &[Camera]) -> Self {
         let mut seen = Self {

@@ -1,8 +1,8 @@
-//! What is around the units.
+//! The system around the units.
 
 use serde::Serialize;
 
-/// What is around the units.
+/// The system around the units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Surroundings {
     /// Whether full frames are rendered elsewhere.

@@ -60,8 +60,8 @@ impl Scene {
         rendered.map_err(|e| e.of(&self.name))
     }
 
-    /// Checks that the exponential has base e and alpha output: operands are prepared for `exp(-u)`, and results
-    /// are read as its codes.
+    /// Checks that the exponential has base e and alpha output: operands are prepared for
+    /// `exp(-u)`, and results are read as its codes.
     fn powers_of_e(&self, config: &Config) -> Result<(), SceneError> {
         let exp = &config.vu.exp;
         let (field, value, expected) = if exp.base != ExpBase::E {

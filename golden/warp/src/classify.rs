@@ -1,4 +1,4 @@
-//! Which pixels of a target frame are warped, and which are rendered.
+//! Classification of a target frame's pixels: warped, void or rendered.
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
@@ -8,27 +8,27 @@ use glam::DVec3;
 use super::WarpError;
 use super::sampling::Sampling;
 
-/// Where a pixel of a target frame comes from.
+/// The source of a target pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Class {
     /// From the reference frame.
     Warped,
-    /// The background: nothing is there.
+    /// The background: the ray is empty.
     Void,
-    /// Rendered: the reference does not show it.
+    /// Rendered: disoccluded, the reference does not show it.
     Disoccluded,
-    /// Rendered: the reference sees it from too different an angle.
+    /// Rendered: the reference sees it at too large an angle.
     Angle,
-    /// Rendered: the reference shows an edge there, or what is there is neither
-    /// known to be a surface nor void.
+    /// Rendered: the reference shows an edge there, or the pixel is not known to be surface or
+    /// void.
     Edge,
-    /// Rendered with all the others of its frame.
+    /// Rendered with its whole frame.
     Full,
 }
 
 impl Class {
-    /// All of them.
+    /// All classes.
     pub const ALL: [Self; 6] = [
         Self::Warped,
         Self::Void,
@@ -38,7 +38,7 @@ impl Class {
         Self::Full,
     ];
 
-    /// Whether the model renders it.
+    /// Whether the model renders such pixels.
     #[must_use]
     pub const fn is_rendered(self) -> bool {
         matches!(
@@ -48,25 +48,25 @@ impl Class {
     }
 }
 
-/// Pixels by class.
+/// Numbers of pixels by class.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Taken from the reference.
+    /// Warped from the reference.
     pub warped: u64,
     /// Background.
     pub void: u64,
-    /// Rendered as the reference does not show them.
+    /// Rendered because the reference does not show them.
     pub disoccluded: u64,
-    /// Rendered as the reference sees them from too different an angle.
+    /// Rendered because the reference sees them at too large an angle.
     pub angle: u64,
-    /// Rendered as the reference shows an edge there.
+    /// Rendered because the reference shows an edge there.
     pub edge: u64,
-    /// Rendered in full frames.
+    /// Rendered as part of full frames.
     pub full: u64,
 }
 
 impl Counts {
-    /// Of the pixels that `counts` picks.
+    /// Counts the pixels that `counts` selects.
     #[must_use]
     pub fn of(classes: &[Class], counts: impl Fn(usize) -> bool) -> Self {
         let mut all = Self::default();
@@ -85,13 +85,13 @@ impl Counts {
         all
     }
 
-    /// Pixels in all.
+    /// Total number of pixels.
     #[must_use]
     pub const fn total(&self) -> u64 {
         self.warped + self.void + self.disoccluded + self.angle + self.edge + self.full
     }
 
-    /// Pixels that the model renders.
+    /// Number of pixels that the model renders.
     #[must_use]
     pub const fn rendered(&self) -> u64 {
         self.disoccluded + self.angle + self.edge + self.full
@@ -113,72 +113,69 @@ impl std::ops::Add for Counts {
     }
 }
 
-/// Which angle is held against the threshold.
+/// The angle that is compared with the threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Angle {
-    /// Between the two rays at the point, the paper's theta.
+    /// The angle between the two rays at the point, the paper's theta.
     Subtended,
-    /// `atan(half the cameras' distance / depth)`, as the first authors'
-    /// program has it: half the angle for a point in the middle before both.
+    /// `atan(half the cameras' distance / depth)`, as in the first authors' program: half the
+    /// angle for a point centred in front of both cameras.
     Half,
 }
 
-/// What an angle above the threshold leads to.
+/// What is rendered if an angle is above the threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scope {
-    /// The pixel is rendered.
+    /// The pixel.
     Pixel,
-    /// The whole frame is rendered, as the paper's control logic does.
+    /// The whole frame, as in the paper's control logic.
     Frame,
 }
 
-/// What decides.
+/// The rules of classification.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rule {
-    /// A pixel is rendered where what is there is nearer than so much of the
-    /// depth of what was warped to it; 0 to 1. Only where the target's depth is
-    /// known.
+    /// A pixel is rendered if its known depth is below this fraction, 0 to 1, of the depth warped
+    /// to it. Applies only if the target's depth is known.
     pub nearer: f64,
-    /// The largest angle, in radians; none where there is none.
+    /// The largest angle in radians; `None` for no limit.
     pub phi: Option<f64>,
-    /// Which angle.
+    /// The angle that is compared.
     pub angle: Angle,
-    /// What it leads to.
+    /// What is rendered above the limit.
     pub scope: Scope,
-    /// Whether a point that was warped to where nothing is stays, as in the
-    /// first authors' program; it is background otherwise.
+    /// Whether a point warped to a void pixel is kept, as in the first authors' program; otherwise
+    /// the pixel is background.
     pub keep_over_void: bool,
-    /// How colours are taken from the reference.
+    /// Sampling of colours in the reference.
     pub sampling: Sampling,
-    /// Whether pixels at edges of the reference are rendered; the paper warps
-    /// them.
+    /// Whether pixels at edges of the reference are rendered; the paper warps them.
     pub render_edges: bool,
-    /// Whether pixels that no point landed on are warped where the reference
-    /// shows the surface that is there; the paper renders them.
+    /// Whether pixels on which no point landed are warped if the reference shows their surface;
+    /// the paper renders them.
     pub fill_cracks: bool,
-    /// Whether a frame is warped whose camera is, bit by bit, that of its reference. What it shows
-    /// is the reference in any case.
+    /// Whether a frame is warped even if its camera equals that of its reference bit by bit. The
+    /// frame equals the reference in either case.
     pub warps_still: bool,
 }
 
-/// Rules that belong together.
+/// Named sets of rules.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Profile {
-    /// Bilinear samples, cracks filled, and edges rendered.
+    /// Bilinear sampling, filled cracks and rendered edges.
     #[default]
     Potamoi,
-    /// The paper's four steps: pixels as they land, and only what is hidden is
-    /// rendered.
+    /// The paper's four steps: nearest samples, and only disoccluded pixels are rendered.
     Paper,
-    /// The same with the first authors' half-angle.
+    /// As [`Profile::Paper`], with the first authors' half-angle.
     FirstAuthors,
 }
 
 impl Profile {
-    /// Its rule, with the first authors' threshold of 0.995 and no angle.
+    /// The rules, with the first authors' threshold of 0.995 and no limit of the angle.
     #[must_use]
     pub const fn rule(self) -> Rule {
         let plain = !matches!(self, Self::Potamoi);
@@ -208,7 +205,7 @@ impl Rule {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// Numbers outside of them.
+    /// A number is out of range.
     pub fn check(&self) -> Result<(), WarpError> {
         if !(0.0..=1.0).contains(&self.nearer) {
             return Err(WarpError::Option {
@@ -227,9 +224,9 @@ impl Rule {
         }
     }
 
-    /// Whether a point is seen from too different an angle: `reference` and
-    /// `target` are the vectors from the cameras to it, `depth` its depth along
-    /// the target's axis. An angle that is not a number is.
+    /// Whether a point is seen at too large an angle. `reference` and `target` are the vectors
+    /// from the cameras to it, `depth` is its depth along the target's axis. NaN counts as too
+    /// large.
     pub(super) fn is_too_far(&self, reference: DVec3, target: DVec3, depth: f64) -> bool {
         let Some(phi) = self.phi else {
             return false;
@@ -242,9 +239,9 @@ impl Rule {
     }
 }
 
-/// The angle between two vectors in radians, 0 to pi, to the last few bits of a
-/// small one too: the arc cosine of their normalised product has none of them
-/// below 1e-8. A right angle where one has no length.
+/// The angle between two vectors in radians, 0 to pi, to the last few bits even if it is small:
+/// the arc cosine of their normalised product loses all bits below 1e-8. A right angle if one has
+/// length 0.
 pub fn subtended(a: DVec3, b: DVec3) -> f64 {
     if a == DVec3::ZERO || b == DVec3::ZERO {
         return FRAC_PI_2;

@@ -1,31 +1,29 @@
-//! Cracks: target pixels that no point of a surface landed on although the
-//! reference shows it all around. Points of neighbouring pixels part where a
-//! surface comes nearer or turns towards the camera.
+//! Cracks: target pixels on which no point of a surface landed although the reference shows the
+//! surface all around. Points of neighbouring pixels diverge if a surface approaches or turns
+//! towards the camera.
 
 use super::reproject::Warped;
 use super::sample::Sampler;
 use super::{is_surface, sample};
 use potamoi_base::camera::Camera;
 
-/// Opposite neighbours of a pixel: one, less the pixel; the other is as far on
-/// the other side.
+/// One of two opposite neighbours of a pixel, as offsets; the other has the negated offsets.
 const ACROSS: [[isize; 2]; 4] = [[-1, 0], [0, -1], [-1, -1], [1, -1]];
 
-/// What shows through cracks, and what they are in.
+/// Detection and filling of cracks.
 pub(super) struct Cracks<'a> {
     pub(super) warped: &'a Warped,
     pub(super) sampler: &'a Sampler<'a>,
     pub(super) to: &'a Camera,
-    /// A surface is before another below this share of its depth.
+    /// Fraction of a surface's depth below which another surface is in front of it.
     pub(super) nearer: f64,
 }
 
 impl Cracks<'_> {
-    /// Of a pixel in a crack, the pixel of the reference that shows what is there
-    /// best, and its depth. `known` is the pixel's depth, where that is known;
-    /// otherwise it is taken to be in the middle of two opposite neighbours of
-    /// one surface. Nothing where something landed that is not behind it, or where
-    /// the reference does not show that surface all around the place.
+    /// For a pixel in a crack, the reference pixel that shows its surface best, and its depth.
+    /// `known` is the pixel's depth, if known; otherwise the mean of two opposite neighbours on
+    /// one surface is used. `None` if a point landed that is not behind the surface, or if the
+    /// reference does not show the surface all around.
     pub(super) fn fill(&self, pixel: usize, known: Option<f32>) -> Option<(u32, f32)> {
         let depth = match known {
             Some(known) => is_surface(known).then_some(known)?,
@@ -40,7 +38,7 @@ impl Cracks<'_> {
         Some((self.sampler.sees(at, depth.into())?, depth))
     }
 
-    /// The nearest middle between opposite neighbours that show one surface.
+    /// The smallest mean depth of opposite neighbours that show one surface.
     fn between_neighbours(&self, pixel: usize) -> Option<f32> {
         let [width, height] = [self.to.width as isize, self.to.height as isize];
         let (x, y) = (pixel as isize % width, pixel as isize / width);

@@ -1,4 +1,4 @@
-//! What warping is compared with: rendering at half the resolution (DS-2).
+//! Rendering at half the resolution (DS-2), the baseline of warping.
 
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb};
@@ -7,11 +7,10 @@ use super::{Renderer, WarpError};
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 
-/// Renders at half the width and height, rounded up, and scales the picture up
-/// bilinearly.
+/// Renders at half the width and height, rounded up, and upscales the picture bilinearly.
 ///
 /// # Errors
-/// As the renderer.
+/// Those of the renderer.
 pub fn half_resolution(renderer: &dyn Renderer, camera: &Camera) -> Result<Picture, WarpError> {
     let small = camera.resized(camera.width.div_ceil(2), camera.height.div_ceil(2));
     let picture = renderer.shade(&small, None)?.picture;

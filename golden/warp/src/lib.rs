@@ -1,16 +1,14 @@
-//! Sparse radiance warping (SpaRW): target frames are warped from a reference
-//! frame, and only pixels that it does not show are rendered (paper, "Sparse
-//! Radiance Warping").
+//! Sparse radiance warping (SpaRW): target frames are warped from a reference frame, and only the
+//! pixels that it does not show are rendered (paper, "Sparse Radiance Warping").
 //!
-//! [`reproject`] is the paper's first three steps, [`Warper`] all four for one
-//! target; [`Plan`] says which reference serves which targets of a camera path,
-//! and [`predict`] from where a reference is taken that is rendered before its
-//! targets are known. What renders is a [`Renderer`], and where surfaces are may
-//! be told by a [`Geometry`] of its own.
+//! [`reproject`] implements the paper's first three steps, [`Warper`] all four for one target.
+//! [`Plan`] assigns references to the targets of a camera path, and [`predict`] extrapolates the
+//! camera of a reference that is rendered before its targets are known. A [`Renderer`] renders
+//! frames; a separate [`Geometry`] may supply the depth of surfaces.
 //!
 //! # Example
 //!
-//! A wall two units ahead, seen again from the same place and from one aside.
+//! A wall two units ahead, seen again from the same position and from one to the side.
 //!
 //! ```
 //! use glam::DVec3;
@@ -72,42 +70,40 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 
-/// Pixels with less opacity than this show nothing: half a step of an 8-bit
-/// picture.
+/// Opacity below which a pixel counts as void: half a step of an 8-bit picture.
 pub const VOID_BELOW: f64 = 1.0 / 510.0;
 
-/// A picture and how far away what it shows is.
+/// A picture with depth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shaded {
-    /// The picture, background included.
+    /// The picture, including the background.
     pub picture: Picture,
-    /// Depth of each pixel along the camera's axis; infinite where nothing is
-    /// (void), 0 or not a number where it is not known.
+    /// Depth per pixel along the camera's axis: infinite for void, 0 or NaN if unknown.
     pub depth: Vec<f32>,
 }
 
-/// What renders frames.
+/// A renderer of frames.
 pub trait Renderer: Sync {
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     fn background(&self) -> [f32; 3];
 
-    /// Corners of a box outside which nothing is, where known.
+    /// Corners of a box that contains the model, if known.
     fn bounds(&self) -> Option<[DVec3; 2]>;
 
-    /// What a camera sees; of a mask its pixels alone, the others being
-    /// background and void.
+    /// Renders a camera's view. With a mask, renders only its pixels; the others are background
+    /// and void.
     ///
     /// # Errors
-    /// A camera that cannot be rendered.
+    /// The camera cannot be rendered.
     fn shade(&self, camera: &Camera, only: Option<&Mask>) -> Result<Shaded, WarpError>;
 }
 
-/// What tells where surfaces are, at little cost.
+/// A source of depth that costs little.
 pub trait Geometry: Sync {
-    /// Depth of each pixel along the camera's axis, as in [`Shaded::depth`].
+    /// Depth per pixel along the camera's axis, as in [`Shaded::depth`].
     ///
     /// # Errors
-    /// A camera of which it is not known.
+    /// The depth is not known for this camera.
     fn depth(&self, camera: &Camera) -> Result<Vec<f32>, WarpError>;
 }
 
@@ -117,7 +113,7 @@ pub fn is_surface(depth: f32) -> bool {
     depth > 0.0 && depth.is_finite()
 }
 
-/// Whether a depth says that nothing is there.
+/// Whether a depth is void, that is, infinite.
 #[must_use]
 pub fn is_void(depth: f32) -> bool {
     depth == f32::INFINITY

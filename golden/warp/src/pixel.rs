@@ -1,4 +1,4 @@
-//! Places in pixels.
+//! Pixel coordinates.
 
 use glam::DVec2;
 use potamoi_base::camera::Camera;

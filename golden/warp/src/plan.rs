@@ -1,4 +1,4 @@
-//! Which reference serves which targets of a path, and from where it is taken.
+//! Assignment of references to the targets of a path, and cameras of references.
 
 use serde::Serialize;
 
@@ -6,74 +6,71 @@ use super::WarpError;
 use super::predict::{HISTORY, predict, rotation_vector};
 use potamoi_base::camera::Camera;
 
-/// The most targets of a reference.
+/// Maximum number of targets of a reference.
 const MAX_WINDOW: u32 = 1 << 16;
 
-/// From where references are taken.
+/// The camera from which references are rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceFrom {
-    /// Where the camera is predicted to be in the middle of the window, off the
-    /// path (the paper's).
+    /// The camera predicted for the middle of the window, off the path (the paper's).
     Predicted,
-    /// The first frame of the window, on the path.
+    /// The camera of the window's first frame, on the path.
     First,
-    /// The frame nearest the window's middle, on the path: not known in time,
-    /// but what image sequences have.
+    /// The camera of the frame nearest the window's middle, on the path: not known in time in live
+    /// use, but available in image sequences.
     Centre,
 }
 
-/// How to plan.
+/// Options of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct PlanOptions {
-    /// Targets of a reference.
+    /// Number of targets of a reference.
     pub window: u32,
-    /// From where references are taken.
+    /// The camera of references.
     pub reference: ReferenceFrom,
-    /// Frames before its window at which a predicted reference is begun; left
-    /// out: as many as the window has. With 0, the paper's formula, it is begun
-    /// with its first target, which has to wait for it.
+    /// Number of frames before its window at which a predicted reference is started; by default
+    /// the window's length. With 0, the paper's formula, it starts with its first target, which
+    /// has to wait for it.
     pub lead: Option<u32>,
 }
 
 /// A frame that targets are warped from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceTask {
-    /// From where it is taken.
+    /// Its camera.
     pub camera: Camera,
-    /// The target that it shows, if it is on the path.
+    /// The target with the same camera, if it is on the path.
     pub target: Option<usize>,
-    /// The frame at whose time its pose is known, and it may be begun.
+    /// The frame at whose time the camera is known and rendering may start.
     pub known: usize,
-    /// Of a predicted one, the frame for which it is predicted; it may lie
-    /// beyond the path.
+    /// For a predicted reference, the frame for which it is predicted; it may lie beyond the path.
     pub predicted_for: Option<usize>,
 }
 
 /// A frame of the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TargetTask {
-    /// The reference that it is warped from, or shows.
+    /// The reference from which it is warped, or which it equals.
     pub reference: usize,
 }
 
-/// What is rendered for a path, in the order of the references' windows.
+/// References and targets of a path, in the order of windows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// References.
     pub references: Vec<ReferenceTask>,
-    /// Targets, one a frame of the path.
+    /// Targets, one for each frame of the path.
     pub targets: Vec<TargetTask>,
 }
 
 impl Plan {
-    /// Plans a path. The first window has nothing to be predicted from: its
-    /// first frame is its reference. A later one is predicted `lead` frames
-    /// before its window, but no sooner than five poses are known, if that is
-    /// before it begins.
+    /// Plans a path. The first window has no poses to predict from, so its first frame is its
+    /// reference. A later reference is predicted `lead` frames before its window, but not before
+    /// five poses are known, unless its window begins earlier.
     ///
     /// # Errors
-    /// A window or a lead out of range.
+    /// The window or the lead is out of range.
     pub fn new(path: &[Camera], options: &PlanOptions) -> Result<Self, WarpError> {
         let refuse = |field, value: u32, expected: String| {
             Err(WarpError::Option {
@@ -129,8 +126,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Angle in radians and distance between each predicted reference and where
-    /// the camera was at that frame, for those within the path.
+    /// Rotation error in radians and distance of each predicted reference from the true camera at
+    /// that frame, for frames within the path.
     #[must_use]
     pub fn prediction_errors(&self, path: &[Camera]) -> Vec<(f64, f64)> {
         let errors = self.references.iter().filter_map(|task| {

@@ -1,23 +1,21 @@
-//! Where a camera will be: direction by Bayesian ridge regression over the last
-//! poses, position by the last velocity (paper, "Proactive Rendering Runtime").
+//! Camera prediction: rotation by Bayesian ridge regression over the last poses, position by the
+//! last velocity (paper, "Proactive Rendering Runtime").
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::ridge::BayesianRidge;
 use potamoi_base::camera::Camera;
 
-/// Poses that the direction is predicted from.
+/// Number of poses in the regression of the rotation.
 pub(super) const HISTORY: usize = 5;
 
-/// The camera `ahead` frames after the last of `history`, which is one frame
-/// apart, oldest first; its size and lens are the last one's. `None` without a
-/// history. Of more than five poses the last are used; one alone stands
-/// still.
+/// Predicts the camera `ahead` frames after the last of `history`, whose poses are one frame
+/// apart, oldest first. Size and lens are those of the last pose. `None` without a history. At
+/// most the last five poses are used; a single pose is predicted to stand still.
 ///
-/// Rotations are regressed in the tangent space of the last one: of each pose
-/// the rotation vector from the last, axis times angle, each component over
-/// time. Where a regression is not possible (poses that are not finite), the
-/// last pose stays.
+/// Rotations are regressed in the tangent space of the last one: for each pose the rotation vector
+/// from the last, axis times angle, each component over time. If a regression is not possible
+/// (poses that are not finite), the last pose is kept.
 #[must_use]
 pub fn predict(history: &[Camera], ahead: f64) -> Option<Camera> {
     let last = *history.last()?;
@@ -60,9 +58,9 @@ pub fn predict(history: &[Camera], ahead: f64) -> Option<Camera> {
     })
 }
 
-/// Axis times angle of the shorter way, at most half a turn: a quaternion and its
-/// negative are one rotation, and of the other the angle is up to a whole turn.
-/// Small angles count: the library's own form takes any below 2e-8 for none.
+/// Axis times angle of the shorter rotation, at most half a turn: a quaternion and its negative
+/// are the same rotation, but the angle of the other is up to a whole turn. Small angles are kept,
+/// whereas the library's own function treats those below 2e-8 as none.
 pub fn rotation_vector(rotation: DQuat) -> DVec3 {
     let short = if rotation.w < 0.0 {
         -rotation

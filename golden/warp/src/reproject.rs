@@ -9,33 +9,33 @@ use rayon::prelude::*;
 use super::{Shaded, is_surface};
 use potamoi_base::camera::Camera;
 
-/// What no point of the reference landed on.
+/// Marks a pixel on which no point landed.
 const NONE: u64 = u64::MAX;
 
-/// Points of a reference frame, seen from a target camera.
+/// Points of a reference frame, projected to a target camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warped {
-    /// Of each target pixel the nearest point's pixel in the reference and its
-    /// depth along the target camera's axis.
+    /// For each target pixel, the nearest point's reference pixel and its depth along the target
+    /// camera's axis.
     points: Vec<Option<(u32, f32)>>,
 }
 
 impl Warped {
-    /// Pixel of the reference and depth of the point that is seen at a target
-    /// pixel; nothing where none landed.
+    /// The reference pixel and the depth of the point seen at a target pixel; `None` if none
+    /// landed.
     #[must_use]
     pub fn at(&self, pixel: usize) -> Option<(u32, f32)> {
         self.points.get(pixel).copied().flatten()
     }
 }
 
-/// From a pixel of one camera, and its depth, to a pixel of another.
+/// The transform from a pixel of one camera, with its depth, to a pixel of another.
 pub(super) struct Transfer {
-    /// Of a depth of 1, by column, by row and for all pixels alike.
+    /// The part that scales with depth: by column, by row, and constant.
     across: DVec3,
     down: DVec3,
     base: DVec3,
-    /// Whatever the depth.
+    /// The part that does not depend on depth.
     shift: DVec3,
     focal: DVec2,
     centre: DVec2,
@@ -64,23 +64,22 @@ impl Transfer {
         }
     }
 
-    /// A point in the other camera's coordinates.
+    /// A point in the coordinates of the other camera.
     pub(super) fn point(&self, at: DVec2, depth: f64) -> DVec3 {
         (self.across * at.x + self.down * at.y + self.base) * depth + self.shift
     }
 
-    /// Where a point in the other camera's coordinates, in front of it, is in
-    /// its picture.
+    /// The position in the other camera's picture of a point in front of it, in its coordinates.
     pub(super) fn project(&self, point: DVec3) -> DVec2 {
         point.truncate() / point.z * self.focal + self.centre
     }
 }
 
-/// Warps a reference frame to a target camera. Each pixel of the reference with
-/// a surface is a point at its centre; it lands on the target pixel that holds
-/// it, and the nearest point stays, of equal depths the one that comes first in
-/// the reference, row by row. Points on and behind the target camera's plane,
-/// and too far for a depth, land nowhere. The result does not depend on the number of threads.
+/// Warps a reference frame to a target camera. Each reference pixel with a surface is a point at
+/// the pixel's centre. It lands on the target pixel that contains it, and the nearest point wins;
+/// among equal depths the first in the reference, row by row. Points on or behind the target
+/// camera's plane, or too far for a depth, are dropped. The result does not depend on the number
+/// of threads.
 #[must_use]
 pub fn reproject(reference: &Shaded, from: &Camera, to: &Camera) -> Warped {
     let transfer = Transfer::new(from, to);

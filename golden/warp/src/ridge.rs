@@ -1,10 +1,9 @@
-//! Bayesian ridge regression (MacKay 1992; Tipping 2001): a linear fit whose
-//! noise and shrinkage follow from the data.
+//! Bayesian ridge regression (MacKay 1992; Tipping 2001): a linear fit that estimates noise and
+//! shrinkage from the data.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Priors and when to stop; the defaults are those of scikit-learn's
-/// `BayesianRidge`.
+/// Priors and stopping criteria; the defaults are those of scikit-learn's `BayesianRidge`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BayesianRidge {
     /// Shape of the prior of the noise's precision.
@@ -15,9 +14,9 @@ pub struct BayesianRidge {
     pub lambda_shape: f64,
     /// Rate of the prior of the coefficients' precision.
     pub lambda_rate: f64,
-    /// It stops once all coefficients together change by less.
+    /// The iteration stops once the sum of all coefficients' changes is below this.
     pub tolerance: f64,
-    /// Steps at most.
+    /// Maximum number of iterations.
     pub most_steps: usize,
 }
 
@@ -34,7 +33,7 @@ impl Default for BayesianRidge {
     }
 }
 
-/// A fitted line or plane.
+/// A fitted linear function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// Change of the value with each feature.
@@ -48,7 +47,7 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The value at some features.
+    /// The value for given features.
     #[must_use]
     pub fn at(&self, features: &[f64]) -> f64 {
         let terms = self.coefficients.iter().zip(features);
@@ -57,8 +56,8 @@ impl Fit {
 }
 
 impl BayesianRidge {
-    /// Fits values to rows of features, as many each; `None` without rows or
-    /// where rows differ in length or numbers are not finite.
+    /// Fits values to rows of features of equal length; `None` without rows, or if rows differ in
+    /// length or a number is not finite.
     #[must_use]
     pub fn fit(&self, rows: &[Vec<f64>], values: &[f64]) -> Option<Fit> {
         let features = rows.first()?.len();

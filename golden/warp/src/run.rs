@@ -6,26 +6,25 @@ use potamoi_base::camera::Camera;
 /// A frame of a sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Its number in the path.
+    /// Its number on the path.
     pub number: usize,
-    /// The reference it was warped from; none where it is one or shows one as it is, its camera
-    /// being the same, or was rendered in full.
+    /// The reference from which it was warped; `None` if it is a reference, equals one because it
+    /// has the same camera, or was rendered in full.
     pub reference: Option<usize>,
     /// The frame.
     pub target: Target,
 }
 
 impl Frame {
-    /// Whether it was rendered in full as it could not be warped.
+    /// Whether it was rendered in full because it could not be warped.
     #[must_use]
     pub fn fell_back(&self) -> bool {
         self.reference.is_some() && self.target.classes.first() == Some(&Class::Full)
     }
 }
 
-/// The frames of a plan, one after another: those on the path that are
-/// references are shown as they are, all others are warped. A reference that was
-/// lost is not there, and its targets are rendered in full.
+/// The frames of a plan, one after another. Those on the path that are references are shown
+/// unchanged, all others are warped. The targets of a lost reference are rendered in full.
 pub struct Sequence<'a> {
     warper: Warper<'a>,
     path: &'a [Camera],
@@ -36,7 +35,7 @@ pub struct Sequence<'a> {
 }
 
 impl<'a> Sequence<'a> {
-    /// Frames of `path` by its `plan`, less references that are `lost`.
+    /// The frames of `path` by its `plan`, without the references that are `lost`.
     #[must_use]
     pub const fn new(
         warper: Warper<'a>,
@@ -107,8 +106,8 @@ impl Iterator for Sequence<'_> {
     }
 }
 
-/// Frames that are each warped from the one before, the first of each window
-/// rendered in full (Temp-N): errors add up along a window.
+/// Frames that are each warped from the one before, where the first of each window is rendered in
+/// full (Temp-N). Errors accumulate along a window.
 pub struct Chain<'a> {
     warper: Warper<'a>,
     path: &'a [Camera],
@@ -118,7 +117,7 @@ pub struct Chain<'a> {
 }
 
 impl<'a> Chain<'a> {
-    /// Frames of `path`, a full one every `window`, at least 1.
+    /// The frames of `path`, with a full one every `window` frames, at least 1.
     #[must_use]
     pub fn new(warper: Warper<'a>, path: &'a [Camera], window: u32) -> Self {
         Self {

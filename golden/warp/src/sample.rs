@@ -1,4 +1,4 @@
-//! The colour of a warped pixel.
+//! Sampling of a warped pixel's colour.
 
 use glam::DVec2;
 
@@ -10,28 +10,26 @@ use super::reproject::Transfer;
 use super::sampling::Sampling;
 use potamoi_base::camera::Camera;
 
-/// Neighbours count whose depth differs by at most so much of it: they show the
-/// same surface.
+/// Maximum relative depth difference of neighbours that count as one surface.
 const SAME_SURFACE: f64 = 0.02;
-/// A pixel is at an edge where its depth is off the middle of two opposite
-/// neighbours' by more than this share: slopes are not, steps are.
+/// A pixel is at an edge if its depth differs from the mean of two opposite neighbours by more
+/// than this fraction: slopes do not, steps do.
 const STEP: f64 = 0.02;
-/// Weight that such neighbours have to have together.
+/// Minimum total weight of neighbours on the same surface.
 const LEAST_WEIGHT: f64 = 0.25;
 
-/// Whether two depths, the second a surface's, may be of one surface.
+/// Whether two depths, the second of a surface, may belong to one surface.
 pub(super) fn is_same_surface(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_SURFACE * b
 }
 
-/// Takes colours from a reference.
+/// Samples colours of a reference.
 pub(super) struct Sampler<'a> {
     reference: &'a Shaded,
-    /// From the target to the reference.
+    /// Transform from the target to the reference.
     back: Transfer,
     sampling: Sampling,
-    /// Of each pixel of the reference whether it is at an edge; none where that
-    /// is not asked.
+    /// For each reference pixel, whether it is at an edge; `None` if edges do not matter.
     edges: Option<Vec<bool>>,
 }
 
@@ -45,9 +43,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Whether a target pixel, as in [`Sampler::colour`], shows an edge of the
-    /// reference, if that is asked: there pixels mix what lies before with what
-    /// lies behind, which parts as the camera moves.
+    /// Whether a target pixel, as in [`Sampler::colour`], shows an edge of the reference, if edges
+    /// matter. Such pixels mix foreground and background, which separate as the camera moves.
     pub(super) fn is_at_edge(&self, at: DVec2, depth: f64, source: u32) -> bool {
         let Some(edges) = &self.edges else {
             return false;
@@ -56,8 +53,8 @@ impl<'a> Sampler<'a> {
         edges[source as usize] || around.is_some_and(|all| all.iter().any(|(p, _)| edges[*p]))
     }
 
-    /// The pixel of the reference that shows best what a target pixel shows at
-    /// `depth`; nothing unless all pixels around the place show that surface.
+    /// The reference pixel that best shows the surface of a target pixel at `depth`; `None` unless
+    /// all pixels around the position show that surface.
     pub(super) fn sees(&self, at: DVec2, depth: f64) -> Option<u32> {
         let (around, depth) = self.around(at, depth)?;
         let all = around
@@ -67,8 +64,8 @@ impl<'a> Sampler<'a> {
         all.then_some(best.0 as u32)
     }
 
-    /// Of a target pixel with its centre at `at`, which shows something at
-    /// `depth`, and to which the reference's pixel `source` was warped.
+    /// The colour of a target pixel with centre `at` that shows a surface at `depth`, to which the
+    /// reference pixel `source` was warped.
     pub(super) fn colour(&self, at: DVec2, depth: f64, source: u32) -> [f32; 3] {
         let nearest = self.reference.picture.rgb[source as usize];
         match self.sampling {
@@ -77,9 +74,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The four pixels around the place of a point in the reference, their
-    /// weights, and its depth there; nothing where they are not all in the
-    /// picture.
+    /// The four pixels around the position of a point in the reference, their weights, and the
+    /// point's depth there; `None` if they are not all in the picture.
     fn around(&self, at: DVec2, depth: f64) -> Option<([(usize, f64); 4], f64)> {
         let point = self.back.point(at, depth);
         if point.z <= 0.0 || point.is_nan() {
@@ -120,7 +116,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// Pixels beside a step of depth, or beside void.
+/// Marks pixels next to a depth step or to void.
 fn edges(reference: &Shaded) -> Vec<bool> {
     let (width, height) = (
         reference.picture.width as usize,

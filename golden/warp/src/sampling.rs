@@ -1,15 +1,15 @@
-//! How colours are taken from a reference.
+//! Sampling of colours in a reference.
 
 use serde::Serialize;
 
-/// How colours are taken from a reference.
+/// Sampling of colours in a reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
-    /// Of the point that landed on the pixel, as the paper has it. It lies up to
-    /// half a pixel off the pixel's centre.
+    /// The colour of the point that landed on the pixel, as in the paper. It is up to half a pixel
+    /// off the pixel's centre.
     Nearest,
-    /// Where the point that the pixel's centre shows is in the reference,
-    /// bilinearly between neighbours of the same surface.
+    /// The colour at the reference position of the point seen at the pixel's centre, bilinear
+    /// between neighbours on the same surface.
     Bilinear,
 }

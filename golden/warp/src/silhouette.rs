@@ -1,28 +1,26 @@
-//! The void test where the target's depth is not known: what a reference frame
-//! tells of empty space.
+//! The void test for targets without known depth: empty space according to a reference frame.
 //!
-//! A ray of the target is a line in the reference's picture. If the reference
-//! sees nothing anywhere along the part of it that lies within the model's
-//! bounds, no surface lies on it: the points of the ray are all on empty rays
-//! of the reference (the visual hull of Laurentini, PAMI 1994).
+//! A ray of the target is a line in the reference's picture. If the reference sees nothing along
+//! the part of it within the model's bounds, the ray meets no surface: all its points are on empty
+//! rays of the reference (the visual hull of Laurentini, PAMI 1994).
 
 use glam::{DVec2, DVec3};
 
 use super::{Shaded, is_void};
 use potamoi_base::camera::{Camera, crossing};
 
-/// Empty space, as a reference frame sees it.
+/// Empty space according to a reference frame.
 #[derive(Debug)]
 pub(super) struct Silhouette {
     camera: Camera,
     bounds: [DVec3; 2],
-    /// Of each pixel how many pixels away, along the farther axis, the nearest
-    /// is that sees something; 0 for such a pixel.
+    /// For each pixel, the distance in pixels along the farther axis to the nearest pixel that
+    /// sees something; 0 for such a pixel.
     away: Vec<u16>,
 }
 
 impl Silhouette {
-    /// Of a frame of a model that is nowhere outside of `bounds`.
+    /// The silhouette of a model that lies within `bounds`.
     pub(super) fn new(reference: &Shaded, camera: &Camera, bounds: [DVec3; 2]) -> Self {
         let seen = |depth: &f32| if is_void(*depth) { u16::MAX } else { 0 };
         let mut away: Vec<u16> = reference.depth.iter().map(seen).collect();
@@ -48,8 +46,7 @@ impl Silhouette {
         }
     }
 
-    /// Whether a ray from `origin` meets nothing, as far as the reference can
-    /// tell: `false` where it cannot.
+    /// Whether a ray from `origin` is known to be empty; `false` if the reference cannot decide.
     pub(super) fn is_void(&self, origin: DVec3, direction: DVec3) -> bool {
         if !(origin.is_finite() && direction.is_finite()) {
             return false;
@@ -92,7 +89,7 @@ impl Silhouette {
     }
 }
 
-/// Lowers a pixel to one more than its nearest neighbour.
+/// Lowers the value of a pixel to at most one more than that of its nearest neighbour.
 fn relax(
     away: &mut [u16],
     [width, height]: [usize; 2],

@@ -1,5 +1,4 @@
-//! One target frame: warped from a reference, and rendered where that does not
-//! show it.
+//! One target frame: warped from a reference, and rendered where the reference does not show it.
 
 use rayon::prelude::*;
 
@@ -15,23 +14,22 @@ use potamoi_base::mask::Mask;
 /// A target frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// The picture, and the depth of what it shows.
+    /// The picture with depth.
     pub shaded: Shaded,
-    /// Where each pixel comes from.
+    /// The source of each pixel.
     pub classes: Vec<Class>,
 }
 
 /// Warps target frames.
 #[derive(Clone, Copy)]
 pub struct Warper<'a> {
-    /// What renders.
+    /// The renderer.
     pub renderer: &'a dyn Renderer,
-    /// What knows the depth of a target before it is rendered; without it,
-    /// references are warped by the depth of their own rendering, and only
-    /// pixels to which nothing was warped are rendered, less those that the
-    /// reference shows to be void.
+    /// The source of a target's depth before rendering. Without it, references are warped by the
+    /// depth of their own rendering, and only pixels on which no point landed are rendered, except
+    /// those that the reference shows to be void.
     pub geometry: Option<&'a dyn Geometry>,
-    /// What decides.
+    /// The rules of classification.
     pub rule: Rule,
 }
 
@@ -39,7 +37,7 @@ impl Warper<'_> {
     /// Renders a reference frame.
     ///
     /// # Errors
-    /// As the renderer and the geometry.
+    /// Those of the renderer and the geometry.
     pub fn reference(&self, camera: &Camera) -> Result<Shaded, WarpError> {
         let mut shaded = self.renderer.shade(camera, None)?;
         if let Some(geometry) = self.geometry {
@@ -49,21 +47,21 @@ impl Warper<'_> {
         Ok(shaded)
     }
 
-    /// A target frame that is rendered in full.
+    /// Renders a target frame in full.
     ///
     /// # Errors
-    /// As [`Warper::reference`].
+    /// Those of [`Warper::reference`].
     pub fn full(&self, camera: &Camera) -> Result<Target, WarpError> {
         let shaded = self.reference(camera)?;
         let classes = vec![Class::Full; shaded.depth.len()];
         Ok(Target { shaded, classes })
     }
 
-    /// A target frame, warped from a reference that was taken by `from`, or
-    /// rendered in full where its rule says so.
+    /// A target frame, warped from a reference of camera `from`, or rendered in full if the rules
+    /// require it.
     ///
     /// # Errors
-    /// As [`Warper::reference`], or a rule out of its range.
+    /// Those of [`Warper::reference`], or a rule is out of range.
     pub fn target(
         &self,
         reference: &Shaded,
@@ -74,11 +72,11 @@ impl Warper<'_> {
         sparse.map_or_else(|| self.full(to), Ok)
     }
 
-    /// The same without full rendering: none where an angle of the frame is too
-    /// large ([`Scope::Frame`]).
+    /// As [`Warper::target`], but returns `None` instead of rendering in full, if an angle of the
+    /// frame is too large ([`Scope::Frame`]).
     ///
     /// # Errors
-    /// As [`Warper::target`].
+    /// Those of [`Warper::target`].
     pub fn sparse_target(
         &self,
         reference: &Shaded,
@@ -170,7 +168,7 @@ impl Warper<'_> {
         }))
     }
 
-    /// Step 4: renders what is to be rendered, and puts all together.
+    /// Step 4: renders the remaining pixels and combines all.
     fn combine(
         &self,
         sampler: &Sampler<'_>,
@@ -226,8 +224,7 @@ fn as_it_is(reference: &Shaded) -> Target {
     }
 }
 
-/// Whether a neighbour of a pixel shows a surface: a geometry has no soft rim,
-/// the model may.
+/// Whether a neighbour of a pixel shows a surface: a geometry has no soft edge, but the model may.
 fn is_beside_surface(depth: &[f32], camera: &Camera, pixel: usize) -> bool {
     let (width, height) = (camera.width as usize, camera.height as usize);
     let (x, y) = (pixel % width, pixel / width);
@@ -236,8 +233,7 @@ fn is_beside_surface(depth: &[f32], camera: &Camera, pixel: usize) -> bool {
         .any(|i| is_surface(depth[i]))
 }
 
-/// The depth of what a pixel shows: what is known of it, or that of the point
-/// that was warped to it.
+/// The depth of a pixel: the known one, or that of the point warped to it.
 fn shown(known: Option<f32>, warped: f32) -> f64 {
     known
         .filter(|depth| is_surface(*depth))

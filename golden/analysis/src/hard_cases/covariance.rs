@@ -1,4 +1,4 @@
-//! Needles: covariances that are nearly singular, and what follows from them.
+//! Needles: nearly singular covariances, and their consequences.
 
 use glam::{DVec2, DVec3};
 use potamoi_formats::record::{FACTOR, MEAN, OPACITY};

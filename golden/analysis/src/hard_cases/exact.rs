@@ -1,4 +1,4 @@
-//! Numbers of 256 bits for oracles.
+//! Numbers of 256 bits for exact references.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -44,7 +44,7 @@ impl Exact {
         self.0.is_zero()
     }
 
-    /// Cut off to 127 bits, then rounded to a double.
+    /// Truncated to 127 bits, then rounded to a double.
     pub(super) fn to_f64(&self) -> f64 {
         if self.0.is_zero() {
             return 0.0;
@@ -56,7 +56,7 @@ impl Exact {
         sign * (mantissa as f64 * 2f64.powi(-126)) * 2f64.powi(half) * 2f64.powi(exponent - half)
     }
 
-    /// What a double is off by.
+    /// Error of a double.
     pub(super) fn error(&self, found: f64) -> f64 {
         if found.is_finite() {
             (exact(found) - self.clone()).to_f64()
@@ -65,7 +65,7 @@ impl Exact {
         }
     }
 
-    /// The same as a share of the number.
+    /// Relative error of a double.
     pub(super) fn relative(&self, found: f64) -> f64 {
         self.error(found) / self.to_f64()
     }

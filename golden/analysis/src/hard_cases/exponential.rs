@@ -30,13 +30,14 @@ fn reference() -> Arc<ExactExponential> {
     ExactExponential::of(ExpConfig::default().input).unwrap()
 }
 
-/// How far results of every one of some operands are from 120 bits.
+/// Largest error of results against 120 bits, over some operands.
 fn errors(codes: impl Iterator<Item = i32>, exp: impl Fn(i32) -> i32) -> Worst {
     let reference = reference();
     Worst::of(codes.map(|u| reference.error(u, exp(u), 16)))
 }
 
-/// The recurrence in 16 fraction bits, each shift cut off, what is left out not centred.
+/// The recurrence in 16 fraction bits, with each shift truncated and the truncation error not
+/// centred.
 fn sixteen_bits(u: i32) -> i32 {
     let constant = |value: f64| (value * 65_536.0).round() as i64;
     let ln_2 = 2f64.ln();

@@ -1,7 +1,7 @@
-//! Hard cases at the unit. Each has the obvious form failing and ours holding on the same rounded
+//! Hard cases at the unit. In each the obvious form fails and ours holds on the same rounded
 //! inputs, against exact integers or numbers of 256 bits, with a tolerance that follows from the
-//! formats. The table of them is in docs/explanation/hard-cases.md, made by this suite and compared with it;
-//! pictures, Verilog and system of the same cases are in the root package's tests/hard_cases.
+//! formats. Their table is in docs/explanation/hard-cases.md, made by this suite and compared with
+//! it. Pictures, Verilog and system of the same cases are in the root package's tests/hard_cases.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod accumulators;
@@ -18,27 +18,27 @@ mod search;
 mod table;
 mod warping;
 
-/// A hard case and what was measured on it, the obvious form and ours by one unit.
+/// A hard case with the errors of the obvious form and of ours, in one unit.
 #[derive(Debug, Clone, PartialEq)]
 struct Case {
-    /// What is hard.
+    /// Name of the case.
     name: &'static str,
     /// The obvious form.
     naive: &'static str,
-    /// What the figures count.
+    /// Unit of the errors.
     unit: &'static str,
-    /// How far off the obvious form is; infinite where its result is no number.
+    /// Error of the obvious form; infinite if its result is NaN.
     fails: Worst,
-    /// How far off ours may be.
+    /// Upper bound of our error.
     bound: f64,
-    /// Where the bound is from.
+    /// Origin of the bound.
     from: &'static str,
-    /// How far off ours is.
+    /// Our error.
     ours: Worst,
 }
 
 impl Case {
-    /// Ours keeps to the bound, and the obvious form does not: the case bites.
+    /// Checks that our form keeps the bound and the obvious form does not.
     fn holds(&self) {
         let (fails, ours) = (self.fails.0, self.ours.0);
         println!(
@@ -68,7 +68,7 @@ impl Case {
 struct Worst(f64);
 
 impl Worst {
-    /// Takes an error; one that is no number is infinite.
+    /// Adds an error; NaN counts as infinite.
     fn see(&mut self, error: f64) {
         let error = error.abs();
         self.0 = self
@@ -76,7 +76,7 @@ impl Worst {
             .max(if error.is_nan() { f64::INFINITY } else { error });
     }
 
-    /// Counts what is wrong.
+    /// Counts wrong results.
     fn count(&mut self, wrong: bool) {
         self.0 += f64::from(u8::from(wrong));
     }
@@ -89,7 +89,7 @@ impl Worst {
     }
 }
 
-/// A file's cases: `all` of them, and a test each.
+/// Defines a file's cases: `all` of them, and a test for each.
 macro_rules! cases {
     ($($name:ident),+ $(,)?) => {
         pub(super) fn all() -> Vec<crate::hard_cases::Case> {
@@ -106,7 +106,7 @@ macro_rules! cases {
 }
 use cases;
 
-/// Numbers that are the same in every run, 0 to 1.
+/// A fixed sequence of pseudo-random numbers, 0 to 1.
 struct Draws(u64);
 
 impl Draws {

@@ -53,7 +53,7 @@ fn camera() -> Camera {
     Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.9, 20, 18)
 }
 
-/// How far one alpha may be off, of a Gaussian whose mean lies within `reach` pixels.
+/// Upper bound of the error of one alpha, for a Gaussian whose mean lies within `reach` pixels.
 ///
 /// The vector (p, q) is off by a mean's half units of 2^-12 in both axes times the largest
 /// factor, 1 over the dilation's root; by three factors' half units of 2^-30 times the reach;

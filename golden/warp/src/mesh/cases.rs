@@ -1,10 +1,9 @@
-//! The 256 cases of marching cubes (Lorensen and Cline 1987), derived rather
-//! than written down: contours of the six faces of a cell, joined to loops,
-//! filled with triangles.
+//! The 256 cases of marching cubes (Lorensen and Cline 1987), derived rather than tabulated:
+//! contours of the six faces of a cell, joined to loops, and filled with triangles.
 //!
-//! Where a face has two corners inside across from each other, both are cut off
-//! alone. That depends on the face only, so that the two cells that share it
-//! agree, and no crack opens between them; the first published table has some.
+//! If two diagonally opposite corners of a face are inside, each is cut off separately. That
+//! depends only on the face, so the two cells that share it agree, and no crack opens between
+//! them; the first published table has some.
 
 use std::sync::LazyLock;
 
@@ -23,9 +22,8 @@ const fn edge_between(a: u8, b: u8) -> u8 {
     axis * 4 + (low >> ((axis + 1) % 3) & 1) + 2 * (low >> ((axis + 2) % 3) & 1)
 }
 
-/// Triangles of every case: bit `c` of it tells whether corner `c` is inside.
-/// Each has three cut edges, counterclockwise as seen from outside of what is
-/// inside.
+/// Triangles of every case. Bit `c` of the case is set if corner `c` is inside. Each triangle has
+/// three cut edges, counterclockwise as seen from outside the surface.
 pub(super) static CASES: LazyLock<Vec<Vec<[u8; 3]>>> =
     LazyLock::new(|| (0..=255).map(triangles).collect());
 
@@ -75,8 +73,8 @@ fn triangles(case: u8) -> Vec<[u8; 3]> {
     all
 }
 
-/// Whether a diagonal between two cut edges lies in a face of the cell: there
-/// the neighbour may have the same one, and four triangles would share it.
+/// Whether a diagonal between two cut edges lies in a face of the cell. The neighbour may have the
+/// same diagonal, and four triangles would share it.
 fn share_a_face(a: u8, b: u8) -> bool {
     let [[a, c], [b, d]] = [ends(a), ends(b)];
     // Bits that all four corners have alike.
@@ -84,7 +82,7 @@ fn share_a_face(a: u8, b: u8) -> bool {
     differ != 7
 }
 
-/// Fills a loop, with no diagonal in a face.
+/// Triangulates a loop without a diagonal in a face.
 fn fill(around: &[u8]) -> Option<Vec<[u8; 3]>> {
     let (first, rest) = around.split_first()?;
     let (last, between) = rest.split_last()?;

@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh.
+//! Errors of meshes.
 
 use std::path::PathBuf;
 
@@ -10,51 +10,51 @@ use potamoi_containers::ply::PlyFileError;
 /// A mesh that cannot be made or read.
 #[derive(Debug, Error)]
 pub enum MeshError {
-    /// Vertices or triangles that make no mesh.
+    /// The vertices or triangles are invalid.
     #[error("mesh: {field} is {value}: expected {expected}")]
     Value {
         /// The field.
         field: String,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot read {path}: {source}; name a readable OBJ or PLY file")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// The ending of the name is that of no format.
+    /// The file extension belongs to no known format.
     #[error("{path}: not known as a mesh: expected a name that ends in .obj or .ply")]
     Unknown {
         /// The file.
         path: PathBuf,
     },
-    /// The header of a PLY file cannot be used.
+    /// The header of a PLY file is invalid.
     #[error(transparent)]
     Ply(#[from] PlyFileError),
-    /// The file says something that no depth is taken of.
+    /// The file has a feature that depth does not support.
     #[error("{origin}: {source}")]
     Key {
         /// The file.
         origin: String,
-        /// The key, and why.
+        /// The key, and why it is refused.
         source: Box<KeyError>,
     },
-    /// A field of the file has a value that it cannot have.
+    /// A field of the file has an invalid value.
     #[error("{origin}: {field} is {value}: expected {expected}")]
     Field {
         /// The file.
         origin: String,
-        /// The field, and where it is.
+        /// The field with its position.
         field: String,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Allowed values.
         expected: String,
     },
 }

@@ -1,17 +1,16 @@
-//! The level at which a density has its surface.
+//! The density level at which a model has its surface.
 
 use super::march::{Density, Lattice};
 
-/// Planes of points that are looked at, or a few more.
+/// Approximate number of planes of points that are sampled.
 const PLANES: usize = 48;
 
-/// The density where half of the light is stopped, of rays that come from
-/// outside along x and y, both ways: of all that are stopped so, the one that a
-/// share of them is below. Nothing where none is.
+/// The density at which rays reach half transmittance, for rays from outside along x and y in both
+/// directions: the quantile `share` over all rays that do. `None` if there are none.
 ///
-/// A surface at that level is where a rendering has its depth. It depends on how
-/// steeply the model's density rises, which no constant would suit: from fog to
-/// walls it is orders of magnitude.
+/// A surface at that level lies at the depth of a rendering. The level depends on how steeply the
+/// model's density rises: from fog to walls it varies by orders of magnitude, so no constant would
+/// do.
 #[must_use]
 pub fn half_light(density: &dyn Density, lattice: &Lattice, share: f64) -> Option<f64> {
     let [width, height, depth] = lattice.points();
@@ -33,12 +32,12 @@ pub fn half_light(density: &dyn Density, lattice: &Lattice, share: f64) -> Optio
     found.get(at as usize).copied()
 }
 
-/// How much a density rises at least where a ray comes upon a surface.
+/// Minimum factor by which a density rises where a ray meets a surface.
 const RISE: f64 = 1.05;
 
-/// The density where half of the light is stopped, if it is: linear from value
-/// to value. A ray that begins in what stops it, as in a wall that the box cuts,
-/// has come upon no surface, and begins again where nothing is.
+/// The density at which a ray reaches half transmittance, if it does; linear from value to value.
+/// A ray that starts inside matter, as in a wall that the box cuts, has met no surface, and starts
+/// again in empty space.
 fn stopped(mut along: impl Iterator<Item = f64>, step: f64) -> Option<f64> {
     let mut rest = std::f64::consts::LN_2;
     // Not a number is not above another.

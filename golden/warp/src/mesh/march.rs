@@ -1,4 +1,4 @@
-//! Marching cubes: the surface at which a density passes a level.
+//! Marching cubes: the surface at which a density crosses a level.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -8,33 +8,30 @@ use rayon::prelude::*;
 use super::cases::{CASES, ends};
 use super::{Mesh, MeshError};
 
-/// The most cells along an axis.
+/// Maximum number of cells along an axis.
 pub const MAX_CELLS: u32 = 1024;
-/// The most triangles of a surface: 600 MB with their vertices.
+/// Maximum number of triangles in a surface: 600 MB with their vertices.
 pub const MAX_TRIANGLES: usize = 1 << 25;
 
-/// Layers of cells that are marched together. Densities between two such are
-/// asked for twice.
+/// Layers of cells that are marched together. Densities between two groups are sampled twice.
 const LAYERS: usize = 16;
-/// Of a cell's edge, how well the place of a vertex on it is known, where the
-/// density tells.
+/// Accuracy of a vertex on an edge, relative to a cell's edge, if [`Density::at`] is available.
 const NEAR: f64 = 1.0 / 512.0;
-/// Densities that a vertex may ask for.
+/// Maximum number of density samples for a vertex.
 const TRIES: usize = 8;
 
-/// What has a density at every point of a box.
+/// A density at every point of a box.
 pub trait Density: Sync {
-    /// Sets the densities of a plane of points, x fastest, then y: an optical
-    /// depth a unit of length, which may be below 0 where nothing is.
+    /// Samples a plane of points, x fastest, then y. A density is an optical depth per unit of
+    /// length, and may be negative in empty space.
     fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]);
 
-    /// The density at a point of the box, if that is cheap; vertices are then
-    /// put where the level is passed, and not where it would be if the density
-    /// were linear from point to point.
+    /// The density at a point of the box, if that is cheap. Vertices are then placed where the
+    /// level is crossed; otherwise the density is assumed to be linear between points.
     fn at(&self, p: DVec3) -> Option<f64>;
 }
 
-/// A density at points, asked one by one.
+/// A density that is sampled point by point.
 pub(super) struct Points<F>(pub(super) F);
 
 impl<F: Fn(DVec3) -> f64 + Sync> Density for Points<F> {
@@ -50,7 +47,7 @@ impl<F: Fn(DVec3) -> f64 + Sync> Density for Points<F> {
     }
 }
 
-/// Points in a box, at the corners of cubic cells.
+/// A lattice of points in a box, at the corners of cubic cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lattice {
     bounds: [DVec3; 2],
@@ -59,11 +56,11 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Points of the box between two corners, with `cells` cells along its
-    /// longest side. Along the others, the last cell may reach beyond the box.
+    /// The lattice of the box between two corners, with `cells` cells along its longest side.
+    /// Along the other sides, the last cell may extend beyond the box.
     ///
     /// # Errors
-    /// 0 or more than [`MAX_CELLS`] cells, or a box without a volume.
+    /// `cells` is 0 or above [`MAX_CELLS`], or the box has no volume.
     pub fn new(bounds: [DVec3; 2], cells: u32) -> Result<Self, MeshError> {
         let refuse = |field: &str, value: String, expected: String| {
             Err(MeshError::Value {
@@ -102,39 +99,39 @@ impl Lattice {
         self.bounds
     }
 
-    /// Edge of a cell.
+    /// Edge length of a cell.
     #[must_use]
     pub const fn cell(&self) -> f64 {
         self.cell
     }
 
-    /// Points along x, y, z.
+    /// Number of points along x, y, z.
     #[must_use]
     pub const fn points(&self) -> [usize; 3] {
         self.points
     }
 
-    /// Where a point is.
+    /// Position of a point.
     #[must_use]
     pub fn point(&self, [x, y, z]: [usize; 3]) -> DVec3 {
         let at = self.bounds[0] + self.cell * dvec3(x as f64, y as f64, z as f64);
         at.min(self.bounds[1])
     }
 
-    /// The same counted from one point beyond the box.
+    /// Position of a point, counted from one point beyond the box.
     fn wide_point(&self, at: [usize; 3]) -> DVec3 {
         self.bounds[0] + self.cell * (DVec3::from(at.map(|i| i as f64)) - 1.0)
     }
 }
 
 impl Mesh {
-    /// The surface at which a density, an optical depth a unit of length, passes
-    /// a level, in the box between two corners, with `cells` cells along its
-    /// longest side. Outside of the box nothing is, so that the surface is closed:
-    /// every edge has two triangles. It does not depend on the number of threads.
+    /// The surface at which a density, an optical depth per unit of length, crosses a level, in
+    /// the box between two corners, with `cells` cells along its longest side. The space outside
+    /// the box is empty, so the surface is closed: every edge has two triangles. The result does
+    /// not depend on the number of threads.
     ///
     /// # Errors
-    /// As [`Lattice::new`] and [`Mesh::of_surface`].
+    /// Those of [`Lattice::new`] and [`Mesh::of_surface`].
     pub fn of_density(
         bounds: [DVec3; 2],
         cells: u32,
@@ -144,10 +141,10 @@ impl Mesh {
         Self::of_surface(&Points(density), &Lattice::new(bounds, cells)?, level)
     }
 
-    /// The same of densities that are asked plane by plane.
+    /// As [`Mesh::of_density`], for densities that are sampled plane by plane.
     ///
     /// # Errors
-    /// A level that is not finite, or more than [`MAX_TRIANGLES`] triangles.
+    /// The level is not finite, or the surface has more than [`MAX_TRIANGLES`] triangles.
     pub fn of_surface(
         density: &dyn Density,
         lattice: &Lattice,
@@ -193,35 +190,35 @@ impl Mesh {
     }
 }
 
-/// Vertices of some layers and of the planes below them, and triangles.
+/// The vertices of some layers and of the planes below them, and the triangles.
 #[derive(Default)]
 struct Slab {
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
 }
 
-/// A plane of points, with one more on each side: densities, and numbers of the
-/// vertices on the edges to the next point along x and along y.
+/// A plane of points, with one more on each side: densities, and numbers of the vertices on the
+/// edges to the next point along x and along y.
 struct Plane {
     values: Vec<f32>,
     along: [Vec<u32>; 2],
 }
 
-/// No vertex.
+/// Marks an edge without a vertex.
 const NONE: u32 = u32::MAX;
 
 struct Marcher<'a> {
     density: &'a dyn Density,
     lattice: &'a Lattice,
     level: f32,
-    /// Points along x, y, z, with those beyond the box.
+    /// Number of points along x, y, z, including those beyond the box.
     wide: [usize; 3],
-    /// Densities as they are asked for.
+    /// Buffer for sampled densities.
     row: Vec<f32>,
     planes: [Plane; 2],
     /// Numbers of the vertices between the planes.
     upright: Vec<u32>,
-    /// Vertices so far, those too that belong to the next slab.
+    /// Number of vertices so far, including those that belong to the next slab.
     count: u32,
     made: Slab,
 }
@@ -247,9 +244,8 @@ impl<'a> Marcher<'a> {
         }
     }
 
-    /// Marches layers `from` to `to` of `all`. Planes are numbered in order, each
-    /// before what is above it; the last belongs to the next slab, if there is
-    /// one.
+    /// Marches layers `from` to `to` of `all`. Vertices are numbered plane by plane, upwards;
+    /// those of the last plane belong to the next slab, if there is one.
     fn march(&mut self, from: usize, to: usize, all: usize, count: &AtomicUsize) {
         self.load(1, from);
         self.number_plane(from, true);
@@ -282,8 +278,8 @@ impl<'a> Marcher<'a> {
         }
     }
 
-    /// Vertices on the edges within the upper plane; `own` if they are this
-    /// slab's.
+    /// Numbers the vertices on the edges within the upper plane; `own` if they belong to this
+    /// slab.
     fn number_plane(&mut self, z: usize, own: bool) {
         let [width, height, _] = self.wide;
         for along in &mut self.planes[1].along {
@@ -309,7 +305,7 @@ impl<'a> Marcher<'a> {
         }
     }
 
-    /// Vertices on the edges between the planes.
+    /// Numbers the vertices on the edges between the planes.
     fn number_upright(&mut self, z: usize) {
         let width = self.wide[0];
         self.upright.fill(NONE);
@@ -335,7 +331,7 @@ impl<'a> Marcher<'a> {
         self.made.vertices.push(place.to_array().map(|v| v as f32));
     }
 
-    /// Where an edge passes the level.
+    /// The point at which an edge crosses the level.
     fn cut(&self, places: [DVec3; 2], values: [f64; 2]) -> DVec3 {
         let level = f64::from(self.level);
         let [low, high] = self.lattice.bounds;
@@ -391,7 +387,7 @@ impl<'a> Marcher<'a> {
         a.lerp(b, share)
     }
 
-    /// Triangles of the cells between the planes.
+    /// Adds the triangles of the cells between the planes.
     fn fill(&mut self) {
         let [width, height, _] = self.wide;
         let cases = &*CASES;

@@ -1,10 +1,8 @@
-//! Triangle meshes, which tell [`warp`](crate) at little cost how far away
-//! things are (paper, "Sparse Radiance Warping": the depth of frames that are
-//! not rendered).
+//! Triangle meshes, a cheap source of depth for [`warp`](crate) (paper, "Sparse Radiance Warping":
+//! the depth of frames that are not rendered).
 //!
-//! A mesh is read from a file ([`read`]), or it is the surface of a model at
-//! which its density passes a level ([`of_scene`], [`Mesh::of_density`]).
-//! [`Mesh::depth`] draws it.
+//! A mesh is read from a file ([`read`]), or it is the surface at which a model's density crosses
+//! a level ([`of_scene`], [`Mesh::of_density`]). [`Mesh::depth`] rasterises it.
 
 mod cases;
 mod error;
@@ -23,7 +21,7 @@ pub use march::{Density, Lattice, MAX_CELLS, MAX_TRIANGLES};
 use crate::{Geometry, WarpError};
 use potamoi_base::camera::Camera;
 
-/// The most pixels of a frame of depths.
+/// Maximum number of pixels in a depth frame.
 const MAX_PIXELS: u64 = 1 << 26;
 
 /// A triangle mesh.
@@ -34,13 +32,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh of vertices in the world, and of triangles that name three of
-    /// them each, counterclockwise as seen from outside where it has one. It may
-    /// be empty, open, and cut itself; triangles may have no area.
+    /// A mesh of vertices in world coordinates, and of triangles with three vertex numbers each,
+    /// counterclockwise as seen from outside, if there is an outside. It may be empty, open or
+    /// self-intersecting; triangles may have no area.
     ///
     /// # Errors
-    /// Coordinates that are not finite, or a triangle of a vertex that is not
-    /// there.
+    /// A coordinate is not finite, or a triangle refers to a vertex that does not exist.
     pub fn new(vertices: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         let is_wrong = |v: &[f32; 3]| v.iter().any(|c| !c.is_finite());
         if let Some(i) = vertices.iter().position(is_wrong) {
@@ -64,7 +61,7 @@ impl Mesh {
         })
     }
 
-    /// Whether any triangle has an area: its corners are not all on a line.
+    /// Whether any triangle has an area, that is, corners that are not collinear.
     #[must_use]
     pub fn has_area(&self) -> bool {
         self.triangles.iter().any(|t| {
@@ -73,25 +70,23 @@ impl Mesh {
         })
     }
 
-    /// Vertices, in the world.
+    /// Vertices in world coordinates.
     #[must_use]
     pub fn vertices(&self) -> &[[f32; 3]] {
         &self.vertices
     }
 
-    /// Numbers of the vertices of each triangle.
+    /// The vertex numbers of each triangle.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Depth of each pixel's centre along the camera's axis, row by row: that of
-    /// the nearest triangle, whichever of its faces is seen; infinite where
-    /// there is none. Everything in front of the camera's plane counts, however
-    /// near. Pixels on the edge that two triangles share belong to both, so that
-    /// there is no hole, and triangles seen edge-on, or without area, have none.
-    /// The result does not depend on the number of threads or the order of
-    /// triangles.
+    /// Depth of each pixel's centre along the camera's axis, row by row: that of the nearest
+    /// triangle, seen from either side; infinite if there is none. Everything in front of the
+    /// camera's plane counts, however near. Pixels on an edge shared by two triangles belong to
+    /// both, so there are no holes. Triangles seen edge-on or without area cover no pixels. The
+    /// result does not depend on the number of threads or the order of triangles.
     #[must_use]
     pub fn depth(&self, camera: &Camera) -> Vec<f32> {
         raster::depth(self, camera)

@@ -1,10 +1,9 @@
-//! Depth of triangles at the centres of pixels.
+//! Rasterisation of depth at the centres of pixels.
 //!
-//! A ray along (x, y, 1) meets a triangle where it is on the inner side of the
-//! three planes through its edges and the camera (Olano and Greer 1997), so that
-//! nothing has to be clipped: triangles that cross the camera's plane are like
-//! others. The plane of an edge that two triangles share comes out the same, to
-//! the last bit and but for its sign, for both: no ray passes between them.
+//! A ray along (x, y, 1) meets a triangle if it is on the inner side of the three planes through
+//! the triangle's edges and the camera (Olano and Greer 1997). So nothing has to be clipped, even
+//! if a triangle crosses the camera's plane. The plane of an edge that two triangles share is the
+//! same for both, to the last bit except for its sign, so no ray passes between them.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,17 +13,17 @@ use rayon::prelude::*;
 use super::Mesh;
 use potamoi_base::camera::Camera;
 
-/// Triangles that a thread takes at once.
+/// Triangles that one thread processes at a time.
 const CHUNK: usize = 1 << 10;
-/// Pixels of a triangle's box from which on its rows are drawn on all threads.
+/// Number of pixels in a triangle's box from which on its rows are drawn by all threads.
 const LARGE: usize = 1 << 16;
-/// Pixels of a row from which on it is worth to find where a triangle is in it.
+/// Number of pixels in a row from which on it pays to compute the triangle's extent in it.
 const WIDE: u32 = 8;
 
-/// Of a triangle's size, how near the camera projecting a point goes wrong.
+/// Distance from the camera, relative to a triangle's size, below which projection is inaccurate.
 const NEAR: f64 = 1e-6;
 
-/// Depths so far; bits of positive floats are in the order of their values.
+/// The depth buffer: bits of positive floats are ordered like their values.
 type Depths = [AtomicU32];
 
 pub(super) fn depth(mesh: &Mesh, camera: &Camera) -> Vec<f32> {
@@ -49,18 +48,17 @@ pub(super) fn depth(mesh: &Mesh, camera: &Camera) -> Vec<f32> {
     depths.map(|d| f32::from_bits(d.into_inner())).collect()
 }
 
-/// A linear function of a pixel's place: along x, along y, at the centre.
+/// A linear function of a pixel's position: slopes along x and y, and the value at the centre.
 #[derive(Clone, Copy)]
 struct Plane([f64; 3]);
 
 impl Plane {
-    /// Of a vector in the camera's coordinates, its product with the ray of a
-    /// pixel.
+    /// The dot product of a vector, in camera coordinates, with the ray of a pixel.
     fn new(normal: DVec3, focal: DVec2) -> Self {
         Self([normal.x / focal.x, normal.y / focal.y, normal.z])
     }
 
-    /// The sign changes exactly with that of the vector.
+    /// The sign flips exactly with that of the vector.
     fn at(self, x: f64, row: f64) -> f64 {
         self.0[0] * x + row
     }
@@ -74,9 +72,9 @@ struct View {
     width: u32,
     height: u32,
     focal: DVec2,
-    /// Of the first pixel's centre, from the principal point.
+    /// Centre of the first pixel, relative to the principal point.
     first: DVec2,
-    /// Inward normals of the planes around what is seen and a pixel more.
+    /// Inward normals of the planes around the picture, widened by one pixel.
     sides: [DVec3; 4],
 }
 
@@ -101,8 +99,7 @@ impl View {
         }
     }
 
-    /// First and last column, and first and last row, of the pixels that a
-    /// triangle may be in.
+    /// First and last column, and first and last row, of the pixels that a triangle may cover.
     fn extent(&self, corners: [DVec3; 3]) -> Option<[[u32; 2]; 2]> {
         if corners.iter().all(|p| p.z <= 0.0) {
             return None;
@@ -145,8 +142,8 @@ impl View {
         ])
     }
 
-    /// Corners of the part of a triangle within the sides (Sutherland and
-    /// Hodgman 1974), which is all in front of the camera.
+    /// Corners of the visible part of a triangle (Sutherland and Hodgman 1974), all of which are
+    /// in front of the camera.
     fn seen_of(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
         let mut around = corners.to_vec();
         for side in self.sides {
@@ -210,9 +207,9 @@ impl View {
 }
 
 struct Triangle {
-    /// Not below 0 within the triangle.
+    /// Functions that are at least 0 within the triangle.
     sides: [Plane; 3],
-    /// Products with the normal: of a ray, and of the vertices.
+    /// Dot products with the normal: of a ray, and of the vertices.
     face: Plane,
     away: f64,
     /// Nearest and farthest depth.
@@ -220,7 +217,7 @@ struct Triangle {
 }
 
 impl Triangle {
-    /// Draws the pixels of a row in some columns; `x` is the place of its first.
+    /// Draws some columns of a row; `x` is the position of its first pixel.
     fn draw_row(&self, columns: [u32; 2], x: f64, y: f64, row: &Depths) {
         let sides = self.sides.map(|side| side.row(y));
         let [mut first, mut last] = columns;

@@ -1,4 +1,4 @@
-//! What files of meshes may say.
+//! Keys of mesh files.
 
 use potamoi_base::record::Fate::{Honoured, Listed, Refused};
 use potamoi_base::record::{Fate, Format, Key};
@@ -11,7 +11,7 @@ const CURVES: &str = "points, lines and curves are no surface";
 const LOOKS: &str = "no part of depth";
 const LETTERS: &str = "words are of small letters: write `v` and `f`";
 
-/// Lines by their first words.
+/// Keys of OBJ: the first words of lines.
 pub static OBJ: Format = Format {
     name: "Wavefront OBJ",
     files: "`.obj`, the mesh of `warp --mesh`: lines by their first words. Lines end in a line feed, a \
@@ -50,7 +50,7 @@ pub static OBJ: Format = Format {
     others: Listed,
 };
 
-/// Properties behind the names of their elements, other elements, and comments.
+/// Keys of PLY: properties after the names of their elements, other elements, and comments.
 pub static PLY: Format = Format {
     name: "PLY of meshes",
     files: "`.ply`, the mesh of `warp --mesh`: properties of vertices and faces, other elements, and \

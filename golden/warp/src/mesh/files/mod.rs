@@ -1,5 +1,4 @@
-//! Meshes in files: OBJ and PLY, told apart by their names. Memory stays in
-//! proportion to the file.
+//! Mesh files: OBJ and PLY, selected by file name. Memory is proportional to the file.
 
 mod keys;
 mod obj;
@@ -19,17 +18,17 @@ pub use ply::{read_ply, write_ply};
 
 /// The largest file, in bytes.
 const LIMIT: u64 = 1 << 31;
-/// The most triangles of a file.
+/// Maximum number of triangles in a file.
 const MAX_TRIANGLES: usize = 1 << 27;
 
-/// How far rounding to 32 bits may move a vertex, as a share of the mesh's longest side.
+/// Maximum rounding error of a vertex in 32 bits, relative to the mesh's longest side.
 const ROUNDING: f64 = 1e-4;
 
-/// Reads a file whose name ends in `.obj` or `.ply`; what it says that is not used with it.
+/// Reads a file whose name ends in `.obj` or `.ply`, and returns its unused parts with the mesh.
 ///
 /// # Errors
-/// Another name, a file that cannot be read, or one that holds no mesh with at
-/// least one triangle.
+/// The name has another extension, or the file cannot be read or does not hold a mesh of at least
+/// one triangle.
 pub fn read(path: &Path) -> Result<(Mesh, Notes), MeshError> {
     let is = |ending: &str| {
         let found = path.extension();
@@ -71,7 +70,7 @@ fn wrong(
     }
 }
 
-/// Judges what a reader has not taken.
+/// Checks the keys that a reader has not used.
 fn judged(record: Record<()>, origin: &str) -> Result<Notes, MeshError> {
     let mut notes = Notes::default();
     let judged = record.finish(&mut notes);
@@ -82,13 +81,13 @@ fn judged(record: Record<()>, origin: &str) -> Result<Notes, MeshError> {
     Ok(notes)
 }
 
-/// What a file holds, as it is read.
+/// The content of a file while it is read.
 struct Parts {
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     /// The corners of the box around all vertices.
     corners: [[f64; 3]; 2],
-    /// The coordinate that rounding moves most: how far, and what it is.
+    /// The largest rounding error of a coordinate, and that coordinate.
     moved: (f64, f64),
 }
 
@@ -104,7 +103,7 @@ impl Default for Parts {
 }
 
 impl Parts {
-    /// Takes a vertex; an error is the axis along which it is no finite number of 32 bits.
+    /// Adds a vertex. The error is the axis of a coordinate that is not finite in 32 bits.
     fn vertex(&mut self, at: [f64; 3]) -> Result<(), usize> {
         let narrow = at.map(|v| v as f32);
         if let Some(axis) = narrow.iter().position(|v| !v.is_finite()) {
@@ -123,8 +122,8 @@ impl Parts {
         Ok(())
     }
 
-    /// Refuses vertices that floats of 32 bits do not tell apart well: those of a small mesh that
-    /// is far from the origin.
+    /// Refuses vertices that 32-bit floats cannot distinguish well: those of a small mesh far from
+    /// the origin.
     fn hold(&self, origin: &str) -> Result<(), MeshError> {
         let [low, high] = &self.corners;
         let longest = (low.iter().zip(high)).fold(0.0, |most: f64, (l, h)| most.max(h - l));
@@ -140,8 +139,8 @@ impl Parts {
         Err(wrong(origin, "a coordinate", value, expected))
     }
 
-    /// Takes a polygon, as triangles from its first corner: right for a convex
-    /// one. `false` if there are too many.
+    /// Adds a polygon as a triangle fan from its first corner, which is correct for convex ones.
+    /// `false` if there are too many triangles.
     fn polygon(&mut self, corners: &[u32]) -> bool {
         if let Some((first, rest)) = corners.split_first() {
             let sides = rest.windows(2).map(|side| [*first, side[0], side[1]]);

@@ -1,25 +1,25 @@
-//! Wavefront OBJ: lines `v` and `f`; all others are listed or refused. Read here and
-//! not by a library, none of which tells in which line something is wrong.
+//! Wavefront OBJ: lines `v` and `f`; all others are listed or refused. The reader is our own,
+//! since no library reports the line of an error.
 
 use super::keys::OBJ;
 use super::{Parts, judged, wrong};
 use crate::mesh::{Mesh, MeshError};
 use potamoi_base::record::{Notes, Record};
 
-/// Most characters of a value that an error tells.
+/// Maximum length of a value in messages, in characters.
 const SHOWN: usize = 40;
-/// The most first words that are listed.
+/// Maximum number of first words that are listed.
 const MAX_WORDS: usize = 64;
-/// What some editors put first.
+/// The byte order mark that some editors prepend.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Reads a mesh, and what it says that is not used; `origin` names the bytes in
-/// errors. Faces are fanned into triangles from their first corner.
+/// Reads a mesh and its unused parts; `origin` names the bytes in errors. Faces become triangle
+/// fans from their first corner.
 ///
 /// # Errors
-/// A vertex without three finite coordinates, a face of fewer than three
-/// corners or of a vertex that has not come yet, no face, or a line that says
-/// more of the surface than is read.
+/// A vertex does not have three finite coordinates, a face has fewer than three corners or refers
+/// to a later vertex, there is no face, or a line describes the surface in a way that is not
+/// supported.
 pub fn read_obj(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> {
     let mut parts = Parts::default();
     let mut record = Record::new(&OBJ, []);
@@ -45,7 +45,7 @@ pub fn read_obj(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> 
     Ok((parts.finish(origin)?, notes))
 }
 
-/// Lines without their ends: a line feed, a carriage return, or both.
+/// Lines without their ends: line feed, carriage return, or both.
 fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(bytes);
     std::iter::from_fn(move || {
@@ -72,7 +72,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Takes what a line says.
+    /// Processes a line.
     fn take(
         &self,
         line: &[u8],

@@ -19,13 +19,12 @@ use potamoi_containers::ply::rows::{Layout, Rows};
 /// Names of the list of a face's corners.
 const LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// Reads a mesh, and what it says that is not used; `origin` names the bytes in
-/// errors. Faces are fanned into triangles from their first corner.
+/// Reads a mesh and its unused parts; `origin` names the bytes in errors. Faces become triangle
+/// fans from their first corner.
 ///
 /// # Errors
-/// No PLY file, one without vertices or faces as above, coordinates that are
-/// integers or not finite, or a face of fewer than three corners or of a vertex
-/// that is not there.
+/// The file is not PLY, it lacks vertices or faces as above, coordinates are integers or not
+/// finite, or a face has fewer than three corners or refers to a vertex that does not exist.
 pub fn read_ply(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> {
     let mut reader = bytes;
     let header = header::read(&mut reader, origin)?;
@@ -105,7 +104,7 @@ fn face(parts: &mut Parts, index: usize, items: &[f64], origin: &str) -> Result<
     Ok(())
 }
 
-/// Properties of vertices and faces, other elements, and what comments say.
+/// Keys of vertex and face properties, other elements and comments.
 fn entries(header: &Header) -> Vec<(String, ())> {
     let mut all = vec![];
     for (name, element) in &header.ply.elements {
@@ -168,7 +167,7 @@ fn list(face: &ElementDef, record: &mut Record<()>, origin: &str) -> Result<usiz
     }
 }
 
-/// Writes a mesh as binary little-endian PLY, which other programs show.
+/// Writes a mesh as binary little-endian PLY for other programs.
 ///
 /// # Errors
 /// The file cannot be written.
