@@ -1,4 +1,4 @@
-//! Grids sampled from analytic fields.
+//! Sampling of analytic fields to grids.
 
 use std::sync::LazyLock;
 
@@ -10,15 +10,15 @@ use super::look::Look;
 use potamoi_fields::voxels::{Grid, Layout};
 use potamoi_march::MarchError;
 
-/// Directions over which colours are fitted.
+/// Number of directions over which colours are fitted.
 const COUNT: usize = 200;
 static DIRECTIONS: LazyLock<[DVec3; COUNT]> = LazyLock::new(directions);
 
-/// Of a cell, in voxel edges, rounded up.
+/// Diagonal of a cell in voxel edges, rounded up.
 const DIAGONAL: f64 = 1.733;
 
-/// Samples a field at the vertices of its grid: densities as they are, colours
-/// as the linear functions of the direction nearest to them.
+/// Samples a field at the vertices of its grid: densities directly, colours as the nearest linear
+/// functions of the direction.
 pub(super) fn bake(field: &dyn Field) -> Result<Grid, MarchError> {
     let frame = field.frame();
     let [nx, ny, _] = frame.points;
@@ -53,14 +53,14 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, MarchError> {
     )
 }
 
-/// The same of one point, without regard to a layout.
+/// The linear colour of one point, independent of a layout.
 pub(super) fn linear(look: &Look) -> [[f32; 4]; 3] {
     let mut out = [[0.0; 4]; 3];
     colours(look, Layout::Linear, &*DIRECTIONS, out.as_flattened_mut());
     out
 }
 
-/// Directions spread evenly over the sphere, on a spiral of the golden angle.
+/// Directions spread evenly over the sphere, on a golden-angle spiral.
 pub(super) fn directions() -> [DVec3; COUNT] {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     std::array::from_fn(|i| {
@@ -71,15 +71,14 @@ pub(super) fn directions() -> [DVec3; COUNT] {
     })
 }
 
-/// Sums over weighted directions (x, y, z): the 4 x 4 matrix of the products of
-/// 1, x, y and z.
+/// Sums over weighted directions (x, y, z): the 4 x 4 matrix of products of 1, x, y and z.
 #[derive(Default)]
 struct Moments {
-    /// 1, x, y, z.
+    /// Sums of 1, x, y, z.
     first: DVec4,
-    /// xx, yy, zz.
+    /// Sums of xx, yy, zz.
     squares: DVec3,
-    /// xy, yz, zx.
+    /// Sums of xy, yz, zx.
     mixed: DVec3,
 }
 
@@ -95,8 +94,7 @@ impl Moments {
     }
 }
 
-/// Least squares over the directions that see the front, weighted by how much of
-/// the surface they see.
+/// Least squares over the directions that see the front, weighted by the projected area.
 fn colours(look: &Look, layout: Layout, directions: &[DVec3], out: &mut [f32]) {
     let terms = layout.coefficients();
     if layout == Layout::Constant || look.is_matte() || look.normal() == DVec3::ZERO {

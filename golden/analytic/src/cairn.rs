@@ -1,4 +1,4 @@
-//! Stones in balance: diffuse solids in sun and shade.
+//! Balanced stones: diffuse solids in sun and shade.
 
 use std::sync::LazyLock;
 
@@ -34,7 +34,7 @@ const LIGHT: Daylight = Daylight {
     stride: 0.25,
 };
 
-/// Middle, half axes, axis and angle of tilt, and colour of the stones.
+/// Centre, half axes, axis and angle of tilt, and colour of the stones.
 const STONES: [(DVec3, DVec3, DVec3, f64, DVec3); 8] = [
     (
         dvec3(0.0, 0.0, 0.27),
@@ -94,10 +94,10 @@ const STONES: [(DVec3, DVec3, DVec3, f64, DVec3); 8] = [
     ),
 ];
 
-/// Into the stones' own axes.
+/// Rotations into the stones' own axes.
 static TILTS: LazyLock<[DMat3; 8]> = LazyLock::new(|| STONES.map(|s| sdf::turned(s.2, s.3)));
 
-/// Signed distance, and which stone; none for the ground.
+/// Signed distance, and the stone; `None` for the ground.
 fn nearest(p: DVec3) -> (f64, Option<usize>) {
     // Uneven ground that falls off to a rounded rim.
     let ground = p - DVec3::Z * (0.008 * (p.x * 9.0).sin() * (p.y * 8.0 + 1.0).cos());

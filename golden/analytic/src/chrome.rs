@@ -1,5 +1,5 @@
-//! Metal balls that reflect a sky, a horizon and a sun: what is seen of them is
-//! all direction.
+//! Metal balls that reflect a sky, a horizon and a sun: their appearance depends entirely on the
+//! direction.
 
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
@@ -38,7 +38,7 @@ const LIGHT: Daylight = Daylight {
 };
 const TO_SUN: DVec3 = dvec3(-0.50, -0.60, 0.624);
 
-/// Middle, radius and colour of the metal.
+/// Centre, radius and metal colour of the balls.
 const BALLS: [(DVec3, f64, DVec3); 5] = [
     (dvec3(0.02, 0.22, 0.50), 0.50, dvec3(0.90, 0.91, 0.92)),
     (dvec3(-0.55, -0.36, 0.29), 0.29, dvec3(0.98, 0.76, 0.36)),
@@ -47,7 +47,7 @@ const BALLS: [(DVec3, f64, DVec3); 5] = [
     (dvec3(0.80, 0.14, 0.14), 0.14, dvec3(0.90, 0.91, 0.92)),
 ];
 
-/// The sky, brighter to the horizon, over a chequered plain.
+/// The sky, brighter towards the horizon, over a chequered plain.
 fn outdoors(d: DVec3) -> DVec3 {
     const HORIZON: f64 = 0.03;
     if d.z >= HORIZON {
@@ -73,7 +73,7 @@ fn sky(d: DVec3) -> DVec3 {
     sky + dvec3(2.6, 2.3, 1.7) * disc + dvec3(0.30, 0.22, 0.10) * glow
 }
 
-/// A plain under the balls, in squares that fade with distance.
+/// A plain below the balls, in squares that fade with distance.
 fn plain(d: DVec3) -> DVec3 {
     static NEAR: LazyLock<Curve> = LazyLock::new(|| {
         Curve::new([0.0, 1.0], 4096, |down| {
@@ -88,7 +88,7 @@ fn plain(d: DVec3) -> DVec3 {
     plain.lerp(dvec3(0.66, 0.62, 0.58), 1.0 - near)
 }
 
-/// From -1 to 1 in squares with sides of half a turn and soft edges.
+/// A chequered pattern from -1 to 1, in squares of half a period with soft edges.
 fn chequered(at: DVec2) -> f64 {
     static WAVE: LazyLock<Curve> =
         LazyLock::new(|| Curve::new([-1.0, 1.0], 8192, |turn| (3.0 * (TAU * turn).sin()).tanh()));

@@ -1,4 +1,4 @@
-//! Blocks of houses, towers and trees: hundreds of small parts.
+//! Blocks of houses, towers and trees: hundreds of small details.
 
 use glam::{DVec3, dvec3};
 
@@ -32,11 +32,11 @@ const LIGHT: Daylight = Daylight {
     stride: LOT / 2.0,
 };
 
-/// From lot to lot, and lots a side.
+/// Distance between lots, and number of lots a side.
 const LOT: f64 = 0.125;
 const LOTS: i64 = 16;
 
-/// What stands on a lot.
+/// The kind of object on a lot.
 #[derive(Clone, Copy, PartialEq)]
 enum Part {
     Ground,
@@ -53,7 +53,7 @@ fn park(x: i64, y: i64) -> bool {
     (4..7).contains(&x) && (4..11).contains(&y)
 }
 
-/// Signed distance to what stands on a lot, from the middle of its ground.
+/// Signed distance to the object on a lot, from the middle of its ground.
 fn lot(p: DVec3, x: i64, y: i64) -> (f64, Part) {
     let nothing = (f64::INFINITY, Part::Ground);
     if !(0..LOTS - 1).contains(&x) || !(0..LOTS - 1).contains(&y) {

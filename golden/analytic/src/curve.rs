@@ -1,15 +1,15 @@
-//! Functions of one number that are asked for too often to be worked out.
+//! Tabulated functions of one number, for those that are evaluated often.
 
-/// A function over an interval, held at evenly spaced points and linear between.
+/// A function over an interval, tabulated at evenly spaced points and linear between them.
 pub(super) struct Curve {
     from: f64,
     per_unit: f64,
-    /// At each point, the value there and how much it grows to the next.
+    /// The value at each point, and the difference to the next.
     points: Vec<[f64; 2]>,
 }
 
 impl Curve {
-    /// `function` from one number to a greater one, in that many pieces.
+    /// Tabulates `function` over `range`, which ascends, in `pieces` pieces.
     pub(super) fn new(range: [f64; 2], pieces: u32, function: impl Fn(f64) -> f64) -> Self {
         let [from, to] = range;
         let at = |i: u32| function(from + (to - from) * f64::from(i) / f64::from(pieces));
@@ -21,7 +21,7 @@ impl Curve {
         }
     }
 
-    /// The value at `x`; beyond the interval, that of its end.
+    /// The value at `x`, which is clamped to the interval.
     pub(super) fn at(&self, x: f64) -> f64 {
         let last = self.points.len() - 1;
         let place = ((x - self.from) * self.per_unit).clamp(0.0, self.points.len() as f64);

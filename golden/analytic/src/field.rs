@@ -1,4 +1,4 @@
-//! What an analytic scene is made of.
+//! The interface of analytic scenes.
 
 use glam::DVec3;
 
@@ -7,41 +7,40 @@ use potamoi_fields::voxels::Layout;
 
 /// Optical depth a voxel edge far outside a surface, before the ReLU.
 pub(super) const OUTSIDE: f64 = -4.0;
-/// The same deep inside.
+/// Optical depth a voxel edge deep inside, before the ReLU.
 pub(super) const INSIDE: f64 = 7.9;
-/// How fast it rises through the surface, a voxel edge.
+/// Slope of the optical depth through the surface, per voxel edge.
 const RISE: f64 = 3.0;
-/// Steps a voxel edge through surfaces.
+/// Number of steps in a voxel edge through surfaces.
 const FINE: f64 = 8.0;
 
-/// A radiance field that is known at every point.
+/// A radiance field that can be evaluated at every point.
 pub(super) trait Field: Sync {
-    /// Where it is, how finely it is sampled, and from where it is seen.
+    /// Its position, sampling and camera path.
     fn frame(&self) -> &'static Frame;
 
-    /// Density and emptiness at a point of the bounds.
+    /// Density and distance of emptiness at a point within the bounds.
     fn probe(&self, p: DVec3) -> Probe;
 
-    /// What a point looks like; asked of points of positive density, and of
-    /// those within two voxels of one.
+    /// The appearance of a point; called for points of positive density, and for those within two
+    /// voxels of one.
     fn look(&self, p: DVec3) -> Look;
 }
 
-/// A field at a point.
+/// Density of a field around a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Probe {
-    /// Optical depth a unit of length, before a ReLU.
+    /// Optical depth per unit of length, before a ReLU.
     pub(super) density: f64,
-    /// No point nearer than this has a positive density.
+    /// Radius within which no density is positive.
     pub(super) clearance: f64,
-    /// A step that sums the density well here.
+    /// A step length with which sums of density are accurate here.
     pub(super) step: f64,
 }
 
 impl Probe {
-    /// A solid at a signed distance: a density that rises linearly through the
-    /// surface, which a grid of `voxel` interpolates well. `bound` is at most
-    /// the true distance.
+    /// A solid at a signed distance: the density rises linearly through the surface, which a grid
+    /// of edge `voxel` interpolates well. `bound` must be at most the true distance.
     pub(super) fn solid(distance: f64, bound: f64, voxel: f64) -> Self {
         let depth = (-RISE * distance / voxel).clamp(OUTSIDE, INSIDE);
         Self {
@@ -51,8 +50,7 @@ impl Probe {
         }
     }
 
-    /// With a smooth density too: the larger of both, in steps of half a voxel
-    /// away from the solid.
+    /// Adds a smooth density: the larger of both, in steps of half a voxel away from the solid.
     pub(super) fn with_haze(self, density: f64, voxel: f64) -> Self {
         if density <= 0.0 {
             return self;
@@ -66,44 +64,44 @@ impl Probe {
     }
 }
 
-/// A camera's way through a scene.
+/// The motion of a camera through a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Motion {
-    /// Around the target, in degrees a second.
+    /// Around the target, in degrees per second.
     Orbit(f64),
-    /// About the place where it stands, in degrees a second.
+    /// Around its own position, in degrees per second.
     Pan(f64),
 }
 
-/// Where a scene is and from where it is seen; z points up.
+/// Position, sampling and camera path of a scene; z points up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Frame {
     pub(super) name: &'static str,
-    /// What it asks of a renderer.
+    /// Difficulty for a renderer, in a few words.
     pub(super) asks: &'static str,
-    /// Vertices along x, y, z of the grid that is baked from it.
+    /// Number of vertices of the sampled grid along x, y, z.
     pub(super) points: [usize; 3],
     pub(super) corner: DVec3,
     pub(super) voxel: f64,
     pub(super) layout: Layout,
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     pub(super) background: [f32; 3],
     pub(super) eye: DVec3,
     pub(super) target: DVec3,
-    /// Of the smaller side, in degrees.
+    /// Field of view of the smaller side, in degrees.
     pub(super) fov: f64,
     pub(super) motion: Motion,
 }
 
 impl Frame {
-    /// Corners of the box outside which nothing is.
+    /// Corners of the box that contains the scene.
     pub(super) fn bounds(&self) -> [DVec3; 2] {
         let size = DVec3::from(self.points.map(|p| (p - 1) as f64)) * self.voxel;
         [self.corner, self.corner + size]
     }
 }
 
-/// A colour in steps of 1/4096, which the hardware's accumulators hold exactly.
+/// A colour in steps of 1/4096, which the hardware's accumulators represent exactly.
 pub(super) const fn colour(r: u16, g: u16, b: u16) -> [f32; 3] {
     [r as f32 / 4096.0, g as f32 / 4096.0, b as f32 / 4096.0]
 }

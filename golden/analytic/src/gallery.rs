@@ -23,12 +23,12 @@ const FRAME: Frame = Frame {
     motion: Motion::Pan(18.0),
 };
 
-/// Half the room, about its middle.
+/// Half the size of the room, which is centred.
 const ROOM: DVec3 = dvec3(2.05, 2.55, 1.0);
 const MIDDLE: DVec3 = dvec3(0.0, 0.0, 1.0);
 
-/// A picture: its wall, middle along it, half width and half height, and what
-/// number of painting it is.
+/// A picture: its wall, position along it, half width and half height, and the number of its
+/// painting.
 const PICTURES: [(Wall, f64, f64, f64, f64); 7] = [
     (Wall::Back, -1.05, 0.46, 0.56, 0.0),
     (Wall::Back, 0.62, 0.82, 0.50, 1.0),
@@ -49,7 +49,7 @@ enum Wall {
 }
 
 impl Wall {
-    /// Along the wall, up, and away from it.
+    /// Coordinates along the wall, up, and away from it.
     fn own(self, p: DVec3) -> DVec3 {
         match self {
             Self::Back => dvec3(p.x, p.z, ROOM.y - p.y),
@@ -101,7 +101,7 @@ fn nearest(p: DVec3) -> (f64, Part) {
     best
 }
 
-/// What is painted at a place of a canvas, each side of which is about 1.
+/// The colour of a painting at a position of its canvas, whose sides are about 1.
 fn painting(number: f64, x: f64, y: f64) -> DVec3 {
     let turn = 0.55 + 0.13 * number;
     let flow = noise::octaves(dvec3(x * 1.3, y * 1.3, number * 7.0), 3);

@@ -1,24 +1,23 @@
-//! Land: heights over a square, known by a formula that is slow to evaluate.
+//! Terrain: tabulated heights over a square, for a formula that is slow to evaluate.
 
 use glam::{DVec2, DVec4, dvec2};
 
-/// Heights on a grid, and bicubic patches between them that keep heights,
-/// slopes and twist of the grid's points. Their error falls with the fourth
-/// power of the spacing.
+/// Heights on a grid, with bicubic patches between the points that preserve their heights, slopes
+/// and twists. The error falls with the fourth power of the spacing.
 pub(super) struct Heights {
     corner: DVec2,
-    /// Cells a unit of length.
+    /// Number of cells per unit of length.
     per_unit: f64,
-    /// Cells a side.
+    /// Number of cells along a side.
     cells: usize,
-    /// Height, its slopes along x and y and its twist at `cells + 1` points a
-    /// side, x fastest, a cell being one long.
+    /// Height, slopes along x and y, and twist at `cells + 1` points a side, x fastest, with a
+    /// cell as the unit of length.
     points: Vec<DVec4>,
 }
 
 impl Heights {
-    /// Those of `land`, which gives heights and slopes, within `half` of the
-    /// origin along x and y.
+    /// Tabulates `land`, which returns heights and slopes, within `half` of the origin along x and
+    /// y.
     pub(super) fn new(half: f64, cells: usize, land: impl Fn(DVec2) -> (f64, DVec2)) -> Self {
         let corner = DVec2::splat(-half);
         let spacing = 2.0 * half / cells as f64;
@@ -50,7 +49,7 @@ impl Heights {
         }
     }
 
-    /// Height and slopes along x and y; nothing outside the square.
+    /// Height and slopes along x and y; `None` outside the square.
     pub(super) fn at(&self, at: DVec2) -> Option<(f64, DVec2)> {
         let place = (at - self.corner) * self.per_unit;
         let side = self.cells as f64;

@@ -1,4 +1,4 @@
-//! Thin rods in a sphere: most of what is near is empty.
+//! Thin rods in a sphere: empty space close to surfaces.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _, dvec3};
 
@@ -23,10 +23,10 @@ const FRAME: Frame = Frame {
     motion: Motion::Orbit(36.0),
 };
 
-/// From rod to rod, and half their width.
+/// Distance between rods, and half their width.
 const PERIOD: f64 = 0.42;
 const ROD: f64 = 0.024;
-/// Of the balls where rods meet.
+/// Radius of the balls where rods meet.
 const KNOT: f64 = 0.046;
 const RADIUS: f64 = 0.95;
 

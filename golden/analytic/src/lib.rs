@@ -1,9 +1,9 @@
-//! Built-in scenes that are known exactly: analytic radiance fields, written as
-//! compositions of signed distances, smooth densities and noise.
+//! Built-in scenes with exact ground truth: analytic radiance fields, composed of signed
+//! distances, smooth densities and noise.
 //!
-//! Each is rendered by ray marching the field itself ([`Analytic::truth`]), and
-//! sampled to a grid of vertices ([`Analytic::bake`]), which any other renderer
-//! takes; how far its picture is from the truth can then be said.
+//! A scene is rendered by ray marching the field itself ([`Analytic::truth`]). It is also sampled
+//! to a grid of vertices ([`Analytic::bake`]), the input of any other renderer, whose error
+//! against the truth can then be measured.
 //!
 //! ```
 //! use potamoi_analytic::Analytic;
@@ -48,26 +48,26 @@ use potamoi_march::MarchError;
 /// A built-in analytic scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Analytic {
-    /// Stones in balance: diffuse solids.
+    /// Balanced stones: diffuse solids.
     Cairn,
     /// A glazed vase: glossy.
     Vase,
-    /// Rods in a sphere: a thin lattice.
+    /// A lattice of thin rods in a sphere.
     Lattice,
-    /// Hills in the morning: fog.
+    /// Hills in morning fog.
     Mist,
-    /// A planet with rings and moons: mostly void.
+    /// A planet with rings and moons: mostly empty space.
     Moons,
     /// Metal balls: mirror-like.
     Chrome,
-    /// A room with pictures: large and flat.
+    /// A room with pictures: large flat surfaces.
     Gallery,
-    /// Blocks of houses: many small parts.
+    /// Blocks of houses: many small details.
     City,
 }
 
 impl Analytic {
-    /// All of them.
+    /// All scenes.
     pub const ALL: [Self; 8] = [
         Self::Cairn,
         Self::Vase,
@@ -79,7 +79,7 @@ impl Analytic {
         Self::City,
     ];
 
-    /// The scene of that name.
+    /// The scene with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scene| scene.name() == name)
@@ -108,20 +108,20 @@ impl Analytic {
         self.frame().name
     }
 
-    /// What it asks of a renderer, in a few words.
+    /// The difficulty of the scene for a renderer, in a few words.
     #[must_use]
     pub fn asks(self) -> &'static str {
         self.frame().asks
     }
 
-    /// Linear RGB behind everything.
+    /// Background, linear RGB.
     #[must_use]
     pub fn background(self) -> [f32; 3] {
         self.frame().background
     }
 
-    /// The camera of its path after `seconds`, at any picture size; at 0, the
-    /// default one. The smaller side sees the whole of the scene.
+    /// The camera of the scene's path after `seconds`, for any picture size; at 0, the default
+    /// camera. The whole scene fits the smaller side.
     #[must_use]
     pub fn camera(self, seconds: f64, width: u32, height: u32) -> Camera {
         let frame = self.frame();
@@ -141,17 +141,17 @@ impl Analytic {
         Camera::look_at(eye, target, DVec3::Z, fov, width, height)
     }
 
-    /// Ground truth: the field itself along the rays of a camera, in 64-bit
-    /// floating point. Steps are an eighth of a voxel edge through surfaces, half
-    /// of one through haze, and as far as nothing is through empty space; half as
-    /// long, they give the same picture to better than 60 dB.
+    /// Ground truth: the field itself along the rays of a camera, in 64-bit floating point. Steps
+    /// are an eighth of a voxel edge through surfaces, half of one through haze, and as long as
+    /// possible through empty space. Steps of half the length give the same picture to better than
+    /// 60 dB.
     #[must_use]
     pub fn truth(self, camera: &Camera, background: [f32; 3]) -> Truth {
         self.truth_in_steps(camera, background, 1.0)
     }
 
-    /// The same in steps that are `scale` times as long, above 0: below 1, to
-    /// see how near the truth is to its limit.
+    /// Ground truth with steps that are `scale` times as long, above 0. A scale below 1 shows how
+    /// far the truth is from its limit.
     #[must_use]
     pub fn truth_in_steps(self, camera: &Camera, background: [f32; 3], scale: f64) -> Truth {
         march::render(
@@ -162,38 +162,37 @@ impl Analytic {
         )
     }
 
-    /// Samples it to a grid: densities at the vertices, colours by least squares
-    /// over the directions from which they are seen.
+    /// Samples the scene to a grid: densities at the vertices, and colours fitted by least squares
+    /// over the directions from which they are visible.
     ///
     /// # Errors
-    /// None in practice: its size and its values are right by construction.
+    /// None in practice: size and values are valid by construction.
     pub fn bake(self) -> Result<Grid, MarchError> {
         bake::bake(self.field())
     }
 
-    /// Samples it to a tree of EfficientNeRF with fine cells as wide as the grid's
+    /// Samples the scene to an EfficientNeRF tree whose fine cells are as wide as the grid's
     /// voxels.
     ///
     /// # Errors
-    /// None in practice, as [`Analytic::bake`].
+    /// None in practice, as for [`Analytic::bake`].
     pub fn tree(self) -> Result<EfficientNerf, FieldError> {
         tree::tree(self.field())
     }
 
-    /// Corners of the box outside which nothing is, in the world.
+    /// Corners of the box that contains the scene, in world coordinates.
     #[must_use]
     pub fn bounds(self) -> [DVec3; 2] {
         self.frame().bounds()
     }
 
-    /// Edge of a voxel of the grid that is sampled from it.
+    /// Edge of a voxel of the sampled grid, in world units.
     #[must_use]
     pub fn voxel(self) -> f64 {
         self.frame().voxel
     }
 
-    /// Density, an optical depth a unit of length and 0 or more, at a point of
-    /// the world.
+    /// Density at a world point: an optical depth per unit of length, at least 0.
     #[must_use]
     pub fn density(self, p: DVec3) -> f64 {
         let [low, high] = self.bounds();
@@ -203,22 +202,20 @@ impl Analytic {
         self.field().probe(p).density.max(0.0)
     }
 
-    /// A length, in the units of the world, within which of a point of the world
-    /// no density is above 0; 0 or more.
+    /// Radius in world units of an empty ball around a world point; at least 0.
     #[must_use]
     pub fn clearance(self, p: DVec3) -> f64 {
         self.field().probe(p).clearance
     }
 
-    /// The colour, linear in the unit direction of view (x, y, z), nearest to
-    /// what a point of the world looks like from where it is seen: of red, green
-    /// and blue a constant and the slopes along x, y, z.
+    /// The colour of a world point, fitted linearly in the unit viewing direction (x, y, z): for
+    /// red, green and blue a constant and the slopes along x, y, z.
     #[must_use]
     pub fn linear_colour(self, p: DVec3) -> [[f32; 4]; 3] {
         bake::linear(&self.field().look(p))
     }
 
-    /// What a point of the world looks like, where its density is not 0.
+    /// The appearance of a world point whose density is not 0.
     #[must_use]
     pub fn look(self, p: DVec3) -> Look {
         self.field().look(p)

@@ -1,27 +1,26 @@
-//! What a point looks like: a colour that is the same from everywhere and a
-//! reflection that is not.
+//! The appearance of a point: a view-independent colour and a view-dependent reflection.
 
 use glam::{DVec3, dvec3};
 
 use super::sdf;
 
-/// Light from a direction, linear RGB.
+/// Incoming light from a direction, linear RGB.
 pub(super) type Surroundings = fn(DVec3) -> DVec3;
 
-/// The radiance of a point, linear RGB, as a function of the direction of view.
+/// The radiance of a point, linear RGB, as a function of the viewing direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
     base: DVec3,
     normal: DVec3,
-    /// What is reflected head-on, by colour.
+    /// Head-on reflectance by colour.
     mirror: DVec3,
-    /// How much more is reflected at a glance: 0 as head-on, 1 all of it.
+    /// Increase of the reflectance at grazing angles: 0 for none, 1 up to total reflection.
     glance: f64,
     surroundings: Option<Surroundings>,
 }
 
 impl Look {
-    /// The same from everywhere.
+    /// A view-independent appearance.
     pub(super) fn matte(base: DVec3) -> Self {
         Self {
             base,
@@ -32,7 +31,7 @@ impl Look {
         }
     }
 
-    /// With a reflection of `surroundings` in a surface of that unit normal.
+    /// Adds a reflection of `surroundings` in a surface with this unit normal.
     pub(super) fn reflecting(
         self,
         normal: DVec3,
@@ -49,13 +48,13 @@ impl Look {
         }
     }
 
-    /// Whether it is the same from everywhere.
+    /// Whether the appearance is view-independent.
     #[must_use]
     pub fn is_matte(&self) -> bool {
         self.surroundings.is_none()
     }
 
-    /// The outward normal; zero of what reflects nothing.
+    /// The outward normal; zero without a reflection.
     #[must_use]
     pub fn normal(&self) -> DVec3 {
         self.normal
@@ -76,25 +75,24 @@ impl Look {
     }
 }
 
-/// A sun and a sky over solids.
+/// Sun and sky over solids.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Daylight {
-    /// Towards the sun, a unit vector.
+    /// Unit vector towards the sun.
     pub(super) to_sun: DVec3,
     pub(super) sun: DVec3,
     pub(super) sky: DVec3,
-    /// Light that comes back from the ground.
+    /// Light reflected from the ground.
     pub(super) ground: DVec3,
-    /// How far from a surface others darken it.
+    /// Distance up to which surfaces darken one another.
     pub(super) reach: f64,
-    /// The longest step towards the sun.
+    /// The longest step of a ray towards the sun.
     pub(super) stride: f64,
 }
 
 impl Daylight {
-    /// Normal and light at the surface nearest to `p`, for points within a few
-    /// voxels of it: the same along each normal, so that a surface has one
-    /// colour through its whole depth.
+    /// Normal and light at the surface nearest to `p`, for points within a few voxels of it. They
+    /// are constant along each normal, so that a surface has one colour through its whole depth.
     pub(super) fn at(
         &self,
         distance: impl Fn(DVec3) -> f64,
@@ -127,8 +125,8 @@ impl Daylight {
     }
 }
 
-/// The share of a small sun that is seen: from the narrowest gap, over its
-/// distance, that the way there leaves.
+/// The visible fraction of a small sun: from the narrowest gap along the ray, relative to its
+/// distance.
 fn shadow(distance: impl Fn(DVec3) -> f64, from: DVec3, to: DVec3, steps: [f64; 2]) -> f64 {
     const SHARPNESS: f64 = 9.0;
     let mut seen: f64 = 1.0;
@@ -145,7 +143,7 @@ fn shadow(distance: impl Fn(DVec3) -> f64, from: DVec3, to: DVec3, steps: [f64; 
     seen * seen * (3.0 - 2.0 * seen)
 }
 
-/// A colour of a wheel: `turn` 1 is once around.
+/// A colour of the colour wheel; `turn` 1 is one revolution.
 pub(super) fn wheel(turn: f64) -> DVec3 {
     let wave = |offset: f64| 0.5 + 0.5 * (std::f64::consts::TAU * (turn + offset)).cos();
     dvec3(wave(0.0), wave(-0.33), wave(-0.67))

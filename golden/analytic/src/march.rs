@@ -1,4 +1,4 @@
-//! Ground truth: rays through the analytic field itself.
+//! Ground truth: ray marching of the analytic field itself.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,29 +7,29 @@ use super::field::Field;
 use potamoi_base::camera::{Camera, crossing};
 use potamoi_base::picture::Picture;
 
-/// A ray stops once less than this of the light behind would be seen.
+/// Early-termination threshold (transmittance).
 const STOP_BELOW: f64 = 3e-4;
-/// Samples with a smaller weight in the pixel show no colour.
+/// Weight threshold: samples of a smaller weight get no colour.
 const LEAST: f64 = 1e-4;
 
-/// Steps of a ray have one colour together while their share of the pixel, times
-/// their length squared, is at most this, in voxel edges: a fraction of what the
-/// heaviest steps through a surface come to alone.
+/// Successive steps of a ray share one colour while their weight in the pixel, times their length
+/// squared in voxel edges, is at most this: a fraction of the value of the heaviest single steps
+/// through a surface.
 const TOGETHER: f64 = 0.0006;
 
 /// A rendered field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// The picture, background included.
+    /// The picture, including the background.
     pub picture: Picture,
-    /// Transmittance left at each pixel.
+    /// Final transmittance per pixel.
     pub transmittance: Vec<f64>,
-    /// How far along its ray half of each pixel's light is taken, in the
-    /// world; infinite where it is not.
+    /// Distance along each pixel's ray at which half of its light is absorbed, in world units;
+    /// infinite if less is.
     pub distance: Vec<f64>,
 }
 
-/// A ray's sum.
+/// Sums of a ray.
 #[derive(Clone, Copy)]
 struct Pixel {
     colour: DVec3,
@@ -37,12 +37,12 @@ struct Pixel {
     half: f64,
 }
 
-/// A part of a ray that has one colour.
+/// A part of a ray with one colour.
 #[derive(Clone, Copy)]
 struct Part {
     from: f64,
     to: f64,
-    /// Its share of the pixel, and the sum of shares times places.
+    /// Its weight in the pixel, and the sum of weights times positions.
     weight: f64,
     moment: f64,
 }
@@ -61,15 +61,14 @@ impl Part {
         self.weight * (self.to - self.from).powi(2)
     }
 
-    /// What it looks like at its centre of mass.
+    /// The colour at its centre of mass, times its weight.
     fn colour(self, field: &dyn Field, origin: DVec3, direction: DVec3) -> DVec3 {
         let at = origin + direction * (self.moment / self.weight);
         self.weight * field.look(at).along(direction)
     }
 }
 
-/// Renders a field in steps of `scale` times what its probes ask for. The
-/// camera has been checked.
+/// Renders a field with steps of `scale` times those of its probes. The camera has been checked.
 pub(super) fn render(
     field: &dyn Field,
     camera: &Camera,
@@ -98,9 +97,8 @@ pub(super) fn render(
     }
 }
 
-/// Trapezoids of density, which are exact where it is linear, and the colour in
-/// their middle, or in that of several. Every turn of the loop goes a step
-/// ahead, or more.
+/// Integrates density by trapezoids, which are exact where it is linear, and takes the colour in
+/// the middle of one or several of them. Every iteration advances by at least one step.
 fn ray(
     field: &dyn Field,
     bounds: [DVec3; 2],

@@ -1,4 +1,4 @@
-//! Hills in the morning: fog lies in the valleys, thick below and torn above.
+//! Hills in morning fog, which lies in the valleys, thick below and torn above.
 
 use std::sync::LazyLock;
 
@@ -37,7 +37,7 @@ const LIGHT: Daylight = Daylight {
 
 const RADIUS: f64 = 1.15;
 
-/// Place, height and half width of the hills.
+/// Position, height and half width of the hills.
 const HILLS: [(DVec2, f64, f64); 11] = [
     (dvec2(0.22, 0.32), 0.66, 0.34),
     (dvec2(-0.20, 0.48), 0.30, 0.22),
@@ -52,14 +52,15 @@ const HILLS: [(DVec2, f64, f64); 11] = [
     (dvec2(-0.02, -0.86), 0.16, 0.15),
 ];
 
-/// The land as far as [`FAR`] and a little more, to less than 5e-6: a fraction of a thousandth of a voxel.
+/// The land up to a little beyond [`FAR`], to less than 5e-6, which is well below a thousandth of
+/// a voxel.
 static LAND: LazyLock<Heights> = LazyLock::new(|| Heights::new(RADIUS + FAR + 0.01, 320, land));
 
-/// How far from the rim the land beyond it no longer counts: what is that far
-/// from a shadow's way does not darken it.
+/// Distance from the rim beyond which the land does not matter: it is too far from shadow rays to
+/// darken them.
 const FAR: f64 = 0.34;
 
-/// Height of the land, and its slopes along x and y.
+/// Height of the land and its slopes along x and y.
 fn land(at: DVec2) -> (f64, DVec2) {
     let (mut height, mut slope) = (0.0, DVec2::ZERO);
     for (middle, high, wide) in HILLS {
@@ -81,7 +82,7 @@ fn land(at: DVec2) -> (f64, DVec2) {
     (height, slope)
 }
 
-/// To first order: exact on the surface. Far from it all, at most that.
+/// Signed distance to first order: exact on the surface, a lower bound far from the land.
 fn distance(p: DVec3) -> f64 {
     let at = p.truncate();
     let rim = at.length() - RADIUS;
@@ -94,10 +95,10 @@ fn distance(p: DVec3) -> f64 {
     })
 }
 
-/// The most optical depth a unit of length of the fog.
+/// Maximum optical depth of the fog per unit of length.
 const THICKEST: f64 = 7.5;
 
-/// Optical depth a unit of length.
+/// Optical depth of the fog per unit of length.
 fn fog(p: DVec3) -> f64 {
     let rim = smooth_step(RADIUS - 0.02, RADIUS - 0.30, p.truncate().length());
     // The level is as if the noise were 0, or below.
@@ -164,7 +165,7 @@ impl Field for Mist {
     }
 }
 
-/// How much of the colour is the solid's: all of it up to a voxel outside.
+/// Weight of the solid in the colour: 1 up to a voxel outside it.
 fn sdf_share(d: f64) -> f64 {
     smooth_step(2.0 * FRAME.voxel, FRAME.voxel, d)
 }

@@ -1,4 +1,4 @@
-//! A planet with rings and two moons: nearly all of the volume is empty.
+//! A planet with rings and two moons: almost all of the volume is empty.
 
 use glam::{DMat3, DVec3, dvec3};
 
@@ -25,17 +25,17 @@ const FRAME: Frame = Frame {
 
 const TO_SUN: DVec3 = dvec3(-0.66, -0.60, 0.452);
 const PLANET: f64 = 0.34;
-/// Where the rings begin and end, and half their thickness.
+/// Inner and outer radius of the rings, and half their thickness.
 const RINGS: [f64; 2] = [0.46, 0.80];
 const THICK: f64 = 0.012;
-/// Middle, radius and colour.
+/// Centre, radius and colour.
 const MOONS: [(DVec3, f64, DVec3); 3] = [
     (dvec3(0.92, -0.42, 0.34), 0.085, dvec3(0.80, 0.74, 0.66)),
     (dvec3(-0.93, -0.30, 0.42), 0.055, dvec3(0.56, 0.66, 0.76)),
     (dvec3(0.48, 0.86, -0.46), 0.10, dvec3(0.74, 0.52, 0.40)),
 ];
 
-/// Into the planet's own frame, whose equator is its plane z = 0.
+/// Converts to the planet's own frame, whose equator is the plane z = 0.
 fn own(p: DVec3) -> DVec3 {
     let tilt: DMat3 = sdf::turned(dvec3(0.8, 0.6, 0.0), -14.0);
     tilt * p
@@ -56,14 +56,14 @@ fn moon(p: DVec3) -> (f64, usize) {
     best
 }
 
-/// A bound on the distance to the rings.
+/// A lower bound of the distance to the rings.
 fn rings(own: DVec3) -> f64 {
     let across = own.truncate().length();
     let out = (RINGS[0] - across).max(across - RINGS[1]).max(0.0);
     out.hypot((own.z.abs() - 3.0 * THICK).max(0.0))
 }
 
-/// How full the rings are at a distance from the axis.
+/// Density of the rings at a distance from the axis, relative to its maximum.
 fn fullness(across: f64) -> f64 {
     let ends = smooth_step(RINGS[0], RINGS[0] + 0.03, across)
         * smooth_step(RINGS[1], RINGS[1] - 0.03, across);
@@ -71,7 +71,7 @@ fn fullness(across: f64) -> f64 {
     ends * gap * (0.72 + 0.28 * (across * 75.0).cos())
 }
 
-/// The share of the sun that the planet leaves.
+/// The fraction of the sun that the planet does not hide.
 fn lit(p: DVec3) -> f64 {
     let along = p.dot(TO_SUN);
     let off = (p - TO_SUN * along).length();

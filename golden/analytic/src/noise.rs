@@ -1,9 +1,9 @@
-//! Noise that is the same everywhere: values of an integer hash at the corners
-//! of a unit grid, faded between them.
+//! Reproducible noise: values of an integer hash at the corners of a unit grid, interpolated
+//! smoothly.
 
 use glam::DVec3;
 
-/// A step of the hash: the finaliser of SplitMix64 over a coordinate.
+/// One step of the hash: the finaliser of SplitMix64 applied to a coordinate.
 fn mix(seed: u64, v: i64) -> u64 {
     let mut h = (seed ^ v as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
     h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

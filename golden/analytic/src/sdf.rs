@@ -1,10 +1,9 @@
-//! Signed distances, negative inside. Formulas of the exact ones are the usual
-//! ones of constructive solid geometry; those that only bound the distance say
-//! so.
+//! Signed distances, negative inside. The exact ones are the usual formulas of constructive solid
+//! geometry; those that are only bounds are marked.
 
 use glam::{DMat3, DVec2, DVec3};
 
-/// A box with half sides `half`, edges rounded by `round`.
+/// A box with half sides `half` and edges rounded by `round`.
 pub(super) fn cuboid(p: DVec3, half: DVec3, round: f64) -> f64 {
     let q = p.abs() - half + DVec3::splat(round);
     q.max(DVec3::ZERO).length() + q.max_element().min(0.0) - round
@@ -21,8 +20,7 @@ pub(super) fn torus(p: DVec3, radius: f64, thick: f64) -> f64 {
     (p.truncate().length() - radius).hypot(p.z) - thick
 }
 
-/// An ellipsoid with half axes `half`: exact on the surface, and to first order
-/// near it.
+/// An ellipsoid with half axes `half`: exact on the surface, and correct to first order near it.
 pub(super) fn ellipsoid(p: DVec3, half: DVec3) -> f64 {
     let scaled = (p / half).length();
     let slope = (p / (half * half)).length();
@@ -38,13 +36,13 @@ pub(super) fn smooth_min(a: f64, b: f64, blend: f64) -> f64 {
     a.min(b) - near * near * blend / 4.0
 }
 
-/// A rotation about an axis by degrees, to be applied to points.
+/// A rotation of points about an axis, in degrees.
 pub(super) fn turned(axis: DVec3, degrees: f64) -> DMat3 {
     DMat3::from_axis_angle(axis.normalize(), degrees.to_radians())
 }
 
-/// The unit normal of a distance, by its differences over a tetrahedron of edge
-/// about `e`; zero where it has none.
+/// The unit normal of a distance, by its differences over a tetrahedron of edge about `e`; zero
+/// where it is undefined.
 pub(super) fn normal(distance: impl Fn(DVec3) -> f64, p: DVec3, e: f64) -> DVec3 {
     const CORNERS: [DVec3; 4] = [
         DVec3::new(1.0, -1.0, -1.0),

@@ -9,7 +9,7 @@ use potamoi_base::sh;
 use potamoi_fields::FieldError;
 use potamoi_fields::algorithms::efficient::{CHANNELS, COEFFICIENTS, EfficientNerf, FINE};
 
-/// Colours end this far from 0 and 1, where logits are infinite.
+/// Minimum distance of colours from 0 and 1, where logits are infinite.
 const MARGIN: f64 = 1.0 / 512.0;
 
 /// Samples a field at the centres of fine cells as wide as its voxels.
@@ -32,7 +32,7 @@ pub(super) fn tree(field: &dyn Field) -> Result<EfficientNerf, FieldError> {
     })
 }
 
-/// The logits of the colours, projected on the spherical harmonics.
+/// The logits of the colours, projected to spherical harmonics.
 fn colours(look: &Look, basis: &[(DVec3, [f64; 16])], values: &mut [f32; CHANNELS]) {
     let logits = |d: DVec3| {
         let held = look

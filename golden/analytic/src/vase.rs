@@ -32,7 +32,7 @@ const LIGHT: Daylight = Daylight {
     stride: 0.25,
 };
 
-/// Radius of the outside at a height of 0 to 1.
+/// Outer radius at a relative height of 0 to 1.
 fn profile(up: f64) -> f64 {
     let belly = 0.50 * (-((up - 0.42) / 0.30).powi(2)).exp();
     let foot = 0.23 * (-(up / 0.16).powi(2)).exp();
@@ -43,7 +43,7 @@ fn profile(up: f64) -> f64 {
 const HEIGHT: f64 = 1.68;
 const FOOT: f64 = 0.06;
 
-/// To first order: exact on the surface.
+/// Signed distance to first order: exact on the surface.
 fn body(p: DVec3) -> f64 {
     let up = ((p.z - FOOT) / HEIGHT).clamp(0.0, 1.0);
     let e = 1e-3;

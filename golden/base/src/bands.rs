@@ -1,20 +1,20 @@
-//! Which degrees of spherical harmonics anything depends on.
+//! Usage of spherical-harmonics degrees.
 
 use crate::sh;
 
-/// Degrees of spherical harmonics that are stored, and what is not 0 of each.
+/// Stored degrees of spherical harmonics, and how many coefficients of each are not 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bands {
-    /// The highest degree that there are coefficients for.
+    /// The highest stored degree.
     pub stored: usize,
-    /// What holds them: Gaussians, vertices, or a perceptron's neurons.
+    /// Number of owners of coefficients: Gaussians, vertices, or a perceptron's neurons.
     pub holders: u64,
-    /// Of each degree, holders with a coefficient that is not 0 of it or of one above it.
+    /// For each degree, the owners with a non-zero coefficient of at least that degree.
     from: [u64; sh::MAX_DEGREE + 1],
 }
 
 impl Bands {
-    /// Those of holders whose coefficients of each degree are not all 0 where `is_used` says so.
+    /// Counts owners. Each item states for every degree whether any of its coefficients is not 0.
     pub fn of(stored: usize, holders: impl Iterator<Item = [bool; sh::MAX_DEGREE + 1]>) -> Self {
         let mut bands = Self {
             stored,
@@ -31,21 +31,21 @@ impl Bands {
         bands
     }
 
-    /// The highest degree of which a coefficient is not 0.
+    /// The highest degree with a non-zero coefficient.
     #[must_use]
     pub fn highest(&self) -> usize {
         self.from.iter().rposition(|n| *n > 0).unwrap_or(0)
     }
 
-    /// Holders with a coefficient of a degree or of one above it.
+    /// Number of owners with a non-zero coefficient of at least `degree`.
     #[must_use]
     pub fn from(&self, degree: usize) -> u64 {
         self.from.get(degree).copied().unwrap_or(0)
     }
 }
 
-/// Whether coefficients of each degree are there that are not 0, of one after another of a
-/// list that begins with that of degree 0; each may have several numbers.
+/// Whether each degree has a non-zero coefficient, for coefficients listed from degree 0 on. Each
+/// coefficient may have several numbers.
 pub fn used<'a>(coefficients: impl Iterator<Item = &'a [f32]>) -> [bool; sh::MAX_DEGREE + 1] {
     let mut used = [false; sh::MAX_DEGREE + 1];
     for (number, values) in coefficients.enumerate() {

@@ -6,21 +6,21 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 /// +z. Pixel centres lie at integer + 0.5.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Camera {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Focal lengths in pixels.
     pub focal: DVec2,
     /// Principal point in pixels.
     pub centre: DVec2,
-    /// World to camera, rigid.
+    /// World-to-camera transform, rigid.
     pub world_to_camera: DAffine3,
 }
 
-/// Where a ray from `origin` along `direction` is within the box between two
-/// corners and within `range`: from nearest to farthest, in lengths of the
-/// direction; the first above the second if it is nowhere.
+/// The interval in which a ray from `origin` along `direction` is within the box between two
+/// corners and within `range`, in lengths of `direction`. If it is empty, the first number is
+/// above the second.
 #[must_use]
 pub fn crossing(
     [low, high]: [DVec3; 2],
@@ -47,9 +47,8 @@ pub fn crossing(
 }
 
 impl Camera {
-    /// A camera at `eye` that looks at `target`, with the vertical field of
-    /// view in radians. `up` points up on screen and must not be parallel to
-    /// the view.
+    /// A camera at `eye` that looks at `target`, with the vertical field of view in radians. `up`
+    /// points up on screen and must not be parallel to the viewing direction.
     #[must_use]
     pub fn look_at(
         eye: DVec3,
@@ -73,28 +72,27 @@ impl Camera {
         }
     }
 
-    /// The camera's position in the world.
+    /// Position in world coordinates.
     #[must_use]
     pub fn position(&self) -> DVec3 {
         self.world_to_camera.inverse().translation
     }
 
-    /// The direction in which the camera looks, of length 1.
+    /// Unit viewing direction in world coordinates.
     #[must_use]
     pub fn axis(&self) -> DVec3 {
         self.world_to_camera.matrix3.row(2)
     }
 
-    /// Depth along the axis a unit of distance along the ray of a pixel, told by
-    /// its number from the top left, row by row.
+    /// Depth along the camera's axis per unit of distance along the ray of a pixel. Pixels are
+    /// numbered row by row from the top left.
     #[must_use]
     pub fn slant(&self, pixel: u32) -> f64 {
         let (_, direction) = self.ray(pixel % self.width, pixel / self.width);
         self.axis().dot(direction)
     }
 
-    /// The same view with another picture size; focal lengths and principal
-    /// point scale along.
+    /// The same view with another picture size; focal lengths and principal point are scaled.
     #[must_use]
     pub fn resized(&self, width: u32, height: u32) -> Self {
         let scale = DVec2::new(
@@ -110,8 +108,8 @@ impl Camera {
         }
     }
 
-    /// Origin and unit direction, in the world, of the ray through the centre
-    /// of pixel (`x`, `y`).
+    /// Origin and unit direction, in world coordinates, of the ray through the centre of pixel
+    /// (`x`, `y`).
     #[must_use]
     pub fn ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
         let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);

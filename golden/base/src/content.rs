@@ -1,11 +1,11 @@
-//! Hashes of what values hold.
+//! Content hashes of values.
 
 use std::io;
 
 use serde::Serialize;
 
-/// A hash of the bytes that a value is written as in `MessagePack`: numbers bit by bit, fields by
-/// name. Values that differ in anything that is written have different ones.
+/// A hash of a value's `MessagePack` encoding: numbers bit by bit, fields by name. Values that
+/// differ in anything encoded have different hashes.
 #[must_use]
 pub fn hash_of(value: &(impl Serialize + ?Sized)) -> blake3::Hash {
     let mut hashed = Hashed(blake3::Hasher::new());

@@ -1,12 +1,12 @@
-//! Output files: written whole or not at all, in place of regular files alone.
+//! Output files: written completely or not at all, and replacing only regular files.
 //!
-//! A file is written beside its place and then renamed, so that a run that is cut off leaves the
-//! one before. A link is written through: what it names is replaced, and the link stays. A device
-//! or a pipe (`/dev/null`, `/dev/stdout`, `>(command)`) is written into, and never replaced; so is
-//! a file that is named as one that is open already (`/dev/fd/3`).
+//! A file is written under a temporary name in the same folder and then renamed, so that an
+//! interrupted run leaves the previous file. A link is followed: its target is replaced, and the
+//! link stays. A device or a pipe (`/dev/null`, `/dev/stdout`, `>(command)`) is written to
+//! directly and never replaced; so is a file addressed as an open descriptor (`/dev/fd/3`).
 //!
-//! A new file has the permissions that the process gives to new files (`umask`); one that takes the
-//! place of another has that one's.
+//! A new file has the permissions that the process gives to new files (`umask`); a file that
+//! replaces another keeps that one's.
 
 use std::fs::{File, FileType};
 use std::io::{Error, ErrorKind, Read as _, Result, Write};
@@ -17,19 +17,19 @@ pub use potamoi_formats::files::{check, name_of, open, read, read_text};
 use rustix::fs::{FlockOperation, Mode, OFlags};
 use tempfile::NamedTempFile;
 
-/// Beginning of the names of unfinished files, before letters and digits that tell them apart.
+/// Prefix of the names of unfinished files, before random letters and digits.
 const UNFINISHED: &str = ".potamoi-unfinished-";
-/// How many letters and digits.
+/// Number of random letters and digits.
 const RANDOM: usize = 8;
-/// Links in a row that are followed, as by Linux.
+/// Maximum number of links followed in a row, as in Linux.
 const MOST_LINKS: usize = 40;
 
-/// Writes to a temporary name in the same folder, then renames; into devices and pipes as they are.
-/// Whoever reads a pipe may go away: what is left is dropped without a word, as by other tools.
+/// Writes to a temporary name in the same folder and renames it; writes to devices and pipes
+/// directly. If the reader of a pipe goes away, the rest is dropped silently, as by other tools.
 ///
 /// # Errors
-/// The folder does not exist or cannot be written; a folder, socket or disk is in the way; the disk
-/// is full.
+/// The folder does not exist or cannot be written, the path is a folder, socket or disk, or the
+/// disk is full.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let Some(place) = place(path)? else {
         return match into(path)?.write_all(bytes) {
@@ -42,11 +42,10 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     file.finish()
 }
 
-/// Whether a file can be written here, found out before the work whose result
-/// it is; makes its folder.
+/// Checks that a file can be written here, before the work that produces it; creates its folder.
 ///
 /// # Errors
-/// As [`write`]; the folder cannot be made.
+/// Those of [`write`], or the folder cannot be created.
 pub fn prepare(path: &Path) -> Result<()> {
     match place(path)? {
         // Held from now on: whoever reads from a pipe sees no end before the result.
@@ -63,11 +62,11 @@ pub fn prepare(path: &Path) -> Result<()> {
     }
 }
 
-/// Where the file itself is that a path names, behind all links; none where the path names a
-/// stream, which is written into.
+/// The file that a path names, with all links resolved; `None` if the path names a stream, which
+/// is written to directly.
 ///
 /// # Errors
-/// A folder, a socket or a disk is there; a link that leads nowhere.
+/// The path is a folder, a socket or a disk, or a link leads nowhere.
 pub fn place(path: &Path) -> Result<Option<PathBuf>> {
     let found = match std::fs::metadata(path) {
         Ok(found) => found.file_type(),
@@ -100,7 +99,7 @@ pub fn place(path: &Path) -> Result<Option<PathBuf>> {
     }))
 }
 
-/// Whether a path, or a link that it leads through, names an open file of a process by its number.
+/// Whether a path, or a link on its way, names an open file descriptor of a process.
 fn leads_to_open_file(path: &Path) -> bool {
     let mut path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     for _ in 0..MOST_LINKS {
@@ -121,7 +120,7 @@ fn is_stream(kind: FileType) -> bool {
     kind.is_char_device() || kind.is_fifo()
 }
 
-/// Opens a stream to write into, without waiting for somebody who reads.
+/// Opens a stream for writing without waiting for a reader.
 fn into(path: &Path) -> Result<File> {
     let flags = OFlags::WRONLY | OFlags::APPEND | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let opened = rustix::fs::open(path, flags, Mode::empty()).map_err(|error| {
@@ -141,17 +140,17 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-/// A file that is being written, beside its place. It is locked while its process lives, and what a
-/// killed one left is removed by the next that writes into the same folder.
+/// A file that is being written, next to its final path. It is locked while its process lives. The
+/// remains of a killed process are removed by the next one that writes into the same folder.
 #[derive(Debug)]
 pub struct Unfinished(NamedTempFile, PathBuf);
 
 impl Unfinished {
-    /// Of a file at `place`, which is no link; it will have the permissions of what it replaces,
-    /// or those of a new file.
+    /// Creates the temporary file for `place`, which must not be a link. It gets the permissions
+    /// of the file that it replaces, or those of a new file.
     ///
     /// # Errors
-    /// Its folder cannot be written.
+    /// The folder cannot be written.
     pub fn beside(place: &Path) -> Result<Self> {
         // What the process hides from others is left out of these by the system.
         let file = Self::with_mode(place, 0o666)?;
@@ -161,10 +160,10 @@ impl Unfinished {
         Ok(file)
     }
 
-    /// The same, for this user alone.
+    /// As [`Unfinished::beside`], readable only by this user.
     ///
     /// # Errors
-    /// As [`Unfinished::beside`].
+    /// Those of [`Unfinished::beside`].
     pub fn private_beside(place: &Path) -> Result<Self> {
         Self::with_mode(place, 0o600)
     }
@@ -190,32 +189,32 @@ impl Unfinished {
         }
     }
 
-    /// Where it is until it is finished.
+    /// Path of the unfinished file.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// Appends to it.
+    /// Appends bytes.
     ///
     /// # Errors
-    /// The disk is full, or fails.
+    /// The disk is full or fails.
     pub fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
         use std::io::Write as _;
         self.0.write_all(bytes)
     }
 
-    /// Puts it in its place.
+    /// Renames the file to its final path.
     ///
     /// # Errors
-    /// It cannot be renamed.
+    /// The file cannot be renamed.
     pub fn finish(self) -> Result<()> {
         self.0.persist(&self.1).map_err(|e| e.error)?;
         Ok(())
     }
 }
 
-/// Removes files and folders that no process holds locked and whose names are `prefix` and then
+/// Removes files and folders that no process has locked and whose names are `prefix` followed by
 /// `random` letters and digits.
 pub fn sweep(folder: &Path, prefix: &str, random: usize) {
     let is_ours = |name: &str| {
@@ -251,7 +250,7 @@ pub fn sweep(folder: &Path, prefix: &str, random: usize) {
     }
 }
 
-/// Whether a regular file holds just these bytes.
+/// Whether a regular file has exactly these bytes.
 #[must_use]
 pub fn holds(path: &Path, bytes: &[u8]) -> bool {
     let Ok(file) = open(path) else {

@@ -1,4 +1,4 @@
-//! Cameras, pictures, masks and files: what every renderer needs.
+//! Cameras, pictures, masks and files: the base of every renderer.
 //!
 //! ```
 //! use glam::DVec3;

@@ -1,6 +1,6 @@
-//! Some pixels of a picture.
+//! Sets of pixels.
 
-/// Pixels that are meant, of a picture of a size.
+/// A set of pixels of a picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
     size: [u32; 2],
@@ -8,8 +8,7 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// The pixels that `has` tells of, by their number from the top left, row by
-    /// row.
+    /// The pixels for which `has` returns true, numbered row by row from the top left.
     #[must_use]
     pub fn new(size: [u32; 2], has: impl Fn(usize) -> bool) -> Self {
         let count = size[0] as usize * size[1] as usize;
@@ -19,19 +18,19 @@ impl Mask {
         }
     }
 
-    /// Pixels a row, and rows.
+    /// Width and height of the picture in pixels.
     #[must_use]
     pub const fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// Whether a pixel is meant; none outside of the picture is.
+    /// Whether a pixel is in the set; `false` outside the picture.
     #[must_use]
     pub fn has(&self, pixel: usize) -> bool {
         self.pixels.get(pixel).copied().unwrap_or(false)
     }
 
-    /// How many are.
+    /// Number of pixels in the set.
     #[must_use]
     pub fn count(&self) -> usize {
         self.pixels.iter().filter(|p| **p).count()

@@ -1,10 +1,10 @@
-//! Memory that this process may still take, found before a model is loaded.
+//! Available memory, checked before a model is loaded.
 
 use std::path::Path;
 
 use rustix::process::{Resource, getrlimit};
 
-/// Bytes that may still be taken under a limit, and what sets it; none where nothing does.
+/// Bytes that may still be allocated, and the limit that sets them; `None` without a limit.
 #[must_use]
 pub fn left() -> Option<(u64, &'static str)> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
@@ -25,8 +25,8 @@ pub fn left() -> Option<(u64, &'static str)> {
     space.into_iter().chain(group).min()
 }
 
-/// Why a file's content cannot be held: every model takes at least about as many bytes as its file,
-/// as packed ones are unpacked.
+/// The reason why a file's content does not fit in memory. Every model takes at least about as
+/// many bytes as its file, since packed files are unpacked.
 #[must_use]
 pub fn too_large(path: &Path) -> Option<String> {
     let length = std::fs::metadata(path).ok().filter(|m| m.is_file())?.len();

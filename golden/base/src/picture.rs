@@ -1,4 +1,4 @@
-//! Linear RGB pictures, how far two of them differ, and PNG files of them.
+//! Linear RGB pictures, their differences, and PNG files.
 
 use std::path::{Path, PathBuf};
 
@@ -11,23 +11,23 @@ use crate::files;
 /// A picture in linear RGB, unquantised.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Red, green, blue, row by row from the top left.
     pub rgb: Vec<[f32; 3]>,
 }
 
-/// A picture that could not be written.
+/// A picture cannot be written.
 #[derive(Debug, Error)]
 pub enum PictureError {
-    /// The file system or the encoder refused.
+    /// The file system or the encoder returned an error.
     #[error("cannot write picture {path}: {source}; name a folder that exists and is writable")]
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
@@ -43,8 +43,8 @@ impl Picture {
         }
     }
 
-    /// Mean squared error over the pixels that `counts` picks, all channels
-    /// alike; `None` where it picks none or the sizes differ.
+    /// Mean squared error over the pixels that `counts` selects, with equal weight for all
+    /// channels; `None` if there are none or the sizes differ.
     #[must_use]
     pub fn mean_squared_error(&self, other: &Self, counts: impl Fn(usize) -> bool) -> Option<f64> {
         if (self.width, self.height) != (other.width, other.height) {
@@ -63,16 +63,16 @@ impl Picture {
         (pixels > 0).then(|| sum / (3 * pixels) as f64)
     }
 
-    /// Peak signal-to-noise ratio in dB against `other`, peak 1, unquantised;
-    /// infinite for equal pictures.
+    /// Peak signal-to-noise ratio in dB against `other`, with peak 1, unquantised; infinite for
+    /// equal pictures.
     #[must_use]
     pub fn psnr(&self, other: &Self, counts: impl Fn(usize) -> bool) -> Option<f64> {
         self.mean_squared_error(other, counts)
             .map(|mse| -10.0 * mse.log10())
     }
 
-    /// Writes an 8-bit PNG; values are clamped to 0..1 and rounded, with no
-    /// transfer curve, as radiance fields are trained on display values.
+    /// Writes an 8-bit PNG. Values are clamped to 0..1 and rounded without a transfer curve, since
+    /// radiance fields are trained on display values.
     ///
     /// # Errors
     /// The folder does not exist or cannot be written.

@@ -1,7 +1,7 @@
-//! How finely frames are composited where it is not by their renderer's rules.
+//! Thresholds, widths and levels that override a renderer's rules.
 //!
-//! A knob of rendering is a field of [`Precision`] and a row of [`NUMBERS`]: descriptions, refusals
-//! and reports follow from the row. Its renderer honours the field.
+//! A rendering knob is a field of [`Precision`] and a row of [`NUMBERS`]: descriptions, refusals
+//! and reports follow from the row. Its renderer must honour the field.
 
 use std::ops::RangeInclusive;
 
@@ -11,22 +11,22 @@ use thiserror::Error;
 use crate::record::Fate::Honoured;
 use crate::record::Key;
 
-/// Cut-offs, widths and levels, in place of those of a renderer's rules and of the
-/// hardware's formats. By default all are theirs.
+/// Thresholds, widths and levels in place of those of a renderer's rules and of the hardware's
+/// formats. By default none is overridden.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Precision {
-    /// A pixel or a ray stops where less light is left. The rules have 1e-4 of splats,
-    /// 1e-3 of voxels, DirectVoxGO and EfficientNeRF, 0.01 of Instant-NGP, 1e-6 of TensoRF.
+    /// Early-termination threshold (transmittance). The rules have 1e-4 for splats, 1e-3 for
+    /// voxels, DirectVoxGO and EfficientNeRF, 0.01 for Instant-NGP, 1e-6 for TensoRF.
     pub stop_below: Option<f64>,
-    /// Splats are skipped where their alpha is smaller. The rules have 1/255.
+    /// Alpha threshold: splats with a smaller alpha are skipped. The rules have 1/255.
     pub alpha_min: Option<f64>,
-    /// Fraction bits of transmittances in the hardware's formats, which have 20.
+    /// Fraction bits of transmittances in the hardware's formats, by default 20.
     pub transmittance_bits: Option<u32>,
-    /// Fraction bits of the factors of splats' conics in their records, which have 30.
+    /// Fraction bits of the conic factors in splat records, by default 30.
     pub conic_bits: Option<u32>,
-    /// Levels of a hash grid whose vertices share entries that are gathered in the hardware's
-    /// formats, from the coarsest; the features of finer ones are 0. All, by default.
+    /// Number of hashed levels that are gathered in the hardware's formats, from the coarsest on;
+    /// the features of finer ones are 0. By default all.
     pub hashed_levels: Option<u32>,
 }
 
@@ -84,10 +84,10 @@ const fn key(name: &'static str, about: &'static str) -> Key {
     Key { name, fate, about }
 }
 
-/// A number of a [`Precision`]: how descriptions name it, its range, and what it is for.
+/// A number of a [`Precision`]: its name in descriptions, its range, and its purpose.
 #[derive(Debug, Clone)]
 pub struct Number {
-    /// Its name in a description, with the section.
+    /// Its name in a description, including the section.
     pub key: Key,
     place: Place,
     /// Its range in words.
@@ -96,14 +96,14 @@ pub struct Number {
     models: &'static [Models],
 }
 
-/// Where a number is in a [`Precision`], and its range.
+/// Accessor of a number in a [`Precision`], with its range.
 #[derive(Debug, Clone)]
 enum Place {
     Real(fn(&mut Precision) -> &mut Option<f64>, RangeInclusive<f64>),
     Count(fn(&mut Precision) -> &mut Option<u32>, RangeInclusive<u32>),
 }
 
-/// Models by what composites them.
+/// Models by their compositing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Models {
     /// Gaussians.
@@ -125,7 +125,7 @@ impl Models {
 }
 
 impl Number {
-    /// Its name in the section `[render]`.
+    /// Its name in the `[render]` section.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.key
@@ -134,7 +134,7 @@ impl Number {
             .unwrap_or(self.key.name)
     }
 
-    /// Its value as text, and whether that is in its range.
+    /// Its value as text, and whether it is in its range.
     fn given(&self, mut precision: Precision) -> Option<(String, bool)> {
         match &self.place {
             Place::Real(place, range) => {
@@ -148,20 +148,20 @@ impl Number {
     }
 }
 
-/// A number outside its range, or of other models.
+/// A number is out of range or does not apply to the model.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{field}: {value}: expected {expected}")]
 pub struct PrecisionError {
-    /// The number, by its name in a description.
+    /// Name of the number in a description.
     pub field: &'static str,
     /// Its value.
     pub value: String,
-    /// What would be right.
+    /// Allowed values.
     pub expected: String,
 }
 
 impl Precision {
-    /// All as the rules have them.
+    /// No overrides.
     pub const RULES: Self = Self {
         stop_below: None,
         alpha_min: None,
@@ -170,7 +170,7 @@ impl Precision {
         hashed_levels: None,
     };
 
-    /// These numbers, and another's where those are given.
+    /// These numbers, overridden by the given numbers of another.
     #[must_use]
     pub fn and(mut self, mut other: Self) -> Self {
         for number in &NUMBERS {
@@ -186,7 +186,7 @@ impl Precision {
         self
     }
 
-    /// The numbers that are given, by their names in a description's `[render]`.
+    /// The numbers that are given, with their names in the `[render]` section.
     #[must_use]
     pub fn given(&self) -> Vec<(&'static str, String)> {
         let given = |number: &Number| Some((number.name(), number.given(*self)?.0));
@@ -196,7 +196,7 @@ impl Precision {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// The first number outside its range.
+    /// The first number out of range.
     pub fn check(&self) -> Result<(), PrecisionError> {
         for number in &NUMBERS {
             if let Some((value, false)) = number.given(*self) {
@@ -210,10 +210,10 @@ impl Precision {
         Ok(())
     }
 
-    /// Checks that the renderer of these models honours what is given.
+    /// Checks that the renderer of these models honours all given numbers.
     ///
     /// # Errors
-    /// The first number that it does not.
+    /// The first number that it does not honour.
     pub fn check_for(&self, models: Models) -> Result<(), PrecisionError> {
         for number in NUMBERS.iter().filter(|n| !n.models.contains(&models)) {
             if let Some((value, _)) = number.given(*self) {

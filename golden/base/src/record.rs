@@ -1,9 +1,9 @@
-//! What a file says, key by key: each key is honoured, refused or listed.
+//! Bookkeeping of a file's keys: each key is honoured, refused or listed.
 //!
-//! A reader puts the keys of its file into a [`Record`] and takes out what it
-//! uses. [`Record::finish`] judges what is left by the format's table: a key that
-//! changes the picture is refused, any other is listed in [`Notes`], which every
-//! report prints as "not checked". So no reader can drop a key without a word.
+//! A reader puts the keys of its file into a [`Record`] and takes out those that it uses.
+//! [`Record::finish`] treats the rest by the format's table: a key that changes the picture is
+//! refused, any other is listed in [`Notes`], which every report prints as "not checked". So no
+//! reader can drop a key silently.
 //!
 //! ```
 //! use potamoi_base::record::{Fate, Format, Key, Notes, Record};
@@ -32,20 +32,20 @@
 
 use thiserror::Error;
 
-/// What becomes of a key.
+/// The treatment of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate {
-    /// It is used. Values that cannot be are refused by the reader.
+    /// It is used. The reader refuses invalid values.
     Honoured,
-    /// It changes the picture, and no renderer here does that. A reader may take
-    /// it to accept a value that changes nothing, such as a distortion of 0.
+    /// It changes the picture in a way that no renderer here supports. A reader may take it to
+    /// accept a value without effect, such as a distortion of 0.
     Refused,
-    /// It is not used and changes no picture; reports name it.
+    /// It is not used and does not change the picture; reports name it.
     Listed,
 }
 
 impl Fate {
-    /// The word that the table of formats has for it.
+    /// The word for it in the table of formats.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -59,11 +59,11 @@ impl Fate {
 /// A row of a format's table: a key, or a family of keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
-    /// Its name; each `*` stands for any characters, none included.
+    /// Its name; each `*` matches any number of characters.
     pub name: &'static str,
-    /// What becomes of it.
+    /// Its treatment.
     pub fate: Fate,
-    /// What it means; of a key that is refused, why.
+    /// Its meaning, or the reason for refusing it.
     pub about: &'static str,
 }
 
@@ -90,21 +90,21 @@ impl Key {
     }
 }
 
-/// A file format by its keys.
+/// A file format with its keys.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Format {
     /// Its usual name.
     pub name: &'static str,
-    /// The names of its files, for the table of formats.
+    /// Names of its files, for the table of formats.
     pub files: &'static str,
-    /// Its keys. Where several match, the first counts.
+    /// Its keys. If several match, the first applies.
     pub keys: &'static [Key],
-    /// What becomes of keys without a row: refused or listed.
+    /// Treatment of keys without a row: refused or listed.
     pub others: Fate,
 }
 
 impl Format {
-    /// The row of a key.
+    /// The row that matches a key.
     #[must_use]
     pub fn row(&self, key: &str) -> Option<&'static Key> {
         self.keys.iter().find(|row| row.matches(key))
@@ -114,14 +114,14 @@ impl Format {
 /// A key that cannot be honoured.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum KeyError {
-    /// Its row says so.
+    /// The row of the key refuses it.
     #[error("`{key}` cannot be honoured: {why}{}", valued(value.as_deref()))]
     Refused {
         /// The key.
         key: String,
-        /// Its value, shortly, where one can be told.
+        /// Its value, shortened, if it can be shown.
         value: Option<String>,
-        /// Why, and what to do.
+        /// The reason, and a remedy.
         why: &'static str,
     },
     /// The format has no such key.
@@ -131,7 +131,7 @@ pub enum KeyError {
         key: String,
         /// The format.
         format: &'static str,
-        /// Its keys.
+        /// The keys of the format.
         expected: String,
     },
 }
@@ -140,22 +140,22 @@ fn valued(value: Option<&str>) -> String {
     value.map_or_else(String::new, |value| format!("; its value is {value}"))
 }
 
-/// What files say that is not used, and what was assumed where they say nothing.
+/// Unused keys of files, and assumptions for missing ones.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Notes {
     not_used: Vec<String>,
     assumed: Vec<String>,
 }
 
-/// Characters of a key that are told.
+/// Maximum length of a key in messages, in characters.
 const TOLD: usize = 60;
 
-/// What a file calls something, shortly: names and values of a damaged file can be long.
+/// A name from a file, shortened, since names and values in a damaged file can be long.
 pub fn told(text: &str) -> String {
     told_within(text, TOLD)
 }
 
-/// The same of at most so many characters.
+/// A text shortened to at most `most` characters.
 pub fn told_within(text: &str, most: usize) -> String {
     let mut told: String = text.chars().take(most).collect();
     if told.len() < text.len() {
@@ -165,7 +165,7 @@ pub fn told_within(text: &str, most: usize) -> String {
 }
 
 impl Notes {
-    /// Adds a key, or a part of one, that is not used.
+    /// Adds an unused key or part of one.
     pub fn list(&mut self, key: impl Into<String>) {
         let key: String = key.into();
         if !self.not_used.contains(&key) {
@@ -173,7 +173,7 @@ impl Notes {
         }
     }
 
-    /// Adds what was assumed, for instance "axes: right, down, front".
+    /// Adds an assumption, for instance "axes: right, down, front".
     pub fn assume(&mut self, what: impl Into<String>) {
         let what: String = what.into();
         if !self.assumed.contains(&what) {
@@ -181,13 +181,13 @@ impl Notes {
         }
     }
 
-    /// Adds those of another file.
+    /// Adds the notes of another file.
     pub fn extend(&mut self, other: Self) {
         other.not_used.into_iter().for_each(|key| self.list(key));
         other.assumed.into_iter().for_each(|what| self.assume(what));
     }
 
-    /// The same of a part of a file, whose keys are told with `prefix` before them.
+    /// The notes of a part of a file, with `prefix` before the keys.
     #[must_use]
     pub fn under(self, prefix: &str) -> Self {
         let told = |key| format!("{prefix}{key}");
@@ -197,8 +197,7 @@ impl Notes {
         }
     }
 
-    /// The same of a file beside the scene's: both are told with its name before
-    /// them.
+    /// The notes of a file other than the scene's, with its name before keys and assumptions.
     #[must_use]
     pub fn of_file(self, path: &std::path::Path) -> Self {
         let name = path.file_name().unwrap_or(path.as_os_str());
@@ -211,19 +210,19 @@ impl Notes {
         }
     }
 
-    /// Keys that are not used.
+    /// Unused keys.
     #[must_use]
     pub fn not_used(&self) -> &[String] {
         &self.not_used
     }
 
-    /// What was assumed.
+    /// Assumptions.
     #[must_use]
     pub fn assumed(&self) -> &[String] {
         &self.assumed
     }
 
-    /// At most two sentences for reports: what is assumed, and what is not used, each key of it.
+    /// At most two sentences for reports: all assumptions, and all unused keys.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let mut all = vec![];
@@ -240,7 +239,7 @@ impl Notes {
     }
 }
 
-/// The keys that a file has and no reader has taken yet, with their values.
+/// The keys of a file that no reader has taken yet, with their values.
 #[derive(Debug)]
 pub struct Record<V> {
     format: &'static Format,
@@ -248,8 +247,8 @@ pub struct Record<V> {
 }
 
 impl<V> Record<V> {
-    /// All keys of a file, in its order. Of two alike the reader sees the first;
-    /// the second is left, and judged.
+    /// All keys of a file, in its order. Of two equal keys the reader sees the first; the second
+    /// remains and is treated by the table.
     pub fn new(format: &'static Format, entries: impl IntoIterator<Item = (String, V)>) -> Self {
         Self {
             format,
@@ -257,30 +256,30 @@ impl<V> Record<V> {
         }
     }
 
-    /// Adds a key that was found behind the others.
+    /// Adds a key after the others.
     pub fn add(&mut self, key: String, value: V) {
         self.left.push((key, value));
     }
 
-    /// Whether a key is there and not taken.
+    /// Whether a key is present and not taken.
     #[must_use]
     pub fn has(&self, key: &str) -> bool {
         self.left.iter().any(|(name, _)| name == key)
     }
 
-    /// The value of a key that is there and not taken; it stays.
+    /// The value of a key that is present and not taken, without taking it.
     #[must_use]
     pub fn peek(&self, key: &str) -> Option<&V> {
         let found = self.left.iter().find(|(name, _)| name == key);
         found.map(|(_, value)| value)
     }
 
-    /// Keys that are there and not taken.
+    /// Keys that are present and not taken.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.left.iter().map(|(name, _)| name.as_str())
     }
 
-    /// Takes the value of a key, which has a row in the format's table.
+    /// Takes the value of a key, which must have a row in the format's table.
     pub fn take(&mut self, key: &str) -> Option<V> {
         debug_assert!(
             self.format.row(key).is_some(),
@@ -291,8 +290,7 @@ impl<V> Record<V> {
         Some(self.left.remove(at).1)
     }
 
-    /// Takes keys that are refused wherever their values say that they change
-    /// nothing.
+    /// Takes refused keys whose values have no effect.
     pub fn take_neutral(&mut self, is_neutral: impl Fn(&V) -> bool) {
         let refused = |key: &str| {
             self.format
@@ -303,7 +301,7 @@ impl<V> Record<V> {
             .retain(|(key, value)| !(refused(key) && is_neutral(value)));
     }
 
-    /// Judges what is left, of which the keys alone are told: lists it in `notes`.
+    /// Treats the remaining keys by the table, and lists them in `notes` without values.
     ///
     /// # Errors
     /// The first key that is refused.
@@ -311,7 +309,7 @@ impl<V> Record<V> {
         self.finish_valued(notes, |_| None)
     }
 
-    /// Judges what is left: lists it in `notes`. `shown` tells the value of a key that is refused.
+    /// As [`Record::finish`]; `shown` formats the value of a key that is refused.
     ///
     /// # Errors
     /// The first key that is refused.

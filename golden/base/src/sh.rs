@@ -1,4 +1,4 @@
-//! Real spherical harmonics as 3D Gaussian splatting stores them.
+//! Real spherical harmonics in the convention of 3D Gaussian splatting.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ pub const MAX_DEGREE: usize = 3;
 /// The constant basis function, `1 / (2 sqrt(pi))`.
 pub const CONSTANT: f64 = 0.282_094_791_773_878_14;
 
-/// Coefficients of a degree, `(degree + 1)^2`.
+/// Number of coefficients up to a degree, `(degree + 1)^2`.
 #[must_use]
 pub const fn coefficients(degree: usize) -> usize {
     (degree + 1) * (degree + 1)
@@ -40,8 +40,8 @@ pub fn basis(d: DVec3) -> [f64; 16] {
     ]
 }
 
-/// The colour seen along the unit direction `d`, from the camera to the
-/// Gaussian: the expansion plus 0.5, not below 0, with no upper limit.
+/// The colour seen along the unit direction `d`, from the camera to the Gaussian: the expansion
+/// plus 0.5, at least 0, without an upper limit.
 #[must_use]
 pub fn colour(coefficients: &[[f32; 3]], d: DVec3) -> DVec3 {
     let add = |sum: DVec3, (c, b): (&[f32; 3], f64)| sum + b * DVec3::from(c.map(f64::from));

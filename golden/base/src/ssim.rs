@@ -12,9 +12,9 @@ const RADIUS: usize = 5;
 const C1: f64 = 1e-4;
 const C2: f64 = 9e-4;
 
-/// Mean structural similarity of two pictures of equal size, peak 1, over the
-/// pixels that `counts` picks and whose whole window of 11 x 11 pixels lies
-/// within the picture, all channels alike; `None` where there is none.
+/// Mean structural similarity of two pictures of equal size, with peak 1, over the pixels that
+/// `counts` selects and whose whole 11 x 11 window lies within the picture, with equal weight for
+/// all channels; `None` if there are none.
 #[must_use]
 pub fn ssim(a: &Picture, b: &Picture, counts: impl Fn(usize) -> bool) -> Option<f64> {
     let (width, height) = (a.width as usize, a.height as usize);
@@ -35,7 +35,7 @@ pub fn ssim(a: &Picture, b: &Picture, counts: impl Fn(usize) -> bool) -> Option<
     (pixels > 0).then(|| sum / (3 * pixels) as f64)
 }
 
-/// The similarity of one channel at each pixel whose window is whole.
+/// The similarity of one channel at each pixel with a complete window.
 fn map(a: &Picture, b: &Picture, channel: usize) -> Vec<f64> {
     let (width, height) = (a.width as usize, a.height as usize);
     let plane = |f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
@@ -59,7 +59,7 @@ fn map(a: &Picture, b: &Picture, channel: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Gaussian mean along rows, then columns; 0 where the window is cut.
+/// Gaussian mean along rows, then columns; 0 where the window is incomplete.
 fn smooth(values: &[f64], width: usize, height: usize) -> Vec<f64> {
     let weights: [f64; 2 * RADIUS + 1] = std::array::from_fn(|k| {
         let d = k as f64 - RADIUS as f64;

@@ -1,7 +1,7 @@
-//! What a ZIP file holds beside the members that its readers see.
+//! Contents of a ZIP file that readers of members do not see.
 //!
-//! A reader sees one of two members of the same name, and neither what stands before and behind
-//! the archive nor its comment. The directory is walked here once more, for all kinds of files that
+//! A reader sees only one of two members of the same name, and neither the bytes before and behind
+//! the archive nor its comment. The directory is walked here once more, for all file formats that
 //! are ZIP archives.
 
 use std::collections::HashSet;
@@ -9,25 +9,25 @@ use std::io::{Read, Seek, SeekFrom};
 
 use zip::ZipArchive;
 
-/// An entry of the directory; behind it a name, an extra field and a comment.
+/// An entry of the directory, followed by a name, an extra field and a comment.
 const ENTRY: (&[u8; 4], usize) = (b"PK\x01\x02", 46);
-/// The record of the ends of large archives, without its own length.
+/// The end record of large archives, whose length excludes itself.
 const END_64: (&[u8; 4], usize) = (b"PK\x06\x06", 12);
-/// Where that record is.
+/// The locator of that record.
 const LOCATOR: (&[u8; 4], usize) = (b"PK\x06\x07", 20);
-/// The record that ends an archive; behind it a comment.
+/// The end record of an archive, followed by a comment.
 const END: (&[u8; 4], usize) = (b"PK\x05\x06", 22);
 
-/// What no reader of members sees.
+/// Contents that no reader of members sees.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Beside {
-    /// A member that is given twice: which of them is meant is not said.
+    /// A member that occurs twice, so that it is ambiguous.
     pub twice: Option<String>,
     /// Keys of a comment, and of bytes before and behind the archive.
     pub keys: Vec<String>,
 }
 
-/// Looks at a file whose members `archive` has.
+/// Examines a file whose members are open in `archive`.
 ///
 /// # Errors
 /// The file cannot be read to the end of its directory.

@@ -1,7 +1,7 @@
-//! PLY files, ZIP archives and checkpoints of PyTorch as plain data.
+//! PLY files, ZIP archives and PyTorch checkpoints as plain data.
 //!
-//! Nothing here knows what the numbers mean, and nothing is rendered. A damaged or hostile file is
-//! an error that names it; no code of a pickle is run.
+//! The crate does not interpret the numbers. A damaged or hostile file yields an error that names
+//! it; no code of a pickle is run.
 //!
 //! ```
 //! use potamoi_containers::ply::header;

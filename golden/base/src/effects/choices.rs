@@ -1,18 +1,18 @@
-//! What is carried out whatever a scene calls for.
+//! Effects that are forced or left out, whatever a scene needs.
 
 use thiserror::Error;
 
 use super::Effect;
 
-/// Effects that are carried out although nothing calls for them, and effects that are left out
-/// although something does. By default neither.
+/// Effects that are forced although nothing needs them, and effects that are left out although
+/// something does. By default neither.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Choices {
     forced: u32,
     left_out: u32,
 }
 
-/// A name that is no effect's.
+/// A text that does not name an effect.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("effect `{0}`: expected all, or some of {known}", known = known())]
 pub struct UnknownEffect(String);
@@ -22,16 +22,16 @@ fn known() -> String {
 }
 
 impl Choices {
-    /// Every effect is carried out.
+    /// Forces every effect.
     #[must_use]
     pub fn all() -> Self {
         Effect::ALL.into_iter().fold(Self::default(), Self::force)
     }
 
-    /// The effects of a name: `all`, one, or spherical harmonics of every degree.
+    /// The effects of a name: `all`, a single effect, or spherical harmonics of every degree.
     ///
     /// # Errors
-    /// A name that is none.
+    /// The name is unknown.
     pub fn named(name: &str) -> Result<Vec<Effect>, UnknownEffect> {
         let is_meant =
             |effect: &Effect| name == "all" || name == effect.name() || name == effect.to_string();
@@ -42,7 +42,7 @@ impl Choices {
         }
     }
 
-    /// Carries an effect out in any case.
+    /// Forces an effect.
     #[must_use]
     pub fn force(self, effect: Effect) -> Self {
         Self {
@@ -51,7 +51,7 @@ impl Choices {
         }
     }
 
-    /// Leaves an effect out in any case.
+    /// Leaves out an effect.
     #[must_use]
     pub fn leave_out(self, effect: Effect) -> Self {
         Self {
@@ -60,33 +60,33 @@ impl Choices {
         }
     }
 
-    /// Whether an effect is carried out in any case.
+    /// Whether an effect is forced.
     #[must_use]
     pub fn forces(self, effect: Effect) -> bool {
         self.forced & effect.bit() != 0 && !self.leaves_out(effect)
     }
 
-    /// Whether an effect is left out in any case.
+    /// Whether an effect is left out.
     #[must_use]
     pub fn leaves_out(self, effect: Effect) -> bool {
         self.left_out & effect.bit() != 0
     }
 
-    /// All effects that are left out in any case.
+    /// All effects that are left out.
     #[must_use]
     pub fn left_out(self) -> Vec<Effect> {
         let own = Effect::ALL.into_iter();
         own.filter(|effect| self.leaves_out(*effect)).collect()
     }
 
-    /// Whether an effect is carried out that is or is not called for.
+    /// Whether an effect is carried out, given whether it is needed.
     #[must_use]
     pub fn carries_out(self, effect: Effect, is_called_for: bool) -> bool {
         !self.leaves_out(effect) && (is_called_for || self.forces(effect))
     }
 
-    /// The highest degree of spherical harmonics that is evaluated, of `stored` degrees of which
-    /// those up to `highest` are called for. A degree that is left out takes those above it along.
+    /// The highest degree of spherical harmonics that is evaluated, if `stored` degrees are stored
+    /// and those up to `highest` are needed. Leaving out a degree also leaves out the higher ones.
     #[must_use]
     pub fn harmonics(self, stored: usize, highest: usize) -> usize {
         let is_carried = |degree: &usize| {

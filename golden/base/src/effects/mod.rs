@@ -1,11 +1,10 @@
-//! Names of the effects of rendering, and which of them are carried out whatever a scene calls
-//! for.
+//! The effects of rendering, and their overrides.
 //!
 //! An [`Effect`] is a piece of work that not every scene and camera path needs. Renderers carry
-//! out what is called for, what is forced, and nothing that is left out ([`Choices`]).
+//! out the effects that are needed or forced, except those that are left out ([`Choices`]).
 //!
-//! Leaving out an effect that is not called for changes no bit of a picture, of a trace or of a
-//! modelled cycle count; forcing it changes none either, and takes longer.
+//! Leaving out an effect that is not needed changes no bit of a picture, a trace or a modelled
+//! cycle count. Forcing it does not either, but takes longer.
 
 mod choices;
 
@@ -16,9 +15,9 @@ pub use choices::{Choices, UnknownEffect};
 /// A piece of work that not every scene and camera path needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Effect {
-    /// Weighted sums of several vertices: the reducers.
+    /// Weighted sums of several vertices, in the reducers.
     Trilinear,
-    /// Exponentials, of opacity above all: the vector unit.
+    /// Exponentials, mainly of opacity, in the vector unit.
     Exponential,
     /// Spherical harmonics of this degree, 1 to 3.
     SphericalHarmonics(u8),
@@ -26,28 +25,28 @@ pub enum Effect {
     ViewMlp,
     /// Levels of a hash grid whose vertices share entries.
     HashLevels,
-    /// More channels than are read in one pass.
+    /// More channels than one pass reads.
     Segments,
-    /// Gaussians in another order than they are stored in.
+    /// Sorting of Gaussians that are not stored in depth order.
     Sorting,
-    /// Rays that end before they have passed everything.
+    /// Early ray termination.
     EarlyTermination,
-    /// Frames that are warped from references.
+    /// Warping of frames from references.
     Warping,
-    /// Pixels of warped frames that their reference does not show.
+    /// Rendering of pixels that the reference does not show.
     Disocclusion,
-    /// Samples that are left out since nothing is there.
+    /// Skipping of empty samples.
     VoidTest,
-    /// Cells of splats that share an MVoxel.
+    /// Merging of splat cells in an MVoxel.
     OctreeMerging,
-    /// A renderer elsewhere.
+    /// Rendering of frames on a remote machine.
     RemoteLink,
-    /// Rows that are fetched one by one.
+    /// Random DRAM accesses: rows fetched one by one.
     RandomDram,
 }
 
 impl Effect {
-    /// All.
+    /// All effects.
     pub const ALL: [Self; 16] = [
         Self::Trilinear,
         Self::Exponential,
@@ -67,7 +66,7 @@ impl Effect {
         Self::RandomDram,
     ];
 
-    /// Its name; spherical harmonics of all degrees have one.
+    /// Its name; spherical harmonics of all degrees share one.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -88,7 +87,7 @@ impl Effect {
         }
     }
 
-    /// The degree of spherical harmonics.
+    /// The degree, for spherical harmonics.
     #[must_use]
     pub const fn degree(self) -> Option<u8> {
         match self {
@@ -103,7 +102,7 @@ impl Effect {
     }
 }
 
-/// The name, of spherical harmonics with their degree.
+/// The name, with the degree for spherical harmonics.
 impl fmt::Display for Effect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;

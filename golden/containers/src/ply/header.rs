@@ -1,4 +1,4 @@
-//! The header of a PLY file, checked before anything is read by it.
+//! The header of a PLY file, checked before the elements are read.
 
 use std::io::{BufRead, Read};
 
@@ -11,11 +11,11 @@ use potamoi_base::record::told;
 
 /// The longest header, in bytes.
 const LIMIT: usize = 1 << 24;
-/// Characters of a line that errors show.
+/// Maximum length of a line in messages, in characters.
 const SHOWN: usize = 60;
-/// What some editors put first.
+/// The byte order mark that some editors prepend.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
-/// The types of properties, by the two names that each has.
+/// The types of properties, each with its two names.
 const TYPES: [(&str, &str, ScalarType); 8] = [
     ("char", "int8", ScalarType::Char),
     ("uchar", "uint8", ScalarType::UChar),
@@ -27,13 +27,13 @@ const TYPES: [(&str, &str, ScalarType); 8] = [
     ("double", "float64", ScalarType::Double),
 ];
 
-/// A header and the bytes it took.
+/// A header and its length.
 pub struct Header {
     /// Elements and their properties.
     pub ply: PlyHeader,
     /// Bytes from the start of the file to the end of the header.
     pub bytes: usize,
-    /// What ends a line: a line feed, or a carriage return alone.
+    /// Line end: a line feed, or a single carriage return.
     pub(crate) line_end: u8,
 }
 
@@ -75,8 +75,7 @@ pub fn read(reader: &mut impl BufRead, origin: &str) -> Result<Header, PlyFileEr
     })
 }
 
-/// Comments are of any encoding; where they are no UTF-8, they are Latin-1, all of whose codes are
-/// characters.
+/// Decodes a comment of any encoding: UTF-8, or else Latin-1, in which every byte is a character.
 fn text(line: &[u8]) -> String {
     std::str::from_utf8(line).map_or_else(
         |_| line.iter().map(|byte| char::from(*byte)).collect(),
@@ -84,7 +83,7 @@ fn text(line: &[u8]) -> String {
     )
 }
 
-/// Reads `ply`, and says how many bytes it took and what ends a line.
+/// Reads `ply` and returns its number of bytes and the line end.
 fn first_line(reader: &mut impl BufRead, origin: &str) -> Result<(usize, u8), PlyFileError> {
     let not_ply = || PlyFileError::NotPly {
         origin: origin.to_owned(),
@@ -115,7 +114,7 @@ fn first_line(reader: &mut impl BufRead, origin: &str) -> Result<(usize, u8), Pl
     Ok((line.len(), b'\r'))
 }
 
-/// What the lines so far declare.
+/// The declarations read so far.
 #[derive(Default)]
 struct Parts {
     ply: PlyHeader,
@@ -124,7 +123,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Takes a line; an error is what is wrong with it.
+    /// Processes a line; the error says what is wrong with it.
     fn line(&mut self, line: &str) -> Result<(), String> {
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let words: Vec<&str> = rest.split_whitespace().collect();
@@ -233,14 +232,14 @@ fn scalar(word: &str) -> Result<ScalarType, String> {
     })
 }
 
-/// As headers write it.
+/// The type's name in headers.
 pub fn type_name(scalar: &ScalarType) -> &'static str {
     let mut types = TYPES.iter();
     let found = types.find(|(_, _, kind)| kind == scalar);
     found.map_or("", |(name, _, _)| *name)
 }
 
-/// Bytes of a number in binary files.
+/// Size of a number in binary files, in bytes.
 pub const fn scalar_bytes(scalar: &ScalarType) -> u128 {
     match scalar {
         ScalarType::Char | ScalarType::UChar => 1,
@@ -250,7 +249,7 @@ pub const fn scalar_bytes(scalar: &ScalarType) -> u128 {
     }
 }
 
-/// The bytes that the declared elements take at least.
+/// Minimum size of the declared elements in bytes.
 pub fn least_bytes(header: &PlyHeader) -> u128 {
     let of_element = |element: &ElementDef| -> u128 {
         match header.encoding {

@@ -1,5 +1,5 @@
-//! PLY files, whatever they hold: the header, the rows of elements, and what can be wrong with
-//! either. Gaussians and meshes are read through it.
+//! PLY files with any content: the header, the rows of elements, and their errors. Gaussians and
+//! meshes are read through this module.
 
 pub mod header;
 pub mod rows;
@@ -12,24 +12,24 @@ use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{ElementDef, Encoding, PropertyAccess};
 use thiserror::Error;
 
-/// A file that cannot be read as PLY.
+/// A file that is not valid PLY.
 #[derive(Debug, Error)]
 pub enum PlyFileError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot read {path}: {source}; name a readable PLY file")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// Does not begin with `ply`.
+    /// The file does not begin with `ply`.
     #[error("{origin}: not a PLY file: expected the line `ply` first")]
     NotPly {
         /// The file.
         origin: String,
     },
-    /// The header has no end within reason.
+    /// The header has no end within the limit.
     #[error("{origin}: no `end_header` line within {limit} bytes: the file is cut off or no PLY")]
     NoHeaderEnd {
         /// The file.
@@ -37,15 +37,15 @@ pub enum PlyFileError {
         /// Bytes searched.
         limit: usize,
     },
-    /// The header cannot be understood.
+    /// The header is invalid.
     #[error("{origin}: header: {message}")]
     Header {
         /// The file.
         origin: String,
-        /// What is wrong, and where.
+        /// The problem, with its position.
         message: String,
     },
-    /// Fewer bytes than the header declares.
+    /// The file has fewer bytes than the header declares.
     #[error(
         "{origin}: the header declares at least {needed} bytes of elements, {found} follow it: \
          the file is cut off or its header wrong"
@@ -53,26 +53,26 @@ pub enum PlyFileError {
     Truncated {
         /// The file.
         origin: String,
-        /// Bytes that the elements take at least.
+        /// Minimum size of the elements.
         needed: u128,
-        /// Bytes there.
+        /// Bytes after the header.
         found: u64,
     },
-    /// An element cannot be read.
+    /// An element is invalid.
     #[error("{origin}: element `{element}` {index}: {message}")]
     Element {
         /// The file.
         origin: String,
         /// Name of the element.
         element: String,
-        /// Which one, from 0.
+        /// Index of the row, from 0.
         index: usize,
-        /// What is wrong.
+        /// The problem.
         message: String,
     },
 }
 
-/// Opens a regular file; its length with it.
+/// Opens a regular file and returns its length.
 pub fn open(path: &Path) -> Result<(BufReader<File>, u64), PlyFileError> {
     let fail = |source| PlyFileError::Read {
         path: path.to_owned(),
@@ -83,7 +83,7 @@ pub fn open(path: &Path) -> Result<(BufReader<File>, u64), PlyFileError> {
     Ok((BufReader::with_capacity(1 << 16, file), length))
 }
 
-/// Reads one element; an error is what is wrong, in one line.
+/// Reads one element; the error is one line.
 pub fn read_element<E: PropertyAccess>(
     parser: &Parser<E>,
     reader: &mut impl BufRead,

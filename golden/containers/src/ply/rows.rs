@@ -6,32 +6,32 @@ use ply_rs_bw::ply::{ElementDef, Encoding, PropertyType, ScalarType};
 
 use super::header::{Header, scalar_bytes};
 
-/// Characters of a line that errors show.
+/// Maximum length of a line in messages, in characters.
 const SHOWN: usize = 40;
 
-/// Reads the rows of one element after another.
+/// Reads the rows of elements one after another.
 pub struct Rows<R> {
     reader: R,
     encoding: Encoding,
     line_end: u8,
     buffer: Vec<u8>,
-    /// Of the last row, the list that its layout keeps.
+    /// The list kept from the last row.
     items: Vec<f64>,
 }
 
-/// How a row of an element is stored.
+/// Storage layout of an element's row.
 pub struct Layout {
     properties: Vec<PropertyType>,
-    /// Bytes of a binary row, of scalars alone.
+    /// Bytes of a binary row, if it has only scalars.
     stride: Option<usize>,
-    /// Whether all of it are floats of 32 bits, as nearly every file has it.
+    /// Whether all values are 32-bit floats, the most common case.
     floats: bool,
     /// The property whose list is kept.
     kept: Option<usize>,
 }
 
 impl Layout {
-    /// That of an element of a header.
+    /// The layout of an element of a header.
     pub fn of(element: &ElementDef) -> Self {
         let of = element.properties.values();
         let properties: Vec<_> = of.map(|own| own.data_type.clone()).collect();
@@ -48,7 +48,7 @@ impl Layout {
         }
     }
 
-    /// The same, of whose property `column`, a list, [`Rows::items`] tells the numbers.
+    /// Keeps the list of property `column` for [`Rows::items`].
     #[must_use]
     pub fn keeping(self, column: usize) -> Self {
         let kept = Some(column);
@@ -57,7 +57,7 @@ impl Layout {
 }
 
 impl<R: BufRead> Rows<R> {
-    /// `reader` stands behind the header.
+    /// A reader of rows. `reader` must be positioned after the header.
     pub fn new(reader: R, header: &Header) -> Self {
         Self {
             reader,
@@ -68,14 +68,14 @@ impl<R: BufRead> Rows<R> {
         }
     }
 
-    /// Numbers of the list that the layout of the last row keeps.
+    /// Numbers of the list that was kept from the last row.
     #[must_use]
     pub fn items(&self) -> &[f64] {
         &self.items
     }
 
-    /// Reads a row's values in the order of the header; a list leaves NaN in its place. An error is
-    /// what is wrong.
+    /// Reads a row's values in the order of the header; lists yield NaN. The error says what is
+    /// wrong.
     pub fn read(&mut self, layout: &Layout, values: &mut Vec<f64>) -> Result<(), String> {
         values.clear();
         self.items.clear();
@@ -179,7 +179,7 @@ impl<R: BufRead> Rows<R> {
         }
     }
 
-    /// Bytes after the last row; of text those that are not blank.
+    /// Number of bytes after the last row; in text files only those that are not blank.
     pub fn rest(mut self) -> std::io::Result<u64> {
         let mut left = 0;
         loop {
@@ -204,7 +204,7 @@ fn ended(error: std::io::Error) -> String {
     }
 }
 
-/// A number of so many bytes, with the highest first where `swap` says so.
+/// Decodes a number; `swap` selects big-endian.
 fn number(kind: &ScalarType, bytes: &[u8], swap: bool) -> f64 {
     let mut word = [0; 8];
     let own = &mut word[..bytes.len()];

@@ -1,7 +1,6 @@
-//! What `torch.save` wrote before PyTorch 1.6, and still writes of a storage
-//! that is pickled without it: five pickles after one another (a constant, the
-//! version, sizes of types, the object, the keys of its storages) and then, of
-//! each storage, the count and the numbers.
+//! The format of `torch.save` before PyTorch 1.6, which it still uses for a storage pickled on its
+//! own: five consecutive pickles (a constant, the version, sizes of types, the object, the keys of
+//! its storages), and then the count and the numbers of each storage.
 
 use super::pickle;
 use super::value::{Kind, Value};
@@ -9,15 +8,15 @@ use super::value::{Kind, Value};
 /// The pickles of the constant and of version 1001.
 const HEAD: &[u8] = b"\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.\x80\x02M\xe9\x03.";
 
-/// Whether a file begins so.
+/// Whether a file begins with this format.
 pub(super) fn is_head(bytes: &[u8]) -> bool {
     bytes.starts_with(HEAD)
 }
 
-/// The one storage of a file: kind, count, and where its numbers begin.
+/// The only storage of a file: kind, count, and offset of its numbers.
 ///
 /// # Errors
-/// No such file, one of something else, or fewer numbers than it says.
+/// The file is not in this format, holds something else, or has fewer numbers than it declares.
 pub(super) fn storage(bytes: &[u8]) -> Result<(Kind, usize, usize), String> {
     let skip = |from: usize| pickle::read_inner(&bytes[from..]);
     if !is_head(bytes) {

@@ -12,9 +12,9 @@ use potamoi_base::record::told;
 
 type Archive = ZipArchive<BufReader<File>>;
 
-/// The description.
+/// Name of the pickle.
 const DESCRIPTION: &str = "data.pkl";
-/// What PyTorch writes beside the description and the numbers, none of which changes a number.
+/// Members that PyTorch writes beside the pickle and the numbers, and that change no number.
 const OWN: [&str; 5] = [
     "byteorder",
     "version",
@@ -23,7 +23,7 @@ const OWN: [&str; 5] = [
     ".data/serialization_id",
 ];
 
-/// The folder of all members, that of the only description.
+/// The folder of all members, which is that of the only pickle.
 pub(super) fn prefix(archive: &Archive, beside: &Beside) -> Result<String, String> {
     if let Some(twice) = &beside.twice {
         return Err(format!("member {} is given twice", told(twice)));
@@ -37,7 +37,7 @@ pub(super) fn prefix(archive: &Archive, beside: &Beside) -> Result<String, Strin
     }
 }
 
-/// Keys of members that are not read, and of numbers behind those that are.
+/// Keys of members that are not read, and of surplus numbers.
 pub(super) fn unknown(archive: &Archive, prefix: &str, arena: &Arena) -> Vec<String> {
     let places = arena.storages.iter().map(|own| &own.place);
     let numbers: HashSet<String> = (places)
@@ -54,7 +54,7 @@ pub(super) fn unknown(archive: &Archive, prefix: &str, arena: &Arena) -> Vec<Str
     names.map(|name| format!("member {}", told(name))).collect()
 }
 
-/// A member of at most `most` bytes; more are not read.
+/// A member of at most `most` bytes; longer ones are cut off.
 pub(super) fn member(
     archive: &mut ZipArchive<BufReader<File>>,
     name: &str,
@@ -75,7 +75,7 @@ pub(super) fn member(
     Ok(bytes)
 }
 
-/// Bytes of a member; of one that cannot be read, none.
+/// Size of a member in bytes; 0 if it cannot be read.
 pub(super) fn length(archive: &mut Archive, name: &str) -> u64 {
     archive.by_name(name).map_or(0, |own| own.size())
 }

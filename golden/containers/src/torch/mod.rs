@@ -1,8 +1,8 @@
-//! Checkpoints of PyTorch: a ZIP archive with a pickle that describes tensors
-//! and one member for the numbers of each.
+//! PyTorch checkpoints: a ZIP archive with a pickle that describes tensors, and one member with
+//! the numbers of each.
 //!
-//! Read as data: no code of the file is run, and classes other than tensors,
-//! arrays and dictionaries are refused by name. A reader of our own
+//! They are read as data: no code of the file is run, and classes other than tensors, arrays and
+//! dictionaries are refused by name. The reader is our own
 //! (docs/decisions/0004-own-pickle-reader.md).
 
 mod legacy;
@@ -27,23 +27,23 @@ use members::member;
 use potamoi_base::record::{Fate, Format, KeyError, Notes, Record, told};
 use value::{Arena, Value};
 
-/// The largest description, in bytes.
+/// The largest pickle, in bytes.
 const PICKLE_LIMIT: u64 = 1 << 24;
-/// Characters of a key that are told.
+/// Maximum length of a key in messages, in characters.
 const TOLD_NAME: usize = 60;
 
-/// A checkpoint that cannot be used.
+/// A checkpoint that is invalid or not supported.
 #[derive(Debug, Error)]
 pub enum TorchError {
-    /// The file system refused.
+    /// The file system returned an error.
     #[error("cannot read checkpoint {path}: {source}; name a readable file")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the file system.
         source: std::io::Error,
     },
-    /// No checkpoint, or one that says something that is not read.
+    /// The file is not a checkpoint, or has unsupported content.
     #[error(
         "checkpoint {path}: {problem}; expected what torch.save of PyTorch 1.6 or later writes, \
          or numpy.savez of a state_dict"
@@ -51,27 +51,27 @@ pub enum TorchError {
     Container {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
-    /// It says something that no renderer here does.
+    /// The checkpoint has a feature that no renderer supports.
     #[error("checkpoint {path}: {source}")]
     Key {
         /// The file.
         path: PathBuf,
-        /// The key, and why.
+        /// The key, and why it is refused.
         source: Box<KeyError>,
     },
-    /// Something of it is missing or of another kind.
+    /// A field is missing or of the wrong kind.
     #[error("checkpoint {path}: `{field}` is {found}; expected {expected}")]
     Field {
         /// The file.
         path: PathBuf,
         /// Path of the field, keys joined by `/`.
         field: String,
-        /// What is there.
+        /// Its content.
         found: String,
-        /// What would be right.
+        /// Allowed content.
         expected: String,
     },
 }
@@ -81,7 +81,7 @@ pub enum TorchError {
 pub struct Tensor {
     /// Length of each axis.
     pub shape: Vec<usize>,
-    /// All numbers.
+    /// All numbers, the last axis fastest.
     pub values: Vec<f32>,
 }
 
@@ -89,23 +89,23 @@ pub struct Tensor {
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
-    /// Beside the pickle; none where the numbers are within it.
+    /// The archive; `None` if the numbers are within the pickle.
     archive: Option<ZipArchive<BufReader<File>>>,
-    /// What of the archive is not read.
+    /// Parts of the archive that are not read.
     beside: Vec<String>,
     /// Folder of all members.
     prefix: String,
     arena: Arena,
     root: Value,
-    /// Dictionaries and their items that were asked for.
+    /// Dictionaries and items that have been requested.
     asked: RefCell<BTreeSet<(usize, usize)>>,
 }
 
 impl Checkpoint {
-    /// Opens a file and reads its description; no tensor yet.
+    /// Opens a file and reads its pickle, but no tensors.
     ///
     /// # Errors
-    /// The file cannot be read, or is no checkpoint.
+    /// The file cannot be read or is not a checkpoint.
     pub fn open(path: &Path) -> Result<Self, TorchError> {
         let fail = |source| TorchError::Read {
             path: path.to_owned(),
@@ -149,11 +149,11 @@ impl Checkpoint {
         })
     }
 
-    /// What NumPy stores of an array of one object, which is a dictionary of
-    /// tensors: their numbers are within the pickle. `path` names it in errors.
+    /// Reads a NumPy array of one object, a dictionary of tensors whose numbers are within the
+    /// pickle. `path` names it in errors.
     ///
     /// # Errors
-    /// It is something else.
+    /// The pickle holds something else.
     pub fn of_object_array(path: &Path, pickle: &[u8]) -> Result<Self, TorchError> {
         let wrong = |problem: String| TorchError::Container {
             path: path.to_owned(),
@@ -180,7 +180,7 @@ impl Checkpoint {
         })
     }
 
-    /// Whether there is something under these keys, one a level.
+    /// Whether these keys, one a level, lead to a value.
     #[must_use]
     pub fn has(&self, keys: &[&str]) -> bool {
         self.find(keys).is_some()
@@ -189,7 +189,7 @@ impl Checkpoint {
     /// The tensor or array under these keys.
     ///
     /// # Errors
-    /// There is none, or its numbers are missing or too many.
+    /// There is none, or it has a wrong number of elements.
     pub fn tensor(&mut self, keys: &[&str]) -> Result<Tensor, TorchError> {
         match self.find(keys) {
             Some(Value::Tensor(at)) => self.view(keys, at),
@@ -199,7 +199,7 @@ impl Checkpoint {
         .and_then(|tensor| self.finite(keys, tensor))
     }
 
-    /// Refuses numbers with which nothing can be computed.
+    /// Refuses NaN and infinity.
     fn finite(&self, keys: &[&str], tensor: Tensor) -> Result<Tensor, TorchError> {
         match tensor.values.iter().position(|v| !v.is_finite()) {
             None => Ok(tensor),
@@ -211,10 +211,10 @@ impl Checkpoint {
         }
     }
 
-    /// The tensor under these keys, if it has this shape.
+    /// The tensor under these keys, which must have this shape.
     ///
     /// # Errors
-    /// As [`Checkpoint::tensor`], or another shape.
+    /// Those of [`Checkpoint::tensor`], or the shape differs.
     pub fn tensor_of(&mut self, keys: &[&str], shape: &[usize]) -> Result<Tensor, TorchError> {
         let tensor = self.tensor(keys)?;
         if tensor.shape == shape {
@@ -224,7 +224,7 @@ impl Checkpoint {
         Err(self.field(keys, found, &format!("a tensor of shape {shape:?}")))
     }
 
-    /// The number under these keys: an integer, a float, or a tensor of one.
+    /// The number under these keys: an integer, a float, or a tensor of one element.
     ///
     /// # Errors
     /// There is none.
@@ -255,7 +255,7 @@ impl Checkpoint {
         }
     }
 
-    /// The numbers of a list under these keys.
+    /// The numbers of the list under these keys.
     ///
     /// # Errors
     /// There is none, or it holds something else.
@@ -271,9 +271,9 @@ impl Checkpoint {
         self.arena.lists[at].iter().map(number).collect()
     }
 
-    /// Keys by path, those of the whole and those of its dictionaries, in the
-    /// order of the file; only what nobody asked for, if wanted so. What is not
-    /// asked for as a whole is not looked into then.
+    /// Paths of all keys, of the checkpoint and its dictionaries, in the order of the file; with
+    /// `unread` only those that were not requested. A dictionary that was not requested is then
+    /// not descended into.
     fn entries(&self, unread: bool) -> Vec<(String, Value)> {
         let asked = self.asked.borrow();
         let mut found = vec![];
@@ -305,17 +305,17 @@ impl Checkpoint {
         found
     }
 
-    /// The keys of the whole and of its dictionaries, by path.
+    /// Paths of all keys, of the checkpoint and its dictionaries.
     #[must_use]
     pub fn keys(&self) -> Vec<String> {
         let entries = self.entries(false).into_iter();
         entries.map(|(key, _)| key).collect()
     }
 
-    /// Judges all keys by the table of their format, before any is read.
+    /// Checks all keys against the table of their format, before any is read.
     ///
     /// # Errors
-    /// The first that is refused, unless its value says that it changes nothing.
+    /// The first key that is refused, unless its value has no effect.
     pub fn refuse(&self, format: &'static Format) -> Result<(), TorchError> {
         let refused = |key: &str| format.row(key).is_some_and(|row| row.fate == Fate::Refused);
         let entries = self.entries(false).into_iter();
@@ -323,10 +323,10 @@ impl Checkpoint {
         self.judged(record, &mut Notes::default())
     }
 
-    /// Lists what nobody asked for.
+    /// Lists all keys that were not requested.
     ///
     /// # Errors
-    /// As [`Checkpoint::refuse`].
+    /// Those of [`Checkpoint::refuse`].
     pub fn finish(&self, format: &'static Format, notes: &mut Notes) -> Result<(), TorchError> {
         self.beside.iter().for_each(|own| notes.list(own));
         self.judged(Record::new(format, self.entries(true)), notes)

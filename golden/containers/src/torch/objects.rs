@@ -1,14 +1,14 @@
-//! What a pickle's objects are made of: PyTorch's storages and tensors, NumPy's
-//! arrays, and the few other things that may be called.
+//! The objects that a pickle may build: PyTorch's storages and tensors, NumPy's arrays, and the
+//! few other callables that are allowed.
 
 use super::legacy;
 use super::pickle::{Machine, Step, place};
 use super::value::{Array, Class, Kind, Place, Storage, TensorView, Value};
 use potamoi_base::record::told;
 
-/// The most axes of a tensor.
+/// Maximum number of axes of a tensor.
 const MAX_AXES: usize = 8;
-/// What is looked at of a call's arguments; more are none of PyTorch's.
+/// Maximum number of a call's arguments that are examined; PyTorch's calls have no more.
 const MAX_ARGUMENTS: usize = 12;
 
 impl Machine<'_> {
@@ -41,8 +41,8 @@ impl Machine<'_> {
         items.iter().map(whole).collect()
     }
 
-    /// `("storage", class, key, location, count)`, and before PyTorch 1.6 what
-    /// it is a view of: nothing.
+    /// `("storage", class, key, location, count)`, and before PyTorch 1.6 a view key, which must
+    /// be none.
     pub(super) fn storage(&mut self, id: Value) -> Step<Value> {
         let ([tag, class, key, _, count] | [tag, class, key, _, count, Value::None]) =
             *self.items(id)?
@@ -159,8 +159,8 @@ impl Machine<'_> {
         }
     }
 
-    /// State of a numpy array or of a type; that of anything else is ignored,
-    /// as it is that of a dictionary's own attributes.
+    /// Sets the state of a NumPy array or type; the state of anything else, such as a dictionary's
+    /// attributes, is ignored.
     pub(super) fn build(&mut self, state: Value) -> Step<()> {
         let Value::Array(at) = self.top()? else {
             return Ok(());

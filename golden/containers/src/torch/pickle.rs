@@ -1,28 +1,28 @@
-//! The subset of Python's pickle protocol that PyTorch writes, read as data:
-//! nothing is called, classes other than a few are refused by name.
+//! The subset of Python's pickle protocol that PyTorch writes, read as data: nothing is called,
+//! and all classes except a few are refused by name.
 //!
-//! Objects lie in an arena and refer to each other by number, so that neither
-//! depth nor shared references of a hostile file cost more than its bytes.
-//! Opcodes: Python's `pickletools`, protocols 2 to 5.
+//! Objects lie in an arena and refer to each other by number, so that neither depth nor shared
+//! references of a hostile file cost more than its bytes. Opcodes: Python's `pickletools`,
+//! protocols 2 to 5.
 
 use std::collections::HashMap;
 
 use super::value::{Arena, Value, class};
 
-/// Reads the one object of a pickle.
+/// Reads the only object of a pickle.
 ///
 /// # Errors
-/// What is wrong, at which byte.
+/// The problem, with its byte offset.
 pub(super) fn read(bytes: &[u8]) -> Result<(Arena, Value), String> {
     let (machine, value) = run(bytes, true)?;
     Ok((machine.arena, value))
 }
 
-/// Reads the object of a pickle that a storage within another pickle is
-/// described by, and the bytes that it takes.
+/// Reads the pickle that describes a storage within another pickle, and returns its length as
+/// well.
 ///
 /// # Errors
-/// As [`read`]; or it holds such a storage itself, which PyTorch never writes.
+/// Those of [`read`], or it holds such a storage itself, which PyTorch never writes.
 pub(super) fn read_inner(bytes: &[u8]) -> Result<(Arena, Value, usize), String> {
     let (machine, value) = run(bytes, false)?;
     Ok((machine.arena, value, machine.at))
@@ -58,9 +58,9 @@ pub(super) struct Machine<'a> {
     memo: HashMap<u32, Value>,
     /// Bytes of arrays made from texts so far.
     pub(super) copied: usize,
-    /// Whether storages within it are read.
+    /// Whether storages within the pickle are read.
     pub(super) loads: bool,
-    /// Bytes of such storages so far.
+    /// Bytes of storages within the pickle so far.
     pub(super) loaded: usize,
     pub(super) arena: Arena,
 }
@@ -182,7 +182,7 @@ impl Machine<'_> {
         self.push(value)
     }
 
-    /// Carries out one opcode; gives the object at the end.
+    /// Executes one opcode; returns the object at the end.
     fn step(&mut self) -> Step<Option<Value>> {
         let [code] = self.number()?;
         match code {
@@ -209,7 +209,7 @@ impl Machine<'_> {
         Ok(None)
     }
 
-    /// Opcodes of values that stand in the stream; whether it was one.
+    /// Opcodes of values in the stream; returns whether `code` is one.
     fn constant(&mut self, code: u8) -> Step<bool> {
         match code {
             b'N' => self.push(Value::None)?,
@@ -257,7 +257,7 @@ impl Machine<'_> {
         Ok(true)
     }
 
-    /// Opcodes of tuples, lists and dictionaries; whether it was one.
+    /// Opcodes of tuples, lists and dictionaries; returns whether `code` is one.
     fn collection(&mut self, code: u8) -> Step<bool> {
         match code {
             b')' => self.tuple(vec![])?,
@@ -298,7 +298,7 @@ impl Machine<'_> {
         Ok(true)
     }
 
-    /// Opcodes that keep a value or take it up again; whether it was one.
+    /// Opcodes that store and recall values; returns whether `code` is one.
     fn memory(&mut self, code: u8) -> Step<bool> {
         match code {
             b'q' => {
@@ -326,7 +326,7 @@ impl Machine<'_> {
         Ok(true)
     }
 
-    /// Opcodes of classes, storages and what is made of them; whether it was one.
+    /// Opcodes of classes, storages and objects made from them; returns whether `code` is one.
     fn object(&mut self, code: u8) -> Step<bool> {
         match code {
             b'c' => {
@@ -360,7 +360,7 @@ impl Machine<'_> {
     }
 }
 
-/// A signed integer, low byte first, of at most 64 bits.
+/// A signed little-endian integer of at most 64 bits.
 fn integer(bytes: &[u8]) -> Step<i64> {
     if bytes.len() > 8 {
         return Err("an integer of more than 64 bits".to_owned());

@@ -1,16 +1,15 @@
-//! What a checkpoint says under a key, as Python would print it.
+//! Checks of plain values in a checkpoint, in Python's notation.
 
 use super::value::Value;
 use super::{Checkpoint, TorchError};
 use potamoi_base::record::told;
 
 impl Checkpoint {
-    /// Refuses a key that is there and says anything but one of these values, which are
-    /// written as Python prints them: `True`, `1`, `'a text'`. A number, a text and a
-    /// truth value are never taken for one another.
+    /// Refuses a key that is present unless it has one of these values, in Python's notation:
+    /// `True`, `1`, `'a text'`. Numbers, texts and truth values are never equal to one another.
     ///
     /// # Errors
-    /// The key, with what it says.
+    /// The key, with its value.
     pub fn says_only(&self, keys: &[&str], wanted: &[&str]) -> Result<(), TorchError> {
         let Some(value) = self.find(keys) else {
             return Ok(());

@@ -1,4 +1,4 @@
-//! The numbers of tensors and arrays, beside the pickle or within it.
+//! The numbers of tensors and arrays, in members or within the pickle.
 
 use half::{bf16, f16};
 
@@ -8,25 +8,24 @@ use super::members::{length, member};
 use super::value::{Kind, Place, Value};
 use super::{Checkpoint, Tensor, TorchError};
 
-/// The most numbers of a tensor.
+/// Maximum number of elements in a tensor.
 const MAX_NUMBERS: usize = 1 << 30;
 
 impl Checkpoint {
-    /// As [`Checkpoint::tensor`], of a tensor that holds floating-point numbers: grids and
-    /// weights that are stored as integers were packed somehow, and their codes are no
-    /// densities.
+    /// As [`Checkpoint::tensor`], for floating-point tensors. Grids and weights stored as integers
+    /// were packed in some way, and their codes are not densities.
     ///
     /// # Errors
-    /// As [`Checkpoint::tensor`], or a tensor of integers or truth values.
+    /// Those of [`Checkpoint::tensor`], or a tensor of integers or truth values.
     pub fn floats(&mut self, keys: &[&str]) -> Result<Tensor, TorchError> {
         self.are_floats(keys)?;
         self.tensor(keys)
     }
 
-    /// The same, if it has this shape.
+    /// As [`Checkpoint::floats`], for a tensor that must have this shape.
     ///
     /// # Errors
-    /// As [`Checkpoint::floats`], or another shape.
+    /// Those of [`Checkpoint::floats`], or the shape differs.
     pub fn floats_of(&mut self, keys: &[&str], shape: &[usize]) -> Result<Tensor, TorchError> {
         self.are_floats(keys)?;
         self.tensor_of(keys, shape)
@@ -95,7 +94,7 @@ impl Checkpoint {
         Ok(Tensor { shape, values })
     }
 
-    /// The numbers of a storage beside the pickle, of so many bytes.
+    /// The bytes of a storage in a member, at most `most`.
     fn beside(&mut self, keys: &[&str], key: usize, most: usize) -> Result<Vec<u8>, TorchError> {
         let name = format!("{}data/{}", self.prefix, self.arena.texts[key]);
         let read = match &mut self.archive {
@@ -149,7 +148,7 @@ impl Checkpoint {
     }
 }
 
-/// Number `at` of little-endian ones; the caller has seen that it is there.
+/// Number `at` of little-endian numbers, which must exist.
 fn number(kind: Kind, bytes: &[u8], at: usize) -> f32 {
     let own = &bytes[at * kind.bytes()..][..kind.bytes()];
     let mut wide = [0; 8];

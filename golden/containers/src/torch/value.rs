@@ -1,8 +1,8 @@
-//! What a pickle of PyTorch holds, and which classes it may name.
+//! Objects of a PyTorch pickle, and the classes that it may name.
 
 use potamoi_base::record::told;
 
-/// A value, or the place of one.
+/// A value, or the index of one in the arena.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Value {
     None,
@@ -20,7 +20,7 @@ pub(super) enum Value {
     Array(usize),
 }
 
-/// What may be named. Calling one makes the value that it stands for.
+/// The classes that may be named. Calling one makes the value that it represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Class {
     OrderedDict,
@@ -41,7 +41,7 @@ pub(super) enum Class {
     Device,
 }
 
-/// Kind of a stored number.
+/// Type of a stored number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     F16,
@@ -65,12 +65,12 @@ impl Kind {
         }
     }
 
-    /// Whether its numbers may be fractions, as those of weights are.
+    /// Whether its numbers may be fractions, as weights are.
     pub(super) const fn is_float(self) -> bool {
         matches!(self, Self::F16 | Self::BF16 | Self::F32 | Self::F64)
     }
 
-    /// How it is called.
+    /// Its name.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::F16 => "float16",
@@ -85,7 +85,7 @@ impl Kind {
         }
     }
 
-    /// Of numpy's type strings without byte order.
+    /// The kind for NumPy's type string without byte order.
     pub(super) fn of_numpy(text: &str) -> Option<Self> {
         Some(match text {
             "f2" => Self::F16,
@@ -101,7 +101,7 @@ impl Kind {
     }
 }
 
-/// Stored numbers.
+/// A storage of numbers.
 #[derive(Debug, Clone)]
 pub(super) struct Storage {
     pub(super) kind: Kind,
@@ -109,12 +109,12 @@ pub(super) struct Storage {
     pub(super) count: usize,
 }
 
-/// Where the numbers of a storage are.
+/// Location of a storage's numbers.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Place {
-    /// Beside the pickle: a text, the name of the member below `data/`.
+    /// In a member: index of the text with its name below `data/`.
     Member(usize),
-    /// Within the pickle: an array of bytes, and the first of theirs.
+    /// Within the pickle: an array of bytes, and the first byte.
     Within(usize, usize),
 }
 
@@ -127,16 +127,16 @@ pub(super) struct TensorView {
     pub(super) strides: Vec<usize>,
 }
 
-/// A numpy array or scalar, its bytes within the pickle.
+/// A NumPy array or scalar, with its bytes within the pickle.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Array {
     pub(super) shape: Vec<usize>,
     pub(super) kind: Option<Kind>,
-    /// An array of bytes; none before its state was set.
+    /// An array of bytes; `None` before its state is set.
     pub(super) bytes: Option<usize>,
-    /// Of an array of one object, that object.
+    /// The object of an array of one object.
     pub(super) object: Option<Value>,
-    /// Of a type object alone.
+    /// Whether it is only a type object.
     pub(super) is_dtype: bool,
 }
 
@@ -153,7 +153,7 @@ pub(super) struct Arena {
 }
 
 impl Value {
-    /// What it is, for messages.
+    /// Name of its kind, for messages.
     pub(super) const fn kind(self) -> &'static str {
         match self {
             Self::None => "nothing",
@@ -173,10 +173,10 @@ impl Value {
     }
 }
 
-/// The class of a module, if it is one of those that are known.
+/// The class of a module, if it is a known one.
 ///
 /// # Errors
-/// Any other, by name.
+/// Any other class, by name.
 pub(super) fn class(module: &str, name: &str) -> Result<Class, String> {
     let storage = |kind| Ok(Class::Storage(kind));
     match (module, name) {
