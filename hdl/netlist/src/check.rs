@@ -1,9 +1,8 @@
-//! What a module must keep before it is used.
+//! Structural checks of modules.
 //!
-//! A node can only name what was built before it, so within a module only
-//! registers and memories close a loop. Instances can be connected later;
-//! what of their outputs depends on what of their inputs in the same cycle is
-//! followed through the hierarchy.
+//! A node can only refer to earlier nodes, so within a module only registers and memories close
+//! loops. Instances may be connected later; combinational paths from their inputs to their outputs
+//! are followed through the hierarchy.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,9 +11,8 @@ use super::keywords::is_keyword;
 use super::node::Op;
 use super::{IrError, Module};
 
-/// Every node that reaches an output or an instance, memories on the way
-/// included. The others are not printed, nor are memories that none of them
-/// reads.
+/// Live nodes: those that reach an output or an instance, through memories too. Other nodes are not
+/// printed, nor are memories that no live node reads.
 pub(crate) fn live(module: &Module) -> Vec<bool> {
     let mut live = vec![false; module.nodes.len()];
     let mut queue: Vec<usize> = module
@@ -56,8 +54,7 @@ pub(crate) fn read_memories(module: &Module, live: &[bool]) -> Vec<bool> {
     read
 }
 
-/// Whether the module, or anything below it, has a live clocked node, and
-/// whether it has a live register.
+/// Whether the module or its hierarchy has a live clocked node, and whether it has a live register.
 pub(crate) fn state(module: &Module) -> (bool, bool) {
     let live = live(module);
     let nodes = || {
@@ -173,8 +170,8 @@ pub(crate) fn check(module: &Module) -> Vec<IrError> {
     errors
 }
 
-/// For every output port, by port index, the input ports that it depends on in
-/// the same cycle. The error names a node of a combinational loop.
+/// For every output port, by index, the input ports with a combinational path to it. The error
+/// names a node of a combinational loop.
 pub(crate) fn same_cycle_inputs(
     module: &Module,
 ) -> Result<BTreeMap<usize, BTreeSet<usize>>, String> {

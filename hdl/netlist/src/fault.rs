@@ -1,4 +1,4 @@
-//! Faults in a netlist: what a verification must find.
+//! Fault injection: faults that verification must find.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,30 +9,29 @@ use thiserror::Error;
 use super::node::{Binary, Node, Op, Ty};
 use super::{Module, check};
 
-/// One wrong register.
+/// A fault of one register.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
-    /// The module that declares it, in every instance alike.
+    /// Module that declares the register; all instances are affected.
     pub module: String,
-    /// Its name.
+    /// Name of the register.
     pub register: String,
-    /// What is wrong with it.
+    /// The change.
     pub change: Change,
 }
 
-/// What is wrong with a register.
+/// Change of a register.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Change {
-    /// It takes over this bit inverted, at every clock at which it takes over a
-    /// value.
+    /// One bit of its next value is inverted, whenever it takes one.
     Invert(u32),
-    /// It wakes from reset with another value.
+    /// Its reset value is another one.
     Reset(BigInt),
-    /// It wakes from reset with this bit of its value inverted.
+    /// One bit of its reset value is inverted.
     ResetBit(u32),
 }
 
-/// A fault that cannot be made.
+/// Why a fault cannot be injected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("cannot make a fault in register {register} of module {module}: {problem}")]
 pub struct FaultError {
@@ -40,15 +39,15 @@ pub struct FaultError {
     pub module: String,
     /// The register.
     pub register: String,
-    /// What is wrong, and what was expected.
+    /// The problem, and what was expected.
     pub problem: String,
 }
 
 impl Fault {
-    /// The hierarchy of `top` with this fault in it.
+    /// A copy of the hierarchy of `top` with the fault.
     ///
     /// # Errors
-    /// No such module or register, or a change that does not fit its width.
+    /// An unknown module or register, or a change that does not fit its width.
     pub fn inject(&self, top: &Arc<Module>) -> Result<Arc<Module>, FaultError> {
         let mut done = BTreeMap::new();
         let mut found = false;
@@ -68,7 +67,7 @@ impl Fault {
         }
     }
 
-    /// Modules stay shared: `done` maps their addresses to their copies.
+    /// Copies modules, and keeps them shared: `done` maps addresses to copies.
     fn rebuild(
         &self,
         module: &Arc<Module>,
@@ -158,7 +157,7 @@ impl Fault {
     }
 }
 
-/// The value of one bit, which is negative for the sign.
+/// A value with one bit set; negative for the sign bit.
 fn mask(ty: Ty, bit: u32) -> BigInt {
     let value = BigInt::from(1) << bit;
     if ty.signed && bit + 1 == ty.width {

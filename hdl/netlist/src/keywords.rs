@@ -1,6 +1,6 @@
-//! Names that tools do not take.
+//! Reserved names.
 
-/// Verilog-2005 and SystemVerilog, which Verilator reserves in both languages.
+/// Keywords of Verilog-2005 and SystemVerilog; Verilator reserves both.
 const KEYWORDS: &str = "\
     accept_on alias always always_comb always_ff always_latch and assert assign \
     assume automatic before begin bind bins binsof bit break buf bufif0 bufif1 \

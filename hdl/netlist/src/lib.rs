@@ -69,13 +69,12 @@ pub use range::{Ranges, ranges};
 
 use node::{Contract, Inst, Memory, Node, Port};
 
-/// A finished module.
+/// A complete module.
 #[derive(Debug, Clone)]
 pub struct Module {
     pub(crate) name: String,
     pub(crate) doc: String,
-    /// Operands always come before the nodes that use them, but for the
-    /// inputs of registers and memories.
+    /// Operands precede the nodes that use them, except for the inputs of registers and memories.
     pub(crate) nodes: Vec<Node>,
     pub(crate) ports: Vec<Port>,
     pub(crate) memories: Vec<Memory>,
@@ -83,19 +82,19 @@ pub struct Module {
     pub(crate) contracts: Vec<Contract>,
     pub(crate) sections: Vec<String>,
     pub(crate) unused: BTreeMap<usize, String>,
-    /// Known once the module is finished.
+    /// Set when the module is complete.
     pub(crate) clocked: bool,
     pub(crate) registers: bool,
 }
 
-/// A port as the outside sees it.
+/// Description of a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortInfo {
     /// Name.
     pub name: String,
-    /// Type.
+    /// Type of its values.
     pub ty: Ty,
-    /// Output or input.
+    /// Whether it is an output.
     pub output: bool,
     /// What it is for.
     pub doc: String,
@@ -122,15 +121,15 @@ impl Module {
             .collect()
     }
 
-    /// Names of the instances in the module, without those below, and of their modules.
+    /// Instances in the module itself, as pairs of instance and module name.
     pub fn instances(&self) -> impl Iterator<Item = (&str, &str)> {
         self.instances
             .iter()
             .map(|own| (&*own.name, own.module.name()))
     }
 
-    /// The module without the gates that keep ports low in reset: what it is while
-    /// `rst_n` is high.
+    /// The module without the gates that keep ports low in reset: its behaviour while `rst_n` is
+    /// high.
     #[must_use]
     pub fn without_reset_gates(&self) -> Self {
         let mut module = self.clone();
@@ -148,22 +147,21 @@ impl Module {
         module
     }
 
-    /// Whether the module or anything below it holds state: it then has a
-    /// `clk` port.
+    /// Whether the module or its hierarchy has state, and thus a `clk` port.
     #[must_use]
     pub const fn is_clocked(&self) -> bool {
         self.clocked
     }
 
-    /// Whether there is a register here or below, or anything else that reset
-    /// changes: it then has an `rst_n` port.
+    /// Whether the module or its hierarchy has a register, or another node that reset affects, and
+    /// thus an `rst_n` port.
     #[must_use]
     pub const fn has_registers(&self) -> bool {
         self.registers
     }
 }
 
-/// A mistake in a netlist.
+/// A fault of a netlist's construction.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("module {module}: {node}: {problem}")]
 pub struct IrError {
@@ -171,11 +169,11 @@ pub struct IrError {
     pub module: String,
     /// The node, port, memory or instance.
     pub node: String,
-    /// What is wrong with it, and what was expected.
+    /// The problem, and what was expected.
     pub problem: String,
 }
 
-/// Every mistake found in a netlist.
+/// All faults found in a netlist.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub struct IrErrors(pub Vec<IrError>);
 

@@ -1,4 +1,4 @@
-//! Memories of a hierarchy, as a memory compiler sees them.
+//! Memories of a hierarchy, for memory compilers.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,26 +6,26 @@ use std::sync::Arc;
 use super::Module;
 use super::node::Op;
 
-/// A module that is one memory with synchronous read ports, and nothing else: a
-/// compiled macro can take its place.
+/// A module that contains one memory with synchronous read ports and nothing else, so that a
+/// compiled macro can replace it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MemoryMacro {
     /// The module's name.
     pub module: String,
     /// Words.
     pub words: u32,
-    /// Bits of a word.
+    /// Width of a word in bits.
     pub bits: u32,
     /// Write ports.
     pub writes: u32,
     /// Read ports.
     pub reads: u32,
-    /// How many there are in the whole hierarchy.
+    /// Number of instances in the hierarchy.
     pub count: u32,
 }
 
 impl Module {
-    /// The memory macros of the module and all below it, by name.
+    /// The memory macros of the module and its hierarchy, by name.
     #[must_use]
     pub fn memory_macros(&self) -> Vec<MemoryMacro> {
         let mut found = BTreeMap::new();
@@ -33,9 +33,8 @@ impl Module {
         found.into_values().collect()
     }
 
-    /// Memories of the module and all below it that no macro can take the place of:
-    /// read without a clock, or in a module that holds more than them. By name, one
-    /// for each memory of a module.
+    /// Memories of the module and its hierarchy that no macro can replace: those with combinational
+    /// reads, or with other logic in their module. By name, one entry for each memory of a module.
     #[must_use]
     pub fn memories_in_logic(&self) -> Vec<MemoryMacro> {
         let mut found = BTreeMap::new();
@@ -64,7 +63,7 @@ impl Module {
         }
     }
 
-    /// The modules of the memory macros below the module, by name.
+    /// The modules of the memory macros in the hierarchy, by name.
     #[must_use]
     pub fn memory_modules(&self) -> BTreeMap<String, Arc<Self>> {
         let mut found = BTreeMap::new();

@@ -7,13 +7,13 @@ use potamoi_formats::fixed::Rounding;
 
 use super::Module;
 
-/// Width and signedness. Nothing is ever converted silently: operands must
-/// agree, and extension, truncation and reinterpretation are nodes.
+/// Width and signedness. No conversion is implicit: operands must agree, and extension, truncation
+/// and reinterpretation are nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Ty {
-    /// Bits, at least 1.
+    /// Width in bits, at least 1.
     pub width: u32,
-    /// Two's complement, or unsigned.
+    /// Whether it is two's complement.
     pub signed: bool,
 }
 
@@ -65,7 +65,7 @@ impl std::fmt::Display for Ty {
     }
 }
 
-/// A value in a module: the index of its node, and its type.
+/// A value in a module: index and type of its node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Signal {
     pub(crate) id: usize,
@@ -73,7 +73,7 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// Bits.
+    /// Width in bits.
     #[must_use]
     pub const fn width(self) -> u32 {
         self.ty.width
@@ -100,7 +100,7 @@ pub struct MemId(pub(crate) usize);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instance(pub(crate) usize);
 
-/// Operators of two operands of one type.
+/// Binary operators on operands of one type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Binary {
     /// Bitwise and.
@@ -125,7 +125,7 @@ pub enum Binary {
     Le,
 }
 
-/// Operators of one operand.
+/// Unary operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unary {
     /// Every bit inverted.
@@ -140,60 +140,60 @@ pub enum Unary {
     Parity,
 }
 
-/// What a node computes. Operands are numbers of nodes of the same module.
+/// Operation of a node. Operands are indices of nodes in the same module.
 #[derive(Debug, Clone)]
 pub enum Op {
     /// A port.
     Input,
-    /// `rst_n` itself: 0 in reset.
+    /// `rst_n` as a value: 0 in reset.
     OutOfReset,
-    /// A constant; with a name it prints as a localparam.
+    /// A constant; a named one prints as a localparam.
     Lit(BigInt),
-    /// Operator, operand.
+    /// Unary operator, operand.
     Unary(Unary, usize),
-    /// Operator, left operand, right operand.
+    /// Binary operator, left operand, right operand.
     Binary(Binary, usize, usize),
-    /// Dynamic shift to the left: value, amount.
+    /// Left shift: value, amount.
     Shl(usize, usize),
-    /// Dynamic shift to the right, arithmetic where signed: value, amount.
+    /// Right shift, arithmetic if signed: value, amount.
     Shr(usize, usize),
-    /// Value, low bit; the width is the node's.
+    /// Slice: value, lowest bit; the node's width.
     Slice(usize, u32),
-    /// High part first.
+    /// Concatenation, high part first.
     Cat(Vec<usize>),
-    /// Value, how often it is repeated.
+    /// Repetition: value, count.
     Repeat(usize, u32),
-    /// By the operand's signedness.
+    /// Extension by the operand's signedness.
     Extend(usize),
-    /// To another signedness of the same width.
+    /// Reinterpretation with another signedness.
     Cast(usize),
-    /// Value, bits dropped, how.
+    /// Rounding: value, dropped bits, mode.
     Round(usize, u32, Rounding),
-    /// To the range of the node's type.
+    /// Saturation to the node's type.
     Saturate(usize),
-    /// Condition, value if it is 1, value if it is 0.
+    /// Multiplexer: condition, value if 1, value if 0.
     Mux(usize, usize, usize),
-    /// Index, options; past the list the last one.
+    /// Selection: index, options; past the list the last one.
     Select(usize, Vec<usize>),
-    /// A register; without `enable` it takes over `next` at every clock edge.
+    /// A register; without `enable` it takes `next` at every clock edge.
     Reg {
-        /// Value in reset.
+        /// Reset value.
         reset: BigInt,
-        /// Value that is taken over; `None` until it is set.
+        /// Next value; `None` until it is set.
         next: Option<usize>,
-        /// When it is taken over.
+        /// Enable.
         enable: Option<usize>,
     },
-    /// Read at the clock edge: memory, enable, address.
+    /// Synchronous read: memory, enable, address.
     ReadSync(usize, usize, usize),
-    /// Read in the same cycle: memory, address.
+    /// Combinational read: memory, address.
     ReadAsync(usize, usize),
-    /// Instance, port.
+    /// Output of an instance: instance, port.
     InstanceOut(usize, usize),
 }
 
 impl Op {
-    /// Nodes whose value this one needs in the same cycle.
+    /// Operands with a combinational path to this node.
     pub(crate) fn operands(&self) -> Vec<usize> {
         match self {
             Self::Input
@@ -221,7 +221,7 @@ impl Op {
         }
     }
 
-    /// Nodes whose value this one takes over at the clock edge.
+    /// Operands sampled at the clock edge.
     pub(crate) fn edge_operands(&self) -> Vec<usize> {
         match self {
             Self::Reg { next, enable, .. } => next.iter().chain(enable).copied().collect(),
@@ -231,7 +231,7 @@ impl Op {
     }
 }
 
-/// A node with what its author said of it.
+/// A node with its annotations.
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
     pub(crate) op: Op,
@@ -239,7 +239,7 @@ pub(crate) struct Node {
     pub(crate) name: Option<String>,
     pub(crate) note: Option<String>,
     pub(crate) section: usize,
-    /// Must not wrap; proven by the range analysis.
+    /// Asserted not to wrap; proven by the range analysis.
     pub(crate) exact: bool,
 }
 
@@ -249,7 +249,7 @@ pub(crate) struct Port {
     pub(crate) name: String,
     pub(crate) node: usize,
     pub(crate) output: bool,
-    /// Its node is the conjunction of `rst_n` and what it is otherwise.
+    /// Low in reset: its node is the conjunction with `rst_n`.
     pub(crate) low_in_reset: bool,
     pub(crate) doc: String,
 }
@@ -260,9 +260,9 @@ pub(crate) struct Memory {
     pub(crate) depth: u32,
     pub(crate) width: u32,
     pub(crate) doc: String,
-    /// Nodes that stood before it.
+    /// Number of earlier nodes.
     pub(crate) at: usize,
-    /// Enable, address, data.
+    /// Writes: enable, address, data.
     pub(crate) writes: Vec<(usize, usize, usize)>,
 }
 
@@ -270,30 +270,30 @@ pub(crate) struct Memory {
 pub(crate) struct Inst {
     pub(crate) name: String,
     pub(crate) module: Arc<Module>,
-    /// Port index of the module -> node here, for inputs.
+    /// Inputs: port index of the module, node here.
     pub(crate) inputs: Vec<(usize, usize)>,
-    /// Nodes that stood before it.
+    /// Number of earlier nodes.
     pub(crate) at: usize,
 }
 
-/// A declared bound that the range analysis builds on.
+/// A declared bound for the range analysis.
 #[derive(Debug, Clone)]
 pub(crate) enum Contract {
-    /// The signal stays within these bounds.
+    /// The signal is within these bounds.
     Range {
         node: usize,
         low: BigInt,
         high: BigInt,
         why: String,
     },
-    /// The register holds at most this many terms.
+    /// The register holds the sum of at most this many terms.
     Terms {
         reg: usize,
         term: usize,
         most: u32,
         why: String,
     },
-    /// The register holds features weighted by codes that sum to `total`.
+    /// The register holds features weighted by codes with the sum `total`.
     Weighted {
         reg: usize,
         feature: usize,

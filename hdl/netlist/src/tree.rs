@@ -1,19 +1,19 @@
-//! A hierarchy of modules, every node of it with a number.
+//! A hierarchy of modules with global node numbers.
 
 use super::Module;
 use super::node::Op;
 
-/// A module in its place in the hierarchy.
+/// A module instance in the hierarchy.
 pub(super) struct Unit<'a> {
     pub(super) module: &'a Module,
-    /// The unit it is in, and which of its instances it is.
+    /// Parent unit and index of the instance there.
     pub(super) parent: Option<(usize, usize)>,
     pub(super) children: Vec<usize>,
     pub(super) first_node: usize,
     pub(super) first_memory: usize,
 }
 
-/// All nodes of a hierarchy, numbered through.
+/// All nodes of a hierarchy, numbered consecutively.
 #[derive(Default)]
 pub(super) struct Tree<'a> {
     pub(super) units: Vec<Unit<'a>>,
@@ -47,7 +47,7 @@ impl<'a> Tree<'a> {
         (unit, node - unit.first_node)
     }
 
-    /// Nodes whose value this one needs in the same cycle.
+    /// Nodes with a combinational path to this one.
     pub(super) fn needs(&self, node: usize) -> Vec<usize> {
         let (unit, id) = self.find(node);
         match &unit.module.nodes[id].op {

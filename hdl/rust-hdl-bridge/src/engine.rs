@@ -1,4 +1,4 @@
-//! A netlist inside a block that states its ports as signals.
+//! A netlist in a block that declares its ports as signals.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use rust_hdl_core::prelude::{Bits, Block, Logic, Probe, Verilog};
 use crate::BridgeError;
 use crate::text;
 
-/// Simulates and prints a netlist for the block that it is a field of.
+/// Simulates and prints a netlist for the block that contains it.
 ///
-/// rust-hdl's blocks cannot return errors while they are simulated. The first
-/// one is kept, see [`Engine::error`]; from then on nothing moves.
+/// rust-hdl's blocks cannot return errors during simulation. The first error is kept, see
+/// [`Engine::error`], and stops the simulation.
 #[derive(Debug, Clone)]
 pub struct Engine {
     module: Arc<Module>,
@@ -43,7 +43,7 @@ impl Engine {
         &self.module
     }
 
-    /// What went wrong first, if anything did.
+    /// The first error, if any.
     #[must_use]
     pub fn error(&self) -> Option<&BridgeError> {
         self.error.as_ref()
@@ -62,8 +62,7 @@ impl Engine {
         self.set::<1>(port, value.into());
     }
 
-    /// The value of a port of `N` bits as of the last [`Engine::step`]; 0 after
-    /// an error.
+    /// Value of a port of `N` bits at the last [`Engine::step`]; 0 after an error.
     pub fn get<const N: usize>(&mut self, port: &str) -> Bits<N> {
         let mut value = BigUint::ZERO;
         self.keep(|e| {
@@ -74,13 +73,13 @@ impl Engine {
         value.into()
     }
 
-    /// The value of a port of one bit.
+    /// Value of a port of one bit.
     pub fn get_bit(&mut self, port: &str) -> bool {
         self.get::<1>(port).into()
     }
 
-    /// Computes the outputs, after a clock edge if `clk` has risen since the
-    /// last step. The inputs count as they were before that edge.
+    /// Evaluates the outputs, after a clock edge if `clk` has risen since the last step. The edge
+    /// samples the inputs of the previous step.
     pub fn step(&mut self, clk: bool) {
         let rose = clk && !self.clk;
         self.clk = clk;
@@ -94,9 +93,8 @@ impl Engine {
         });
     }
 
-    /// What the block's [`Logic::hdl`] returns. The block's signals must have
-    /// the names of the netlist's ports, `clk` and `rst_n` included where the
-    /// netlist has them.
+    /// Result for the block's [`Logic::hdl`]. The block's signals must have the names of the
+    /// netlist's ports, including `clk` and `rst_n` where present.
     #[must_use]
     pub fn verilog(&self) -> Verilog {
         text::wrapper(&self.module, &self.files)
@@ -121,7 +119,7 @@ impl Engine {
         })
     }
 
-    /// Sets an input; the value must not have more bits than the port.
+    /// Sets an input; the value must fit the port.
     pub(crate) fn write(&mut self, port: &str, value: &BigUint) -> Result<(), BridgeError> {
         let handle = self.sim.port(port)?;
         if value.bits() > u64::from(handle.width()) {

@@ -1,4 +1,4 @@
-//! A netlist as a block of its own, its ports known at run time.
+//! A netlist as a block with ports known at run time.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use rust_hdl_core::signal::get_signal_id;
 
 use crate::{BridgeError, Engine};
 
-/// A port, as rust-hdl's passes see it.
+/// A port for rust-hdl's passes.
 #[derive(Debug, Clone)]
 struct Pin {
     name: String,
@@ -71,11 +71,10 @@ impl Netlist {
         Ok(Self { engine, pins })
     }
 
-    /// Sets an input, `clk` and `rst_n` included; it takes effect at the next
-    /// update.
+    /// Sets an input, `clk` and `rst_n` included; effective at the next update.
     ///
     /// # Errors
-    /// A name that is no input, or a value of more bits than the port has.
+    /// An unknown input, or a value wider than the port.
     pub fn set(&mut self, port: &str, value: impl Into<BigUint>) -> Result<(), BridgeError> {
         let value = value.into();
         let clock = port == "clk" && self.engine.module().is_clocked();
@@ -97,10 +96,10 @@ impl Netlist {
         Ok(())
     }
 
-    /// A port's value as of the last update.
+    /// Value of a port at the last update.
     ///
     /// # Errors
-    /// A name that is no port.
+    /// An unknown port.
     pub fn get(&self, port: &str) -> Result<BigUint, BridgeError> {
         match self.pins.iter().find(|p| p.name == port) {
             Some(pin) => Ok(pin.value.clone()),
@@ -108,7 +107,7 @@ impl Netlist {
         }
     }
 
-    /// What went wrong in an update, if anything did.
+    /// The first error of an update, if any.
     #[must_use]
     pub fn error(&self) -> Option<&BridgeError> {
         self.engine.error()

@@ -1,4 +1,4 @@
-//! The Verilog of a netlist inside rust-hdl's.
+//! Verilog of a netlist within rust-hdl's output.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use rust_hdl_core::ast::{Verilog, Wrapper};
 
 use crate::BridgeError;
 
-/// The emitted modules, and an instance whose ports bear their own names.
+/// The emitted modules, and an instance with ports of the same names.
 pub(crate) fn wrapper(module: &Arc<Module>, files: &[(String, String)]) -> Verilog {
     let mut ports = vec![];
     if module.is_clocked() {
@@ -35,9 +35,8 @@ pub(crate) fn files(module: &Arc<Module>) -> Result<Vec<(String, String)>, Bridg
     Ok(files)
 }
 
-/// rust-hdl prints these once a block, so that two blocks of one netlist would
-/// define it twice. The guard is of the content: two modules of one name stay
-/// the error that they are.
+/// rust-hdl prints these once per block, so that two blocks of one netlist would define them twice.
+/// The guard covers the content: two different modules of one name remain an error.
 fn guarded(files: &[(String, String)]) -> String {
     let mut all = String::new();
     for (_, text) in files {

@@ -1,4 +1,4 @@
-//! Choices between values.
+//! Multiplexers and selections.
 
 use num_traits::Zero as _;
 
@@ -6,7 +6,7 @@ use super::ModuleBuilder;
 use crate::node::{Op, Signal, Ty};
 
 impl ModuleBuilder {
-    /// `condition ? then : other`.
+    /// Multiplexer: `condition ? then : other`.
     pub fn mux(&mut self, condition: Signal, then: Signal, other: Signal) -> Signal {
         if condition.ty != Ty::bit() {
             let of = self.describe(condition);
@@ -25,7 +25,7 @@ impl ModuleBuilder {
         self.node(Op::Mux(condition.id, then.id, other.id), then.ty)
     }
 
-    /// `options[index]`; past the list the last one.
+    /// `options[index]`; an index past the list selects the last option.
     pub fn select(&mut self, index: Signal, options: &[Signal]) -> Signal {
         let Some(first) = options.first().copied() else {
             self.fail("select", "no options".to_owned());

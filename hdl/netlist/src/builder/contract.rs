@@ -1,4 +1,4 @@
-//! What the author declares about values, for the analysis of ranges.
+//! Declared bounds of values, for the range analysis.
 
 use num_bigint::BigInt;
 
@@ -6,7 +6,7 @@ use super::ModuleBuilder;
 use crate::node::{Contract, Signal};
 
 impl ModuleBuilder {
-    /// Declares bounds of an input.
+    /// Declares the range of an input.
     pub fn assume_range(
         &mut self,
         s: Signal,
@@ -22,7 +22,7 @@ impl ModuleBuilder {
         });
     }
 
-    /// Declares that a register holds at most `most` terms at a time.
+    /// Declares that a register holds the sum of at most `most` terms.
     pub fn accumulator(&mut self, reg: Signal, term: Signal, most: u32, why: &str) {
         self.module.contracts.push(Contract::Terms {
             reg: reg.id,

@@ -7,9 +7,8 @@ use crate::Module;
 use crate::node::{Inst, Instance, Op, Signal, Ty};
 
 impl ModuleBuilder {
-    /// An instance of a module, its inputs connected by port name. Inputs that
-    /// depend on its own outputs are connected later, with
-    /// [`ModuleBuilder::connect`].
+    /// Instantiates a module with inputs connected by port name. Inputs that depend on the
+    /// instance's own outputs are connected later, with [`ModuleBuilder::connect`].
     pub fn instance(
         &mut self,
         name: &str,

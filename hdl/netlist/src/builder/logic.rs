@@ -15,8 +15,8 @@ impl ModuleBuilder {
         }
     }
 
-    /// An operation on two bits of which one is constant: `ruling` decides it,
-    /// the other value leaves the other bit.
+    /// An operation on two bits, one of them constant. The value `ruling` determines the result;
+    /// the other value passes the other bit.
     fn with_known_bit(&self, a: Signal, b: Signal, ruling: bool) -> Option<Signal> {
         if a.ty != Ty::bit() || b.ty != Ty::bit() {
             return None;
@@ -87,7 +87,7 @@ impl ModuleBuilder {
         self.binary("sub", Binary::Sub, a, b, a.ty)
     }
 
-    /// Full product: the widths add up. Both signed or both unsigned.
+    /// Full product, as wide as both operands together. Both signed or both unsigned.
     pub fn mul(&mut self, a: Signal, b: Signal) -> Signal {
         let ty = Ty {
             width: a.ty.width + b.ty.width,
@@ -144,7 +144,7 @@ impl ModuleBuilder {
         self.binary("le", Binary::Le, a, b, Ty::bit())
     }
 
-    /// A comparison made otherwise than by its operator.
+    /// A comparison in another form than its operator.
     fn compared(
         &mut self,
         what: &str,
@@ -159,8 +159,8 @@ impl ModuleBuilder {
         }
     }
 
-    /// Whether a value is constant, and the end of its type's range: a linter
-    /// is right to ask about comparisons with it.
+    /// Whether a value is constant and an extreme of its type; linters warn about comparisons with
+    /// it.
     fn is_extreme(&self, s: Signal, end: fn(Ty) -> BigInt) -> bool {
         self.constant(s).is_some_and(|value| *value == end(s.ty))
     }
@@ -175,20 +175,20 @@ impl ModuleBuilder {
         self.le(b, a)
     }
 
-    /// Shift left by an unsigned signal; the width stays.
+    /// Left shift by an unsigned signal; the width is unchanged.
     pub fn shl(&mut self, a: Signal, amount: Signal) -> Signal {
         let amount = self.shift_amount("shl", amount);
         self.node(Op::Shl(a.id, amount.id), a.ty)
     }
 
-    /// Shift right by an unsigned signal, arithmetic when signed.
+    /// Right shift by an unsigned signal, arithmetic if signed.
     pub fn shr(&mut self, a: Signal, amount: Signal) -> Signal {
         let amount = self.shift_amount("shr", amount);
         self.node(Op::Shr(a.id, amount.id), a.ty)
     }
 
-    /// The amount in at most 32 bits: any above shifts everything out. Verilator
-    /// 5.006 shifts values of up to 64 bits by amounts of more than 64 wrongly.
+    /// The amount in at most 32 bits, as larger amounts shift everything out. Verilator 5.006 gives
+    /// wrong results for values of up to 64 bits and amounts wider than 64.
     fn shift_amount(&mut self, what: &str, amount: Signal) -> Signal {
         if amount.ty.signed {
             self.fail(what, "the amount is signed".to_owned());
@@ -204,7 +204,7 @@ impl ModuleBuilder {
         self.mux(far, all, near)
     }
 
-    /// Shift left by a constant below the width; the width stays.
+    /// Left shift by a constant below the width; the width is unchanged.
     pub fn shl_const(&mut self, a: Signal, by: u32) -> Signal {
         if by == 0 {
             return a;
@@ -218,7 +218,7 @@ impl ModuleBuilder {
         self.cast(both, a.ty.signed)
     }
 
-    /// Shift right by a constant, arithmetic when signed; the width stays.
+    /// Right shift by a constant, arithmetic if signed; the width is unchanged.
     pub fn shr_const(&mut self, a: Signal, by: u32) -> Signal {
         if by == 0 {
             return a;

@@ -15,14 +15,14 @@ use num_bigint::BigInt;
 use super::node::{Node, Op, Port, Signal, Ty};
 use super::{IrError, IrErrors, Module, check};
 
-/// Builds one module. Misuse never panics: it is recorded, a well-typed
-/// stand-in is returned, and [`ModuleBuilder::finish`] reports it.
+/// Builds one module. Misuse never panics: it is recorded, a well-typed placeholder is returned,
+/// and [`ModuleBuilder::finish`] reports it.
 #[derive(Debug)]
 pub struct ModuleBuilder {
     module: Module,
     errors: Vec<IrError>,
     section: usize,
-    /// Of each node, whether constants alone make it.
+    /// Whether each node is made of constants only.
     fixed: Vec<bool>,
 }
 
@@ -50,7 +50,7 @@ impl ModuleBuilder {
         }
     }
 
-    /// What the module is, for its header.
+    /// Sets the description in the module's header.
     pub fn doc(&mut self, text: &str) {
         text.clone_into(&mut self.module.doc);
     }
@@ -69,7 +69,7 @@ impl ModuleBuilder {
         });
     }
 
-    /// The type, or one bit if no node can have it.
+    /// The type, or one bit if the type is invalid.
     fn legal(&mut self, ty: Ty) -> Ty {
         if (1..=65_536).contains(&ty.width) {
             return ty;
@@ -130,13 +130,13 @@ impl ModuleBuilder {
         s
     }
 
-    /// 0 while `rst_n` is low, in the same cycle; registers need no such word.
+    /// `rst_n` as a value: 0 during reset, in the same cycle. Registers do not need it.
     pub fn out_of_reset(&mut self) -> Signal {
         self.node(Op::OutOfReset, Ty::bit())
     }
 
-    /// An output port of one bit that is low while `rst_n` is: a stream's ready, so that
-    /// a master that is not reset keeps its beat.
+    /// An output port of one bit that is low during reset: a stream's ready, so that a master
+    /// outside the reset keeps its beat.
     pub fn output_low_in_reset(&mut self, name: &str, s: Signal, doc: &str) {
         let up = self.out_of_reset();
         let gated = self.and(up, s);
@@ -164,7 +164,7 @@ impl ModuleBuilder {
         });
     }
 
-    /// Says why an input is not read, so that it is no mistake.
+    /// Marks an input as deliberately unused, with the reason.
     pub fn unused(&mut self, s: Signal, why: &str) {
         self.module.unused.insert(s.id, why.to_owned());
     }
@@ -187,8 +187,7 @@ impl ModuleBuilder {
         s
     }
 
-    /// Gives a signal its name in the Verilog. A constant stays one: only
-    /// [`ModuleBuilder::param`] names those.
+    /// Names a signal in the Verilog. Constants are named by [`ModuleBuilder::param`] only.
     pub fn name(&mut self, s: Signal, name: &str) -> Signal {
         if self.constant(s).is_some() {
             return s;
@@ -213,7 +212,7 @@ impl ModuleBuilder {
         s
     }
 
-    /// Claims that the node's result never wraps; the range analysis proves it.
+    /// Asserts that the node's result never wraps; the range analysis proves it.
     pub fn exact(&mut self, s: Signal) -> Signal {
         self.module.nodes[s.id].exact = true;
         s
@@ -222,7 +221,7 @@ impl ModuleBuilder {
     /// Checks the module and shares it.
     ///
     /// # Errors
-    /// Everything that was recorded, or that the checks find.
+    /// All recorded misuse, and all faults found by the checks.
     pub fn finish(mut self) -> Result<Arc<Module>, IrErrors> {
         let mut errors = self.errors;
         (self.module.clocked, self.module.registers) = check::state(&self.module);

@@ -25,12 +25,12 @@ impl ModuleBuilder {
         s
     }
 
-    /// What the register takes over at every clock edge.
+    /// Sets the next value of a register, taken at every clock edge.
     pub fn set_next(&mut self, reg: Signal, value: Signal) {
         self.drive(reg, None, value);
     }
 
-    /// What the register takes over at clock edges at which `enable` is set.
+    /// Sets the next value of a register, taken at clock edges with `enable` set.
     pub fn set_next_if(&mut self, reg: Signal, enable: Signal, value: Signal) {
         if enable.ty == Ty::bit() {
             self.drive(reg, Some(enable.id), value);
@@ -60,7 +60,7 @@ impl ModuleBuilder {
         self.fail(&what, problem.to_owned());
     }
 
-    /// A plain inferable array.
+    /// A memory that tools can infer from an array.
     pub fn memory(&mut self, name: &str, depth: u32, width: u32, doc: &str) -> MemId {
         let fits = (1..=65_536).contains(&width);
         if depth < 2 || !fits {
@@ -92,8 +92,7 @@ impl ModuleBuilder {
         right
     }
 
-    /// Writes at the clock edge when `en` is set. Addresses past the depth
-    /// write nothing.
+    /// Writes at the clock edge when `en` is set. Writes to addresses past the depth are ignored.
     pub fn mem_write(&mut self, mem: MemId, en: Signal, addr: Signal, data: Signal) {
         let width = self.module.memories[mem.0].width;
         if self.address(mem, addr) && data.ty == Ty::u(width) && en.ty == Ty::bit() {
@@ -109,8 +108,8 @@ impl ModuleBuilder {
         }
     }
 
-    /// Reads at the clock edge when `en` is set, what was there before it;
-    /// holds its output otherwise. No reset.
+    /// Reads at the clock edge when `en` is set; the old value if the row is written at the same
+    /// edge. The output is held otherwise, and has no reset.
     pub fn mem_read(&mut self, mem: MemId, en: Signal, addr: Signal, name: &str) -> Signal {
         let width = self.module.memories[mem.0].width;
         if en.ty != Ty::bit() {
@@ -125,7 +124,7 @@ impl ModuleBuilder {
         s
     }
 
-    /// Reads in the same cycle.
+    /// Reads combinationally.
     pub fn mem_read_async(&mut self, mem: MemId, addr: Signal) -> Signal {
         let width = self.module.memories[mem.0].width;
         if !self.address(mem, addr) {

@@ -1,4 +1,4 @@
-//! Parts of values and other widths: exact, always by name.
+//! Slices and width conversions, always explicit and exact.
 
 use num_bigint::BigInt;
 use potamoi_formats::fixed::Rounding;
@@ -25,7 +25,7 @@ impl ModuleBuilder {
         self.node(Op::Slice(a.id, low), Ty::u(width))
     }
 
-    /// The value of a constant without a name.
+    /// Value of an unnamed constant.
     pub(super) fn constant(&self, s: Signal) -> Option<&BigInt> {
         match &self.module.nodes[s.id] {
             Node {
@@ -58,7 +58,7 @@ impl ModuleBuilder {
         }
     }
 
-    /// `count` copies side by side.
+    /// `count` copies, concatenated.
     pub fn repeat(&mut self, a: Signal, count: u32) -> Signal {
         if count == 1 {
             return self.as_unsigned(a);
@@ -72,7 +72,7 @@ impl ModuleBuilder {
         self.node(Op::Repeat(a.id, count), Ty::u(width))
     }
 
-    /// Widens, by zeros or by the sign.
+    /// Extends with zeros, or with the sign if signed.
     pub fn extend(&mut self, a: Signal, width: u32) -> Signal {
         if width == a.width() {
             return a;
@@ -88,7 +88,7 @@ impl ModuleBuilder {
         self.node(Op::Extend(a.id), Ty { width, ..a.ty })
     }
 
-    /// Cuts off high bits; the signedness stays.
+    /// Drops high bits; the signedness is unchanged.
     pub fn truncate(&mut self, a: Signal, width: u32) -> Signal {
         if width == a.width() {
             return a;
@@ -104,17 +104,17 @@ impl ModuleBuilder {
         self.node(Op::Cast(a.id), Ty { signed, ..a.ty })
     }
 
-    /// The same bits as two's complement.
+    /// Reinterprets the bits as two's complement.
     pub fn as_signed(&mut self, a: Signal) -> Signal {
         self.cast(a, true)
     }
 
-    /// The same bits as unsigned.
+    /// Reinterprets the bits as unsigned.
     pub fn as_unsigned(&mut self, a: Signal) -> Signal {
         self.cast(a, false)
     }
 
-    /// Drops `bits` low bits, rounded. One bit wider than what is left, so
+    /// Drops `bits` low bits with rounding. The result is one bit wider than the remaining bits, so
     /// that it cannot overflow.
     pub fn round(&mut self, a: Signal, bits: u32, rounding: Rounding) -> Signal {
         if bits == 0 {
@@ -132,7 +132,7 @@ impl ModuleBuilder {
         self.node(Op::Round(a.id, bits, rounding), ty)
     }
 
-    /// The nearest value of another type.
+    /// Saturates to another type.
     pub fn saturate(&mut self, a: Signal, ty: Ty) -> Signal {
         let ty = self.legal(ty);
         if ty == a.ty {

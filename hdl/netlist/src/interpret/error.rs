@@ -1,10 +1,9 @@
-//! What can go wrong while a netlist is interpreted.
+//! Errors of interpretation.
 
 use num_bigint::BigInt;
 use thiserror::Error;
 
-/// A wrong use of an [`Interpreter`](super::Interpreter), or a value outside
-/// its proven range.
+/// Misuse of an [`Interpreter`](super::Interpreter), or a value outside its proven range.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum InterpretError {
     /// There is no such port.
@@ -12,15 +11,15 @@ pub enum InterpretError {
     NoSuchPort {
         /// The module.
         module: String,
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
-        /// The names there are.
+        /// Names of its ports.
         ports: String,
     },
-    /// A handle of an interpreter of another module.
+    /// A port handle of another module's interpreter.
     #[error("this handle is of a port of another module: get it from this interpreter's port()")]
     ForeignPort,
-    /// An output was set.
+    /// A write to an output.
     #[error("port `{0}` is an output: only inputs can be set")]
     NotAnInput(String),
     /// The port does not fit the call.
@@ -30,22 +29,22 @@ pub enum InterpretError {
         name: String,
         /// Its width.
         bits: u32,
-        /// Its width in words of 32 bits.
+        /// Its width in 32-bit words.
         words: usize,
-        /// What it was used as, and what to use instead.
+        /// The call used, and the right one.
         got: String,
     },
-    /// Ranges that were derived for another module.
+    /// Ranges of another module.
     #[error("the ranges are not of module {0}: derive them from the module that is interpreted")]
     ForeignRanges(String),
-    /// A value outside the range that was declared or proven.
+    /// A value outside its declared or proven range.
     #[error("{signal} is {value} after {cycle} clock edges: expected {expected}")]
     OutOfRange {
-        /// The signal, by instances.
+        /// Hierarchical name of the signal.
         signal: String,
         /// Its value.
         value: BigInt,
-        /// The range, and where it comes from.
+        /// The range and its source.
         expected: String,
         /// Clock edges since the start.
         cycle: u64,

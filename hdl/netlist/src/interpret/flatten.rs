@@ -1,4 +1,4 @@
-//! A hierarchy as one list of operations in the order of their dependence.
+//! Flattens a hierarchy to one list of operations in topological order.
 
 use std::collections::BTreeMap;
 
@@ -12,14 +12,14 @@ use crate::Module;
 use crate::node::{Op, Ty};
 use crate::tree::{Tree, Unit};
 
-/// Where the nodes of a module and of the instances below it lie.
+/// Slots of the nodes of a module and of its instances.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) slots: Vec<Slot>,
     pub(super) instances: Vec<Layout>,
 }
 
-/// What a register takes over at an edge.
+/// Next value of a state.
 #[derive(Debug, Clone)]
 pub(super) enum Next {
     Value {
@@ -34,7 +34,7 @@ pub(super) enum Next {
     },
 }
 
-/// A value that is kept from one cycle to the next.
+/// State held from one cycle to the next.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub(super) slot: Slot,
@@ -62,7 +62,7 @@ pub(super) struct Flat {
     seed: u64,
 }
 
-/// The low words of a value's two's complement, `width` bits of them.
+/// The low `width` bits of a value in two's complement, as words.
 pub(super) fn code(value: &BigInt, width: u32) -> Vec<u64> {
     let modulus = BigInt::one() << width;
     let positive = ((value % &modulus) + &modulus) % &modulus;
@@ -84,7 +84,7 @@ impl Flat {
         }
     }
 
-    /// Room for a value past all others, which is 0.
+    /// Allocates a new slot, initially 0.
     pub(super) fn allocate(&mut self, ty: Ty) -> Slot {
         let slot = Slot {
             at: self.values.len(),
@@ -103,7 +103,7 @@ impl Flat {
         slot
     }
 
-    /// Adds a module whose inputs come from `inputs`, by node.
+    /// Adds a module with inputs from `inputs`, by node.
     pub(super) fn add(&mut self, module: &Module, inputs: &BTreeMap<usize, Slot>) -> Layout {
         let mut tree = Tree::default();
         tree.add(module, None);
@@ -140,7 +140,7 @@ impl Flat {
         layout(&tree, 0, &slots)
     }
 
-    /// Finds room for a node, and adds what computes it.
+    /// Allocates a slot for a node, and adds its operation.
     fn place(
         &mut self,
         tree: &Tree<'_>,
@@ -185,7 +185,7 @@ impl Flat {
         out
     }
 
-    /// What happens at the edge.
+    /// Adds the updates at the clock edge.
     fn connect(&mut self, unit: &Unit<'_>, slots: &[Slot]) {
         let slot = |n: &usize| slots[*n];
         for (id, node) in unit.module.nodes.iter().enumerate() {

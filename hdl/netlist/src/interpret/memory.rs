@@ -1,13 +1,13 @@
-//! Rows of a memory, with pseudo-random contents until they are written.
+//! Rows of a memory, with pseudo-random initial contents.
 
 use std::collections::BTreeMap;
 
 use super::words;
 
-/// The largest memory that is allocated at once, in words (32 MiB).
+/// Largest memory that is allocated densely, in words (32 MiB).
 const DENSE: u64 = 1 << 22;
 
-/// A number that looks random, of the seed and where it is for.
+/// Pseudo-random number for a seed and an index.
 pub(super) fn scramble(seed: u64, index: u64) -> u64 {
     // SplitMix64, whose steps can be taken in any order.
     let mut x = seed.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
@@ -16,7 +16,7 @@ pub(super) fn scramble(seed: u64, index: u64) -> u64 {
     x ^ x >> 31
 }
 
-/// A memory's rows: all of them, or those that were written.
+/// Rows of a memory: dense, or only those written.
 #[derive(Debug, Clone)]
 pub(super) struct Rows {
     depth: u32,
@@ -67,7 +67,7 @@ impl Rows {
         }
     }
 
-    /// Writes the row; past the depth nothing.
+    /// Writes a row; rows past the depth are ignored.
     pub(super) fn write(&mut self, row: u32, data: &[u64]) {
         let at = row as usize * data.len();
         if row >= self.depth {

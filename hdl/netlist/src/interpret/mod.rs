@@ -1,4 +1,4 @@
-//! Runs a netlist: a simulator that needs no tool.
+//! Netlist interpreter: a simulator without external tools.
 
 mod error;
 mod flatten;
@@ -30,13 +30,13 @@ pub struct PortHandle {
 }
 
 impl PortHandle {
-    /// Bits.
+    /// Width in bits.
     #[must_use]
     pub const fn width(self) -> u32 {
         self.width
     }
 
-    /// Words of 32 bits.
+    /// Width in 32-bit words.
     #[must_use]
     pub const fn words(self) -> usize {
         self.width.div_ceil(32) as usize
@@ -50,16 +50,14 @@ struct Pin {
     output: bool,
 }
 
-/// Runs a module and all below it.
+/// Interprets a module and its hierarchy.
 ///
-/// Values are two's complement bits; ports are read and written as unsigned
-/// words, low word first, whatever their signedness. Inputs start at 0, so
-/// that a module with registers starts in reset (`rst_n` is a port like any
-/// other then). Registers, memories and the outputs of clocked reads start
-/// with values drawn from the seed: what depends on them before a reset or a
-/// write differs from seed to seed. A read past the depth of a memory gives 0,
-/// a write there does nothing, and of two writes to one row the later declared
-/// wins.
+/// Values are two's complement bits. Ports are read and written as unsigned words, low word first,
+/// whatever their signedness. Inputs start at 0, so that a module with registers starts in reset
+/// (`rst_n` is an ordinary port here). Registers, memories and outputs of clocked reads start with
+/// values drawn from the seed: a result that depends on them before a reset or a write differs
+/// between seeds. A read past the depth of a memory returns 0, a write there is ignored, and of two
+/// writes to one row the later declared wins.
 #[derive(Debug, Clone)]
 pub struct Interpreter {
     module: Arc<Module>,
@@ -67,7 +65,7 @@ pub struct Interpreter {
     layout: Layout,
     pins: Vec<Pin>,
     rst_n: Option<Slot>,
-    /// The states to come, in the order of the states.
+    /// Next values of the states.
     pending: Vec<u64>,
     cycle: u64,
     was_reset: bool,
@@ -111,8 +109,8 @@ impl Interpreter {
         }
     }
 
-    /// Checks from now on that every value stays in its range, and every
-    /// declared bound holds, in cycles after the first reset.
+    /// Enables checks: in cycles after the first reset, every value must be in its range and every
+    /// declared bound must hold.
     ///
     /// # Errors
     /// [`InterpretError::ForeignRanges`].
@@ -121,7 +119,7 @@ impl Interpreter {
         Ok(self)
     }
 
-    /// The port of this name; `rst_n` is one if there are registers.
+    /// The port of this name; modules with registers have the port `rst_n`.
     ///
     /// # Errors
     /// [`InterpretError::NoSuchPort`].
@@ -239,8 +237,8 @@ impl Interpreter {
         Ok(halves.take(port.words()).collect())
     }
 
-    /// The bits of a named signal, after the last [`eval`](Self::eval):
-    /// `instance.instance.signal`.
+    /// The bits of a signal with the hierarchical name `instance.instance.signal`, after the last
+    /// [`eval`](Self::eval).
     #[must_use]
     pub fn peek(&self, path: &str) -> Option<BigUint> {
         let (mut module, mut layout) = (&*self.module, &self.layout);
@@ -269,7 +267,7 @@ impl Interpreter {
         self.cycle
     }
 
-    /// Computes all that follows from the inputs as they are.
+    /// Evaluates the netlist for the current inputs.
     ///
     /// # Errors
     /// [`InterpretError::OutOfRange`], if ranges are checked.
@@ -294,7 +292,7 @@ impl Interpreter {
             .try_for_each(|w| w.check(&self.flat.values, self.cycle))
     }
 
-    /// Computes, takes the rising edge, and computes again.
+    /// Evaluates, applies the rising clock edge, and evaluates again.
     ///
     /// # Errors
     /// [`InterpretError::OutOfRange`], if ranges are checked.

@@ -8,7 +8,7 @@ use super::memory::Rows;
 use super::words;
 use crate::node::{Binary, Ty, Unary};
 
-/// Where a value lies, and its type.
+/// Location and type of a value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slot {
     pub(super) at: usize,
@@ -29,14 +29,14 @@ impl Slot {
     }
 }
 
-/// What is computed.
+/// An operation.
 #[derive(Debug, Clone)]
 pub(super) enum Code {
     Unary(Unary, Slot),
     Binary(Binary, Slot, Slot),
     Shl(Slot, Slot),
     Shr(Slot, Slot),
-    /// Bits from here on, with the sign or zeros above.
+    /// Bits from an index on, extended with the sign or zeros.
     Extract(Slot, u32),
     /// High part first.
     Cat(Vec<Slot>),
@@ -48,7 +48,7 @@ pub(super) enum Code {
     Read(usize, Slot),
 }
 
-/// An operation and where its result goes, which is past all its operands.
+/// An operation with its result slot, which is after all its operands.
 #[derive(Debug, Clone)]
 pub(super) struct Step {
     code: Code,
@@ -84,7 +84,7 @@ impl Step {
         }
     }
 
-    /// The result where everything fits in a word, before it is cut to width.
+    /// The untruncated result, where everything fits in a word.
     fn word(&self, v: &[u64]) -> u64 {
         let raw = |s: &Slot| v[s.at];
         let value = |s: &Slot| {

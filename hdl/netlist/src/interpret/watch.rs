@@ -1,4 +1,4 @@
-//! Checks proven ranges and declared bounds as a netlist runs.
+//! Run-time checks of proven ranges and declared bounds.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::check::live;
 use crate::node::{Contract, Op};
 use crate::{Interval, Module, ModuleRanges, Ranges};
 
-/// One value and the range it has to keep.
+/// A value with its range.
 #[derive(Debug, Clone)]
 pub(super) struct Watch {
     signal: String,
@@ -41,7 +41,7 @@ impl Watch {
     }
 }
 
-/// Everything there is to check of a module.
+/// All checks of a module.
 pub(super) fn all(
     module: &Arc<Module>,
     layout: &Layout,

@@ -1,6 +1,6 @@
-//! Arithmetic on words, low word first, zero above the width.
+//! Multi-word arithmetic, low word first, zero above the width.
 
-/// Words that hold `width` bits.
+/// Number of words for `width` bits.
 pub(super) const fn count(width: u32) -> usize {
     width.div_ceil(64) as usize
 }
@@ -14,7 +14,7 @@ pub(super) const fn mask(width: u32) -> u64 {
     }
 }
 
-/// Clears what lies above `width`.
+/// Clears the bits above `width`.
 pub(super) fn trim(out: &mut [u64], width: u32) {
     if let Some(last) = out.last_mut() {
         *last &= mask(width - 64 * (count(width) as u32 - 1));
@@ -38,7 +38,7 @@ pub(super) fn negative(a: &[u64], width: u32, signed: bool) -> bool {
     signed && bit(a, width - 1)
 }
 
-/// The 64 bits from bit `at` on, with the sign or zeros past the width.
+/// The 64 bits from bit `at` on; bits past the width are `fill`.
 fn bits_at(a: &[u64], width: u32, fill: u64, at: u32) -> u64 {
     let word = |i: u32| {
         let low = i * 64;
@@ -78,7 +78,7 @@ pub(super) fn extract(
     trim(out, out_width);
 }
 
-/// Ors `a` into `out` at bit `at`; what falls off the end is lost.
+/// Ors `a` into `out` at bit `at`; bits past the end are lost.
 pub(super) fn deposit(out: &mut [u64], a: &[u64], at: u32) {
     let (first, shift) = ((at / 64) as usize, at % 64);
     for (i, word) in a.iter().enumerate() {
@@ -177,7 +177,7 @@ pub(super) fn mul(out: &mut [u64], (a, wa): (&[u64], u32), (b, wb): (&[u64], u32
     trim(out, wa + wb);
 }
 
-/// Order of two values of one type.
+/// Compares two values of one type.
 pub(super) fn compare(a: &[u64], b: &[u64], width: u32, signed: bool) -> std::cmp::Ordering {
     let signs = negative(b, width, signed).cmp(&negative(a, width, signed));
     signs.then_with(|| a.iter().rev().cmp(b.iter().rev()))

@@ -1,4 +1,4 @@
-//! Sides of a multiplexer, each with what its condition says.
+//! Case analysis of multiplexers: each side with the facts that its condition implies.
 
 use num_bigint::BigInt;
 use num_traits::One;
@@ -8,14 +8,14 @@ use super::off::Off;
 use crate::node::{Binary, Op, Ty, Unary};
 use crate::range::{Interval, truth};
 
-/// How far back a side is looked at again.
+/// Largest depth of re-evaluation behind a side.
 const DEPTH: u32 = 6;
 
-/// A node's value, the result before it is cut to the width, and what it is off.
+/// A node's value, its untruncated result, and its error.
 type Found = (Interval, Interval, Option<Off>);
 
 impl IntervalInterpreter<'_> {
-    /// A node that follows from its operands.
+    /// Evaluates a node from its operands.
     pub(super) fn result(&mut self, id: usize) -> Found {
         let Some(condition) = self.open(id) else {
             return self.plain(id);
@@ -34,8 +34,8 @@ impl IntervalInterpreter<'_> {
         })
     }
 
-    /// The undecided condition of a multiplexer of words: of this node, or of one
-    /// of known values that it adds to or subtracts from.
+    /// The undecided condition of a multiplexer of words: this node, or one with known options that
+    /// it adds or subtracts.
     fn open(&self, id: usize) -> Option<usize> {
         match &self.node(id).op {
             Op::Mux(..) => self.undecided(id),
@@ -47,7 +47,7 @@ impl IntervalInterpreter<'_> {
         }
     }
 
-    /// Multiplexers of nothing but known values.
+    /// Whether a node is made of multiplexers of known values only.
     fn is_choice(&self, id: usize) -> bool {
         match &self.node(id).op {
             Op::Mux(_, t, e) => [t, e].into_iter().all(|n| {
@@ -58,7 +58,7 @@ impl IntervalInterpreter<'_> {
         }
     }
 
-    /// The first condition that is not known on the way that those which are take.
+    /// The first undecided condition along the selected options.
     fn undecided(&self, id: usize) -> Option<usize> {
         let Op::Mux(c, t, e) = &self.node(id).op else {
             return None;
@@ -74,7 +74,7 @@ impl IntervalInterpreter<'_> {
         }
     }
 
-    /// Adds what follows from a bit that is so.
+    /// Adds the facts implied by the value of a bit.
     fn says(&self, bit: usize, so: bool, facts: &mut Vec<(usize, Interval)>) {
         let at = |n: &usize| self.beside(bit, *n);
         match &self.node(bit).op {
@@ -151,7 +151,7 @@ impl IntervalInterpreter<'_> {
         }
     }
 
-    /// A node where facts hold; `None` where they cannot.
+    /// Evaluates a node under facts; `None` where they contradict each other.
     fn under(&mut self, facts: &[(usize, Interval)], id: usize) -> Option<Found> {
         let (mut saved, mut possible) = (vec![], true);
         let outside = self.fixed.len();
@@ -190,7 +190,7 @@ impl IntervalInterpreter<'_> {
         saved.push((id, was));
     }
 
-    /// Follows what was fixed last to a node; whether it reaches it.
+    /// Propagates the last fixed value to a node. Returns whether it is reached.
     fn renew(
         &mut self,
         id: usize,

@@ -1,4 +1,4 @@
-//! A hierarchy that runs on intervals.
+//! Interpreter of a hierarchy on intervals.
 
 use std::collections::BTreeMap;
 
@@ -9,29 +9,29 @@ use crate::node::{Node, Op, Ty};
 use crate::range::{Interval, Known, truth};
 use crate::tree::Tree;
 
-/// Runs what certain signals follow from, out of reset.
+/// Interprets the cone of certain signals on intervals, out of reset.
 pub struct IntervalInterpreter<'a> {
     pub(super) tree: Tree<'a>,
-    /// Nodes that count, each after those it needs.
+    /// Nodes of the cone in topological order.
     order: Vec<usize>,
-    /// By unit.
+    /// Values by unit.
     pub(super) known: Vec<Known>,
-    /// By node; `None`: there is no bound.
+    /// Errors by node; `None`: unbounded.
     pub(super) off: Vec<Option<Off>>,
     inputs: BTreeMap<usize, Interval>,
-    /// Nodes that changed since the cycle was followed.
+    /// Nodes that changed since the cycle was last evaluated.
     changed: Vec<bool>,
-    /// A node that has less than all its values in this cycle.
+    /// A node restricted to a part of its values in this cycle.
     narrowed: Option<(usize, Interval)>,
-    /// Nodes that are looked at with less than all their values.
+    /// Nodes evaluated with a part of their values.
     pub(super) fixed: Vec<usize>,
-    /// Nodes that are read in parts.
+    /// Nodes read in parts.
     parts: Vec<usize>,
 }
 
 impl<'a> IntervalInterpreter<'a> {
-    /// Nothing but what these signals, `instance.signal`, follow from is looked at.
-    /// Of `parts` high bits are taken for decisions, and low ones for what is left.
+    /// An interpreter for the cone of `signals`, given as `instance.signal`. Of `parts`, high bits
+    /// count as decisions and low bits as remainder.
     pub fn new(module: &'a Module, signals: &[&str], parts: &[&str]) -> Option<Self> {
         let mut tree = Tree::default();
         tree.add(module, None);
@@ -57,7 +57,7 @@ impl<'a> IntervalInterpreter<'a> {
         Some(machine)
     }
 
-    /// The number of a named signal or port: `instance.instance.signal`.
+    /// Number of a signal or port with the hierarchical name `instance.instance.signal`.
     #[must_use]
     pub fn find(&self, path: &str) -> Option<usize> {
         let mut parts: Vec<&str> = path.split('.').collect();
@@ -76,7 +76,7 @@ impl<'a> IntervalInterpreter<'a> {
         Some(unit.first_node + port.or_else(named)?)
     }
 
-    /// What these follow from, through registers too, in the order of the cycle.
+    /// The cone of `roots`, through registers too, in topological order.
     fn cone(&self, roots: Vec<usize>) -> Vec<usize> {
         let mut counts = vec![false; self.off.len()];
         let mut todo = roots;
@@ -108,7 +108,7 @@ impl<'a> IntervalInterpreter<'a> {
         order
     }
 
-    /// What a node computes; its operands are found by [`Self::beside`].
+    /// Operation of a node; [`Self::beside`] finds its operands.
     #[must_use]
     pub fn op(&self, id: usize) -> &Op {
         &self.node(id).op
@@ -125,27 +125,26 @@ impl<'a> IntervalInterpreter<'a> {
         &unit.module.nodes[at]
     }
 
-    /// The operand of a node, by the number it has there.
+    /// An operand of a node, by its number there.
     #[must_use]
     pub fn beside(&self, id: usize, operand: usize) -> usize {
         self.tree.find(id).0.first_node + operand
     }
 
-    /// The values of a node in this cycle.
+    /// Values of a node in this cycle.
     #[must_use]
     pub fn value(&self, id: usize) -> &Interval {
         let unit = self.tree.unit_of[id];
         &self.known[unit].values[id - self.tree.units[unit].first_node]
     }
 
-    /// How far a node is off, if that is bounded: least and most, in last places, rounded
-    /// outwards.
+    /// Smallest and largest error of a node in ulp, rounded outwards; `None` if unbounded.
     #[must_use]
     pub fn off(&self, id: usize) -> Option<[f64; 2]> {
         self.off[id].as_ref().map(Off::bounds)
     }
 
-    /// What an input of the module is from now on.
+    /// Sets an input of the module.
     pub fn set(&mut self, id: usize, value: Interval) {
         self.inputs.insert(id, value);
     }
@@ -158,7 +157,7 @@ impl<'a> IntervalInterpreter<'a> {
         self.off[id] = off;
     }
 
-    /// Registers as they are after reset.
+    /// Resets the registers.
     pub fn reset(&mut self) {
         for at in 0..self.order.len() {
             let id = self.order[at];
@@ -169,13 +168,13 @@ impl<'a> IntervalInterpreter<'a> {
         }
     }
 
-    /// Keeps a value, and notes whether it is another.
+    /// Stores a value, and notes whether it changed.
     fn take_over(&mut self, id: usize, value: Interval, off: Option<Off>) {
         self.changed[id] |= *self.value(id) != value || self.off[id] != off;
         self.keep(id, value.clone(), value, off);
     }
 
-    /// Follows the inputs and registers through the cycle.
+    /// Evaluates the cycle for the current inputs and registers.
     pub fn settle(&mut self) {
         for at in 0..self.order.len() {
             self.follow(self.order[at]);
@@ -223,7 +222,7 @@ impl<'a> IntervalInterpreter<'a> {
         }
     }
 
-    /// A node as its operands are, whatever they have to do with each other.
+    /// Evaluates a node from its operands, taken as independent.
     pub(super) fn plain(&self, id: usize) -> (Interval, Interval, Option<Off>) {
         let unit = self.tree.unit_of[id];
         let (of, known) = (&self.tree.units[unit], &self.known[unit]);
@@ -240,8 +239,7 @@ impl<'a> IntervalInterpreter<'a> {
         (whole.wrap(of.module.nodes[at].ty), whole, off)
     }
 
-    /// What is known of a node in this cycle beside what intervals say; `None` where they
-    /// contradict each other.
+    /// Restricts a node's values in this cycle; `None` for a contradiction.
     pub fn narrow(&mut self, id: usize, to: &Interval) -> Option<()> {
         self.value(id).meet(to)?;
         self.narrowed = Some((id, to.clone()));
@@ -250,7 +248,7 @@ impl<'a> IntervalInterpreter<'a> {
         Some(())
     }
 
-    /// Registers take over what they may.
+    /// Applies the clock edge to all registers.
     pub fn clock(&mut self) {
         if let Some((id, _)) = self.narrowed.take() {
             self.changed[id] = true;

@@ -1,17 +1,14 @@
-//! How far the values of a netlist can be off because bits are dropped: a static
-//! analysis, cycle by cycle, over all inputs of a set at once.
+//! Static error analysis of dropped bits, cycle by cycle, over whole sets of inputs.
 //!
-//! Every node has an interval of values and an interval of what it is off from
-//! the same netlist in which sums, products, shifts and roundings keep all bits,
-//! and in which every decision (multiplexers, table entries, shift amounts) is the
-//! one that was made. A low part of a value by itself counts as cut off, unless the
-//! value is said to be read in parts. Where no bound is found, as where a sum may
-//! wrap, there is none.
+//! Every node has an interval of values and an interval of errors. The error is the difference from
+//! the same netlist with exact sums, products, shifts and roundings, where every decision
+//! (multiplexers, table entries, shift amounts) is the actual one. The low part of a value used
+//! alone counts as dropped, unless the value is declared as read in parts. The error is unbounded
+//! where no bound is found, for example where a sum may wrap.
 //!
-//! Interval arithmetic forgets that values are related; a multiplexer's condition
-//! is the exception: each side is looked at with what the condition says of the
-//! values that it compares, as a remainder that is what was left after a
-//! subtraction that did not become negative.
+//! Interval arithmetic ignores correlations. Multiplexer conditions are the exception: each side is
+//! evaluated with the facts that the condition implies for the compared values. A remainder is thus
+//! known to be non-negative after a subtraction.
 
 mod branch;
 mod interval_interpreter;

@@ -1,4 +1,4 @@
-//! How far a value is off, as an interval and the bits that were cut from others.
+//! Error of a value: an interval, and dropped bits of other nodes.
 
 use std::collections::BTreeMap;
 
@@ -8,22 +8,21 @@ use potamoi_formats::fixed::Rounding;
 
 use crate::range::Interval;
 
-/// Fraction bits of what is counted here, in last places of the node.
+/// Fraction bits of errors, which are counted in the node's ulp.
 const FRACTION: u32 = 64;
 
-/// The low bits of a node: its number, and how many of them.
+/// The low bits of a node: its number, and their count.
 pub(super) type Cut = (usize, u32);
 
-/// The value less what it would be had no bit been dropped, in its last places.
+/// The value minus its exact value, in its ulp.
 ///
-/// What a cut took away and what is made of the bits that were cut stay together,
-/// so that a bit that is dropped and then rounds is off by half, not by one and a
-/// half.
+/// Dropped bits and values made of them are kept symbolically, so that a dropped bit that also
+/// rounds gives an error of 0.5 ulp, not 1.5.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Off {
-    /// With [`FRACTION`] fraction bits.
+    /// Independent error, with [`FRACTION`] fraction bits.
     rest: Interval,
-    /// Times the cut bits' value, with [`FRACTION`] fraction bits.
+    /// Factors of the dropped bits' values, with [`FRACTION`] fraction bits.
     cuts: BTreeMap<Cut, BigInt>,
 }
 
@@ -41,25 +40,25 @@ impl Off {
         *self == Self::none()
     }
 
-    /// A bit that is all off.
+    /// The error of a dropped bit.
     pub(super) fn bit() -> Self {
         Self::rest(Interval::new(0, BigInt::one() << FRACTION))
     }
 
-    /// The low bits of a node by themselves: all of them are off.
+    /// The error of a node's low bits used alone: all of them.
     pub(super) fn of_cut(cut: Cut) -> Self {
         let mut off = Self::none();
         off.cuts.insert(cut, BigInt::one() << FRACTION);
         off
     }
 
-    /// The same of a node of one value.
+    /// The error of a node's known low bits.
     pub(super) fn of_known(value: &Interval, bits: u32) -> Self {
         let low = &value.low & ((BigInt::one() << bits) - 1u8);
         Self::rest(Interval::point(&(low << FRACTION)))
     }
 
-    /// The least and the most, with [`FRACTION`] fraction bits.
+    /// Smallest and largest error, with [`FRACTION`] fraction bits.
     fn ends(&self) -> Interval {
         let mut sum = self.rest.clone();
         for ((_, bits), times) in &self.cuts {
@@ -69,12 +68,12 @@ impl Off {
         sum
     }
 
-    /// The same without what it has to do with others.
+    /// The same error without correlations.
     pub(super) fn alone(&self) -> Self {
         Self::rest(self.ends())
     }
 
-    /// The least and the most, in last places, rounded outwards.
+    /// Smallest and largest error in ulp, rounded outwards.
     pub(super) fn bounds(&self) -> [f64; 2] {
         let ends = self.ends();
         let scale = 2f64.powi(-(FRACTION as i32));
@@ -112,7 +111,7 @@ impl Off {
         }
     }
 
-    /// Divided by a power of two, and less what is cut of the node.
+    /// Divides by a power of two, and subtracts the dropped bits.
     pub(super) fn cut(&self, cut: Cut) -> Self {
         let mut off = self.divided(cut.1);
         if cut.1 <= FRACTION {
@@ -127,7 +126,7 @@ impl Off {
         }
     }
 
-    /// Divided by a power of two, the value then rounded down.
+    /// Divides by a power of two, where the value is rounded down.
     pub(super) fn shr(&self, bits: u32, value: &Interval) -> Self {
         let mask = (BigInt::one() << bits) - 1u8;
         let dropped = if value.is_point() {
@@ -139,7 +138,7 @@ impl Off {
         self.divided(bits).add(&dropped.neg())
     }
 
-    /// Divided by a power of two, the value then rounded.
+    /// Divides by a power of two, where the value is rounded.
     pub(super) fn round(&self, bits: u32, rounding: Rounding, value: &Interval) -> Self {
         if rounding == Rounding::Floor {
             return self.shr(bits, value);
@@ -161,7 +160,7 @@ impl Off {
         }
     }
 
-    /// Of a product of values that are off: `A b' + B a' - a' b'`.
+    /// Error of a product: `A b' + B a' - a' b'`.
     pub(super) fn product(&self, other: &Self, value: &Interval, of_other: &Interval) -> Self {
         let (a, b) = (self.ends(), other.ends());
         let both = a.mul(&b);

@@ -1,4 +1,4 @@
-//! How far a node is off, given its operands.
+//! Error of a node from those of its operands.
 
 use num_traits::{ToPrimitive, Zero};
 
@@ -7,24 +7,22 @@ use crate::Module;
 use crate::node::{Binary, Op, Ty, Unary};
 use crate::range::{Interval, Known};
 
-/// What is known of the nodes of a module; `None`: there is no bound.
+/// Errors of a module's nodes; `None`: unbounded.
 pub(super) struct Offs<'a> {
     pub(super) module: &'a Module,
     pub(super) known: &'a Known,
     /// By node of the hierarchy.
     pub(super) off: &'a [Option<Off>],
-    /// Nodes whose high bits decide, and whose low bits are what is left.
+    /// Nodes whose high bits decide, and whose low bits are a remainder.
     pub(super) parts: &'a [usize],
-    /// The module's first.
+    /// Number of the module's first node.
     pub(super) first: usize,
 }
 
 impl Offs<'_> {
-    /// Of a node that depends on nothing but its operands, whose result before it
-    /// is cut to the width is `whole`.
+    /// Error of a combinational node with the untruncated result `whole`.
     ///
-    /// Bits by themselves decide, and decisions are never off, unless they are
-    /// made of bits that were cut.
+    /// Single bits are decisions, which have no error unless they are made of dropped bits.
     pub(super) fn of(&self, id: usize, whole: &Interval) -> Option<Off> {
         let node = &self.module.nodes[id];
         let off = |n: &usize| self.off[self.first + n].as_ref();
@@ -104,7 +102,7 @@ impl Offs<'_> {
 }
 
 impl Offs<'_> {
-    /// Of a node's result before it is cut to the width.
+    /// Error of a node's untruncated result.
     fn uncut(&self, id: usize) -> Option<Off> {
         let node = &self.module.nodes[id];
         let off = |n: &usize| self.off[self.first + n].as_ref();
@@ -121,7 +119,7 @@ impl Offs<'_> {
     }
 }
 
-/// Joins what comes of each shift amount.
+/// Joins the results of all shift amounts.
 fn amounts(n: &Interval, of: impl Fn(u32) -> Option<Off>) -> Option<Off> {
     let [low, high] = [&n.low, &n.high].map(|v| v.to_u32().filter(|v| *v <= 64));
     let mut all = (low?..=high?).map(of);

@@ -1,4 +1,4 @@
-//! What happens at the rising edge: registers, and the ports of memories.
+//! Clocked processes: registers and memory ports.
 
 use std::collections::BTreeSet;
 

@@ -7,13 +7,13 @@ use super::names::Names;
 use crate::Module;
 use crate::node::{Binary, Op, Ty, Unary};
 
-/// Bits of the widest signed product that Verilator computes.
+/// Widest signed product that Verilator computes, in bits.
 const WIDEST_SIGNED_PRODUCT: u32 = 512;
 
-/// A piece of Verilog, and how tightly it binds.
+/// Verilog text with its operator precedence.
 struct Text {
     text: String,
-    /// The operator at its top, if it needs parentheses inside another.
+    /// Top-level operator, if it needs parentheses inside another.
     top: Option<&'static str>,
 }
 
@@ -57,8 +57,8 @@ impl<'a> Exprs<'a> {
         }
     }
 
-    /// A use inside an operator: in parentheses unless it is an atom or a
-    /// chain of the same associative operator.
+    /// A use inside an operator, in parentheses unless it is atomic or a chain of the same
+    /// associative operator.
     fn inside(&self, id: usize, operator: &str) -> String {
         let t = self.text(id);
         match t.top {
@@ -282,7 +282,7 @@ impl<'a> Exprs<'a> {
     }
 }
 
-/// Some bits of an identifier that is `of` bits wide.
+/// A bit range of an identifier of width `of`.
 pub(super) fn range(name: &str, low: u32, width: u32, of: u32) -> String {
     if of == 1 {
         return name.to_owned();
@@ -294,7 +294,7 @@ pub(super) fn range(name: &str, low: u32, width: u32, of: u32) -> String {
     }
 }
 
-/// A sized constant: decimal while that is short, hexadecimal past it.
+/// A sized constant: decimal while short, otherwise hexadecimal.
 pub(super) fn literal(value: &BigInt, ty: Ty) -> String {
     let modulus = BigInt::from(1) << ty.width;
     let code = if value.sign() == num_bigint::Sign::Minus {

@@ -1,11 +1,10 @@
-//! Modules inside a module.
+//! Instances of modules.
 
 use super::{Printer, spaced};
 use crate::node::Op;
 
 impl Printer<'_> {
-    /// The name that an output of an instance goes by, and whether it is an
-    /// output port of this module.
+    /// Name of an instance's output, and whether it is an output port of this module.
     fn instance_output(&self, index: usize, port: usize) -> (String, bool) {
         let inst = &self.module.instances[index];
         let mut nodes = self.module.nodes.iter().enumerate();

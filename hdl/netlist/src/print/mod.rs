@@ -17,16 +17,16 @@ use super::node::{Node, Op};
 use expr::{Exprs, literal};
 use wrap::wrap;
 
-/// What stands above every module.
+/// Header of every file.
 #[derive(Debug, Clone, Default)]
 pub struct Header {
-    /// What generated the file, and from which configuration.
+    /// Generator and configuration.
     pub origin: String,
-    /// The command that makes it again.
+    /// Command that generates it again.
     pub command: String,
 }
 
-/// The module and everything below it, one file each, by file name.
+/// The module and its hierarchy as Verilog, one file for each module, by file name.
 #[must_use]
 pub fn verilog(top: &Arc<Module>, header: &Header) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
@@ -174,7 +174,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    /// Whether a node is printed under the name of an output port that it drives.
+    /// Whether a node is printed under the name of the output port that it drives.
     fn is_own_port(&self, id: usize) -> bool {
         self.module.ports.iter().any(|p| {
             p.output && p.node == id && self.exprs.names.ident(id) == Some(p.name.as_str())

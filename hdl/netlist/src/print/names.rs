@@ -1,4 +1,4 @@
-//! Which nodes get an identifier, and which one.
+//! Identifiers of nodes.
 
 use std::collections::BTreeSet;
 
@@ -6,22 +6,22 @@ use crate::Module;
 use crate::check::{live, read_memories};
 use crate::node::{Binary, Op, Unary};
 
-/// What of a module is printed, and under which names.
+/// Printed nodes of a module, with their names.
 pub(super) struct Names<'a> {
     pub(super) module: &'a Module,
     pub(super) live: Vec<bool>,
-    /// The memories that are printed.
+    /// Memories that are printed.
     pub(super) read: Vec<bool>,
-    /// The identifier of every node that has one.
+    /// Identifier of each node, if any.
     of: Vec<Option<String>>,
 }
 
-/// What is done with each node.
+/// Uses of each node.
 struct Needs {
     uses: Vec<u32>,
-    /// Some of its bits are picked out, which takes a name.
+    /// Sliced, which requires a name.
     sliced: Vec<bool>,
-    /// It is the index of a memory.
+    /// Used as the index of a memory.
     index: Vec<bool>,
 }
 
@@ -43,7 +43,7 @@ impl<'a> Names<'a> {
         self.of[id].as_deref()
     }
 
-    /// The node whose identifier stands for this one's bits.
+    /// The node whose identifier holds this one's bits.
     pub(super) fn base(&self, id: usize) -> usize {
         match (&self.of[id], &self.module.nodes[id].op) {
             (None, Op::Cast(a)) => self.base(*a),
@@ -157,7 +157,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// A name that says what an unnamed node is.
+    /// Derives a name for an unnamed node.
     fn derive(&self, id: usize) -> String {
         let of = |n: &usize| self.short(*n);
         let name = match &self.module.nodes[id].op {

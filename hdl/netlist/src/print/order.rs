@@ -1,11 +1,11 @@
-//! The order of a module's body: what is declared before what reads it.
+//! Order of a module's body: declarations precede uses.
 
 use std::collections::BTreeMap;
 
 use super::{Printer, spaced};
 use crate::node::Op;
 
-/// What is printed at the end of a section, once all it reads is declared.
+/// Clocked processes at the end of a section, after all they read.
 #[derive(Default)]
 struct Clocked {
     registers: Vec<usize>,

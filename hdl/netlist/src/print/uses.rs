@@ -1,4 +1,4 @@
-//! Which bits of the named nodes nothing reads.
+//! Unread bits of named nodes.
 
 use potamoi_formats::fixed::Rounding;
 
@@ -6,7 +6,7 @@ use super::expr::range;
 use super::names::Names;
 use crate::node::Op;
 
-/// Parts of identifiers that nothing reads, for the lint-clean sink.
+/// Unread parts of identifiers, which go into a sink to satisfy linters.
 pub(super) fn unread(names: &Names<'_>) -> Vec<String> {
     let mut parts = vec![];
     let used = used(names);
@@ -35,7 +35,7 @@ pub(super) fn unread(names: &Names<'_>) -> Vec<String> {
     parts
 }
 
-/// Bits of each node that something reads.
+/// Read bits of each node.
 fn used(names: &Names<'_>) -> Vec<Vec<bool>> {
     let module = names.module;
     let nodes = &module.nodes;

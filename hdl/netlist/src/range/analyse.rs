@@ -1,4 +1,4 @@
-//! Finds the intervals of a module's nodes, registers included.
+//! Computes the intervals of a module's nodes, registers included.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -10,49 +10,47 @@ use super::transfer::{Known, can_wrap, truth};
 use crate::node::{Contract, Op};
 use crate::{IrError, Module};
 
-/// How often a register's range may grow before it is taken to be all of its
-/// type.
+/// Growths of a register's range after which it is widened to its type.
 const PATIENCE: u32 = 8;
 
-/// The ranges of a module's nodes where its inputs have certain ranges.
+/// Ranges of a module's nodes for given ranges of its inputs.
 #[derive(Debug)]
 pub(crate) struct ModuleRanges {
     pub(crate) values: Vec<Interval>,
-    /// Nodes whose range is declared, and needs to be kept only when their
-    /// value counts.
+    /// Nodes with declared ranges, which must hold only when their value is used.
     pub(crate) claimed: Vec<bool>,
     pub(crate) instances: Vec<Arc<ModuleRanges>>,
     pub(super) errors: Vec<IrError>,
 }
 
-/// Remembers what was found, by module and ranges of its inputs.
+/// Cache of results by module and input ranges.
 #[derive(Default)]
 pub(super) struct Analyser {
     found: BTreeMap<(usize, Vec<Interval>), Arc<ModuleRanges>>,
 }
 
-/// A module while its ranges grow.
+/// A module during the fixed-point iteration.
 struct Work<'a> {
     module: &'a Module,
     known: Known,
     claims: Vec<Claim>,
-    /// The claim of each node that has one.
+    /// Claim of each node, if any.
     claim_of: BTreeMap<usize, usize>,
     assumed: BTreeMap<usize, Interval>,
     instances: Vec<Option<Arc<ModuleRanges>>>,
-    /// Nodes, each after those it needs.
+    /// Nodes in topological order.
     order: Vec<usize>,
-    /// Inputs of instances that follow from outputs of the same instance, by
-    /// instance and port: taken to be anything.
+    /// Inputs of instances, by instance and port, that depend on outputs of the same instance:
+    /// their range is taken as unlimited.
     looped: BTreeSet<(usize, usize)>,
     changed: Vec<bool>,
-    /// Every node was looked at once.
+    /// Whether every node was visited once.
     seen: bool,
     grown: BTreeMap<usize, u32>,
 }
 
 impl Analyser {
-    /// The ranges of a module whose inputs, in order of the ports, have these.
+    /// Ranges of a module for input ranges in the order of its ports.
     pub(super) fn module(
         &mut self,
         module: &Arc<Module>,
@@ -70,7 +68,7 @@ impl Analyser {
     }
 }
 
-/// What is declared of a node's range, if anything.
+/// Declared range of a node, if any.
 pub(crate) fn assumption(module: &Module, id: usize) -> Option<Interval> {
     let all = module.contracts.iter().filter_map(|c| match c {
         Contract::Range {
@@ -124,7 +122,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Goes over all nodes whose operands changed; whether a register grew.
+    /// Visits all nodes whose operands changed. Returns whether a register grew.
     fn pass(&mut self, all: &mut Analyser) -> bool {
         let mut renewed: Vec<Option<bool>> = vec![None; self.instances.len()];
         for id in self.order.clone() {
@@ -182,7 +180,7 @@ impl<'a> Work<'a> {
         self.edge()
     }
 
-    /// Renews an instance's ranges if its inputs changed.
+    /// Updates an instance's ranges if its inputs changed.
     fn instance(&mut self, index: usize, all: &mut Analyser) -> bool {
         let inst = &self.module.instances[index];
         let known = self.instances[index].is_some();
@@ -206,7 +204,7 @@ impl<'a> Work<'a> {
         true
     }
 
-    /// Registers take over what they may; whether one grew.
+    /// Applies the clock edge to all registers. Returns whether one grew.
     fn edge(&mut self) -> bool {
         let mut any = false;
         self.changed.fill(false);
@@ -239,7 +237,7 @@ impl<'a> Work<'a> {
         any
     }
 
-    /// What was found, and what is wrong with it.
+    /// Ranges found, and violations.
     fn finish(self) -> ModuleRanges {
         let mut errors = vec![];
         let module = self.module;
@@ -307,7 +305,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Whether a contract's range holds all the way round.
+    /// Checks that a contract's range holds inductively.
     fn judge(&self, claim: &Claim, fail: &mut dyn FnMut(usize, String)) {
         let nodes = &self.module.nodes;
         let bound = claim.bound(&self.known);
@@ -365,7 +363,7 @@ impl<'a> Work<'a> {
     }
 }
 
-/// A node for messages: its name, or what it is made of.
+/// Name of a node in messages: its own, or one made of its operands.
 fn name(module: &Module, id: usize) -> String {
     let node = &module.nodes[id];
     if let Some(name) = &node.name {

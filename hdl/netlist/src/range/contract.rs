@@ -1,6 +1,6 @@
 //! Registers whose range follows from what they are declared to hold.
 //!
-//! What is declared is a count (at most so many terms, or codes that sum to
+//! A contract declares a count (at most so many terms, or codes that sum to
 //! at most so much), which no interval can see. Everything else is derived:
 //! that the register only ever holds a value, starts again, or adds a declared
 //! term, and that the count times the term's range fits every node on the way.
@@ -13,19 +13,19 @@ use super::transfer::{Known, power};
 use crate::Module;
 use crate::node::{Binary, Contract, Op};
 
-/// A contract of a register, and what was found of it in the netlist.
+/// A contract of a register, with its evidence in the netlist.
 #[derive(Debug, Clone)]
 pub(super) struct Claim {
     pub(super) reg: usize,
     pub(super) why: String,
     part: Part,
-    /// Sums and terms that are within the register's range when they count.
+    /// Sums and terms that are in the register's range when they are used.
     pub(super) sums: Vec<usize>,
-    /// Values that the register starts again from.
+    /// Restart values of the register.
     pub(super) starts: Vec<usize>,
-    /// What else it takes over, which the contract does not explain.
+    /// Other next values, which the contract does not explain.
     pub(super) strange: Vec<usize>,
-    /// Reinterpretations on the way, which must not change the value.
+    /// Reinterpretations along the path, which must not change the value.
     pub(super) kept: Vec<usize>,
 }
 
@@ -36,7 +36,7 @@ enum Part {
 }
 
 impl Claim {
-    /// The claim of a contract, if it is of a register.
+    /// The claim of a contract on a register.
     pub(super) fn of(module: &Module, contract: &Contract) -> Option<Self> {
         let (reg, part, why) = match contract {
             Contract::Range { .. } => return None,
@@ -80,7 +80,7 @@ impl Claim {
         Some(claim)
     }
 
-    /// The register's range.
+    /// Range of the register.
     pub(super) fn bound(&self, known: &Known) -> Interval {
         match &self.part {
             Part::Terms { term, most } => known.values[*term].up_to(most),
@@ -88,7 +88,7 @@ impl Claim {
         }
     }
 
-    /// What was promised, for messages.
+    /// Text of the contract for messages.
     pub(super) fn promise(&self) -> String {
         match &self.part {
             Part::Terms { most, .. } => format!("at most {most} terms"),
@@ -96,7 +96,7 @@ impl Claim {
         }
     }
 
-    /// Sorts out one value that the register may take over.
+    /// Classifies one possible next value of the register.
     fn take(&mut self, module: &Module, user: usize, id: usize, on_reg: &[bool]) {
         if id == self.reg {
             return;
@@ -134,7 +134,7 @@ impl Claim {
         }
     }
 
-    /// Forgets what was found on a way that leads nowhere.
+    /// Tries a path, and discards its evidence on failure.
     fn tries(&mut self, way: impl Fn(&mut Self) -> bool) -> bool {
         let (sums, kept) = (self.sums.len(), self.kept.len());
         let found = way(self);
@@ -145,7 +145,7 @@ impl Claim {
         found
     }
 
-    /// Notes the last of a chain of reinterpretations.
+    /// Records the last of a chain of reinterpretations.
     fn enter(&mut self, module: &Module, user: usize, id: usize) {
         let bits = |n: usize| {
             matches!(
@@ -158,13 +158,13 @@ impl Claim {
         }
     }
 
-    /// The register, or it or nothing.
+    /// Whether a node is the register, or a choice of it and 0.
     fn is_held(&mut self, module: &Module, user: usize, id: usize) -> bool {
         let reg = self.reg;
         self.leads(module, user, id, false, &mut |_, n| n == reg)
     }
 
-    /// A declared term, or it or nothing, also one of cycles before.
+    /// Whether a node is a declared term, or a choice of it and 0, also from earlier cycles.
     fn is_term(&mut self, module: &Module, user: usize, id: usize) -> bool {
         match self.part.clone() {
             Part::Terms { term, .. } => self.leads(module, user, id, true, &mut |_, n| n == term),
@@ -195,8 +195,8 @@ impl Claim {
         }
     }
 
-    /// Whether a node is one that `is` accepts, or 0, whatever the control;
-    /// if `late`, also through registers.
+    /// Whether a node is one that `is` accepts, or 0, for any control; with `late` also through
+    /// registers.
     fn leads(
         &mut self,
         module: &Module,
@@ -237,7 +237,7 @@ fn zero(module: &Module, id: usize) -> bool {
     matches!(&module.nodes[id].op, Op::Lit(v) if v.is_zero())
 }
 
-/// Nodes that depend on this one in the same cycle.
+/// Nodes with a combinational path from this one.
 fn dependents(module: &Module, id: usize) -> Vec<bool> {
     let mut on = vec![false; module.nodes.len()];
     on[id] = true;

@@ -1,4 +1,4 @@
-//! Sets of consecutive integers.
+//! Intervals of integers.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ use crate::node::Ty;
 /// The integers `low ..= high`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Interval {
-    /// The least.
+    /// Smallest value.
     pub low: BigInt,
-    /// The greatest.
+    /// Largest value.
     pub high: BigInt,
 }
 
@@ -23,7 +23,7 @@ impl fmt::Display for Interval {
     }
 }
 
-/// A number a person can still read.
+/// A readable form of a number.
 struct Short<'a>(&'a BigInt);
 
 impl fmt::Display for Short<'_> {
@@ -74,7 +74,7 @@ impl Interval {
         other.low <= self.low && self.high <= other.high
     }
 
-    /// Whether there is one value alone.
+    /// Whether it contains exactly one value.
     #[must_use]
     pub fn is_point(&self) -> bool {
         self.low == self.high
@@ -91,14 +91,14 @@ impl Interval {
         )
     }
 
-    /// What both hold; `None` if nothing.
+    /// Intersection; `None` if empty.
     pub(crate) fn meet(&self, other: &Self) -> Option<Self> {
         let low = (&self.low).max(&other.low).clone();
         let high = (&self.high).min(&other.high).clone();
         (low <= high).then(|| Self::new(low, high))
     }
 
-    /// The narrowest type that holds it: unsigned if that can be.
+    /// The narrowest type that holds it, unsigned if possible.
     pub(crate) fn ty(&self, signed: bool) -> Ty {
         if !signed && self.low.sign() != Sign::Minus {
             return Ty::u((self.high.bits() as u32).max(1));
@@ -116,7 +116,7 @@ impl Interval {
         Ty::s(below.max(above) as u32 + 1)
     }
 
-    /// What is left when only the low bits are kept.
+    /// Interval of the values truncated to a type.
     pub(crate) fn wrap(&self, ty: Ty) -> Self {
         if self.fits(ty) {
             return self.clone();
@@ -131,7 +131,7 @@ impl Interval {
         Self::new(&self.low - &turn, &self.high - turn)
     }
 
-    /// How far its ends lie apart.
+    /// Difference of its ends.
     pub(crate) fn span(&self) -> BigInt {
         &self.high - &self.low
     }
@@ -163,7 +163,7 @@ impl Interval {
         ])
     }
 
-    /// Rounded towards minus infinity.
+    /// Right shift, rounded towards minus infinity.
     pub(crate) fn shr(&self, least: u32, most: u32) -> Self {
         hull([
             &self.low >> least,
@@ -189,7 +189,7 @@ impl Interval {
         )
     }
 
-    /// `times` values of it added up, from none to all of them.
+    /// Sum of up to `times` of its values.
     pub(crate) fn up_to(&self, times: &BigInt) -> Self {
         let none = BigInt::zero();
         Self::new(
@@ -198,7 +198,7 @@ impl Interval {
         )
     }
 
-    /// Bitwise operations of two's complement values.
+    /// Bitwise and of two's complement values.
     pub(crate) fn and(&self, other: &Self) -> Option<Self> {
         let positive = |i: &Self| i.low.sign() != Sign::Minus;
         match (positive(self), positive(other)) {
@@ -209,7 +209,7 @@ impl Interval {
         }
     }
 
-    /// Bitwise or and exclusive or of values that are not negative.
+    /// Bitwise or and exclusive or of non-negative values.
     pub(crate) fn or(&self, other: &Self) -> Option<Self> {
         if self.low.sign() == Sign::Minus || other.low.sign() == Sign::Minus {
             return None;

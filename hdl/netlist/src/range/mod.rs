@@ -1,9 +1,8 @@
-//! Which values each node can have, from the declared ranges of inputs and the
-//! contracts of registers: the proof that sums do not overflow.
+//! Range analysis: the values of each node, from declared input ranges and contracts of registers.
+//! It proves that sums do not overflow.
 //!
-//! Modules are analysed from above, once for every set of ranges that their
-//! inputs have somewhere. Memories may hold anything, unless a range is
-//! declared for what is read.
+//! Modules are analysed top down, once for every combination of input ranges. Memories may hold any
+//! value, unless a range is declared for what is read.
 
 mod analyse;
 mod contract;
@@ -36,8 +35,7 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// The least and the greatest value of a named signal:
-    /// `instance.instance.signal`.
+    /// Range of a signal with the hierarchical name `instance.instance.signal`.
     #[must_use]
     pub fn of(&self, path: &str) -> Option<(BigInt, BigInt)> {
         let (mut module, mut ranges) = (&self.module, &self.root);
@@ -57,13 +55,12 @@ impl Ranges {
     }
 }
 
-/// Derives the ranges of a module and of all below it.
+/// Derives the ranges of a module and its hierarchy.
 ///
 /// # Errors
-/// Every node that is marked exact and may wrap, every register whose contract
-/// its width or its netlist does not keep, and every instance that is given
-/// more than it declares to take: with the signal, its range and the type that
-/// would hold it.
+/// Each node marked exact that may wrap, each register whose width or netlist violates its
+/// contract, and each instance input beyond its declared range, with the signal, its range and the
+/// required type.
 pub fn ranges(module: &Arc<Module>) -> Result<Ranges, IrErrors> {
     let inputs: Vec<_> = module
         .ports

@@ -1,12 +1,11 @@
-//! The order in which nodes are looked at.
+//! Evaluation order of nodes.
 
 use std::collections::BTreeSet;
 
 use crate::Module;
 use crate::node::Op;
 
-/// Nodes in an order in which each comes after what it needs, and the inputs of
-/// instances that this cannot be done for.
+/// Nodes in topological order, and inputs of instances for which none exists.
 pub(super) fn order(module: &Module) -> (Vec<usize>, BTreeSet<(usize, usize)>) {
     #[derive(Clone, Copy, PartialEq)]
     enum Seen {
@@ -48,8 +47,7 @@ pub(super) fn order(module: &Module) -> (Vec<usize>, BTreeSet<(usize, usize)>) {
     (order, looped)
 }
 
-/// Whether a node follows, in the same cycle and through whatever instances,
-/// from an output of this instance.
+/// Whether a node has a combinational path from an output of this instance.
 fn leads_to(module: &Module, id: usize, instance: usize) -> bool {
     let mut seen = vec![false; module.nodes.len()];
     let mut stack = vec![id];

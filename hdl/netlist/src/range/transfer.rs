@@ -1,4 +1,4 @@
-//! The interval of a node, given those of its operands.
+//! Interval of a node from those of its operands.
 
 use num_bigint::BigInt;
 use num_traits::{One, ToPrimitive, Zero};
@@ -7,25 +7,24 @@ use super::Interval;
 use crate::Module;
 use crate::node::{Binary, Op, Ty, Unary};
 
-/// What is known of the nodes of a module.
+/// Intervals of a module's nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Known {
-    /// The values that a node can have.
+    /// Values of each node.
     pub(crate) values: Vec<Interval>,
-    /// The results before they are cut to the width: integers that agree with
-    /// the value in its low bits.
+    /// Untruncated results: integers that agree with the values in their low bits.
     pub(crate) whole: Vec<Interval>,
 }
 
 impl Known {
-    /// Anything that the types hold.
+    /// The full ranges of all types.
     pub(crate) fn of(module: &Module) -> Self {
         let values: Vec<_> = module.nodes.iter().map(|n| Interval::all(n.ty)).collect();
         let whole = values.clone();
         Self { values, whole }
     }
 
-    /// The uncut result of a node that depends on nothing but its operands.
+    /// The untruncated result of a combinational node.
     pub(crate) fn result(&self, module: &Module, id: usize) -> Interval {
         let node = &module.nodes[id];
         let of = |n: &usize| &self.values[*n];
@@ -104,7 +103,7 @@ impl Known {
     }
 }
 
-/// The only value, if a bit has only one.
+/// The value of a bit, if it is known.
 pub(crate) fn truth(bit: &Interval) -> Option<bool> {
     bit.is_point().then(|| !bit.low.is_zero())
 }
@@ -117,7 +116,7 @@ fn decided(yes: bool, no: bool) -> Interval {
     Interval::new(u8::from(yes), u8::from(!no))
 }
 
-/// Shift amounts; the width and more all shift everything out.
+/// Range of shift amounts; the width and more shift everything out.
 fn amounts(n: &Interval, width: u32) -> (u32, u32) {
     let cut = |v: &BigInt| v.to_u32().unwrap_or(width).min(width);
     (cut(&n.low), cut(&n.high))
@@ -147,7 +146,7 @@ fn binary(op: Binary, a: &Interval, b: &Interval) -> Option<Interval> {
     })
 }
 
-/// Whether a node's result may be an integer that its type does not hold.
+/// Whether a node's result may exceed its type.
 pub(super) fn can_wrap(op: &Op) -> bool {
     matches!(
         op,
@@ -159,7 +158,7 @@ pub(super) fn can_wrap(op: &Op) -> bool {
     )
 }
 
-/// Two to a power.
+/// Power of two.
 pub(super) fn power(bits: u32) -> BigInt {
     BigInt::one() << bits
 }
