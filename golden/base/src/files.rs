@@ -45,7 +45,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Checks that a file can be written here, before the work that produces it; creates its folder.
 ///
 /// # Errors
-/// Those of [`write`], or the folder cannot be created.
+/// Those of [`write()`], or the folder cannot be created.
 pub fn prepare(path: &Path) -> Result<()> {
     match place(path)? {
         // Held from now on: whoever reads from a pipe sees no end before the result.

@@ -22,7 +22,7 @@ pub struct FixedFrame {
     /// Final transmittance per pixel, U1.20 codes.
     pub transmittance: Vec<u32>,
     /// Samples per pixel that are gathered up to where the ray terminates early; `u32::MAX` where
-    /// it does not. Independent of ray groups, batches and [`Halo`].
+    /// it does not. Independent of ray groups, batches and halo.
     pub stops: Vec<u32>,
     /// Work and traffic.
     pub stats: FixedStats,

@@ -47,34 +47,33 @@ use potamoi_formats::units::VectorOp;
 pub use altered::Altered;
 pub use reference_units::{Twins, UnitCounts};
 
-/// What the gathering unit does for one MVoxel: the rows that are loaded and
-/// the entries that read them.
+/// The gathering unit's work for one MVoxel: the loaded rows, and the entries that read them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GatherTask {
-    /// Vertices an entry.
+    /// Vertices of each entry.
     pub vertices: Vertices,
-    /// Channels of a feature, `C`. More than `B` of them take several segments.
+    /// Channels of a feature, `C`. More than the unit's `B` channels take several segments.
     pub channels: usize,
-    /// Features, `rows.len() / channels` rows of `channels` codes each.
+    /// Feature codes: `rows.len() / channels` rows of `channels` codes each.
     pub rows: Vec<i16>,
     /// Entries, in issue order. At least one.
     pub entries: Vec<RitEntry>,
 }
 
-/// A product of an M x K matrix of inputs with a K x N matrix of weights: work of the MAC
-/// array. Inner products of vectors of which each is used once have one column.
+/// The dimensions of a product in the MAC array: an M x K matrix of inputs times a K x N matrix of
+/// weights. Inner products of vectors that are used once have one column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Product {
-    /// M: rows of inputs, one a sample or pixel.
+    /// M: rows of inputs, one for each sample or pixel.
     pub rows: u64,
-    /// K: what is summed over.
+    /// K: the length of each sum.
     pub depth: u64,
-    /// N: columns of weights, one a neuron.
+    /// N: columns of weights, one for each neuron.
     pub columns: u64,
 }
 
 impl Product {
-    /// Multiplications that it asks for.
+    /// Number of multiplications, M x K x N.
     #[must_use]
     pub const fn operations(&self) -> u64 {
         self.rows * self.depth * self.columns
@@ -84,28 +83,27 @@ impl Product {
 /// A unit refused its input or failed.
 pub type UnitError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Units that gather features and compute element by element. The twins are
-/// one implementation, the Verilated hardware another.
+/// Units that gather features and compute element by element. The twins are one implementation,
+/// the Verilated hardware another.
 ///
-/// No call has a default body: units around other units that forgot one would drop
-/// or miscount its work without a word.
+/// No method has a default body: a wrapper that forgot one would silently drop or miscount its
+/// work.
 pub trait Units {
-    /// Gathers MVoxel after MVoxel. Appends, for every task and every entry in
-    /// order, `channels` feature codes to `features`.
+    /// Gathers MVoxel after MVoxel. Appends `channels` feature codes for every entry of every
+    /// task, in order, to `features`.
     ///
     /// # Errors
     /// The unit refused a task or failed.
     fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError>;
 
-    /// Gathers as [`Units::gather`] but appends unrounded sums, in units of 2^-W:
-    /// those of the entries of a sample that lies in several MVoxels add up.
+    /// As [`Units::gather`], but appends unrounded sums in units of 2^-W. The sums of a sample's
+    /// entries in several MVoxels add up.
     ///
     /// # Errors
-    /// As [`Units::gather`]; units of another configuration than
-    /// `gu.sums = "exact"` have none.
+    /// Those of [`Units::gather`], or the configuration does not have `gu.sums = "exact"`.
     fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError>;
 
-    /// Computes `out[i] = op(a[i], b[i])`. All slices have one length.
+    /// Computes `out[i] = op(a[i], b[i])`. All slices must have the same length.
     ///
     /// # Errors
     /// The unit refused the operation or failed.
@@ -117,7 +115,6 @@ pub trait Units {
         out: &mut [i32],
     ) -> Result<(), UnitError>;
 
-    /// Tells of a product that the MAC array computes, whose results the renderer finds
-    /// itself.
+    /// Reports a product of the MAC array. Its results are computed by the renderer itself.
     fn multiplied(&mut self, product: Product);
 }

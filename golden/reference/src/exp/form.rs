@@ -5,11 +5,9 @@ use std::fmt::Debug;
 /// The engine's registers after its last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Raw {
-    /// `R_accum`, with [`Engine::accumulator_bits`] fraction bits: the
-    /// mantissa.
+    /// `R_accum`, with the engine's `accumulator_bits` fraction bits: the mantissa.
     pub accumulator: i64,
-    /// `R_remain` before the tail, with [`Engine::constant_bits`] fraction
-    /// bits.
+    /// `R_remain` before the tail, with the engine's `constant_bits` fraction bits.
     pub remain: i64,
     /// Binary exponent: the result is `accumulator * 2^exponent`.
     pub exponent: i32,

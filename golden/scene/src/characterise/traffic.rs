@@ -62,7 +62,7 @@ impl Traffic {
 /// ray groups and both halos.
 ///
 /// # Errors
-/// Those of [`moved`].
+/// Those of [`potamoi_fields::voxels::traffic`].
 pub fn traffic(
     volume: &Volume<'_>,
     camera: &Camera,

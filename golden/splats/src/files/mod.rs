@@ -33,28 +33,28 @@ use super::ply;
 use reader::LARGEST;
 pub use reader::{Reader, whole};
 
-/// Every format, in the order of the book's table. A new one is a file beside this one, and a line
+/// Every format, in the order of the book's table. A new one is a file in this folder and a line
 /// here.
 pub static READERS: [&Reader; 4] = [&PLY, &splat::READER, &spz::READER, &sog::READER];
 
-/// Both PLY formats, which their headers tell apart.
+/// Both PLY formats, which are distinguished by their headers.
 static PLY: Reader = Reader {
     ending: "ply",
     formats: &[&ply::FORMAT, &packed_ply::FORMAT],
     read: read_ply,
 };
 
-/// What describes the images of an SOG folder.
+/// The file that describes the images of an SOG folder.
 const META: &str = "meta.json";
-/// What lists the levels of detail of several SOG folders.
+/// The file that lists the levels of detail of several SOG folders.
 const LEVELS: &str = "lod-meta.json";
 
-/// What a path names.
+/// The kind of file that a path names.
 enum Named<'a> {
     File(&'a Reader),
     /// An SOG folder, or its `meta.json`.
     SogFolder,
-    /// Levels of detail in SOG folders, none of which is named.
+    /// Levels of detail in SOG folders, without a choice of one.
     Levels,
 }
 
@@ -73,30 +73,28 @@ fn named<'a>(readers: &[&'a Reader], path: &Path) -> Option<Named<'a>> {
     }
 }
 
-/// The endings of splat files.
+/// File extensions of splat files.
 #[must_use]
 pub fn endings() -> Vec<&'static str> {
     READERS.iter().map(|reader| reader.ending).collect()
 }
 
-/// Whether the name is that of a splat file, there or not, or of a folder that
-/// holds one.
+/// Whether the name is that of a splat file, existing or not, or of a folder with one.
 #[must_use]
 pub fn is_splats(path: &Path) -> bool {
     named(&READERS, path).is_some()
 }
 
-/// Reads a splat file of any format, whose axes are those that are `asked` for, or else what it
-/// says, or else what its format has; what is read is in the axes of PLY files (x right, y down,
-/// z to the front).
+/// Reads a splat file of any format. Its axes are those `asked` for, or else those that it names,
+/// or else those of its format. The result has the axes of PLY files (x right, y down, z front).
 ///
 /// # Errors
-/// The file cannot be read, or is no complete file of its format.
+/// The file cannot be read, or is not a complete file of its format.
 pub fn read(path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
     read_by(&READERS, path, asked)
 }
 
-/// The same by some formats.
+/// Reads a file by some of the formats.
 fn read_by(readers: &[&Reader], path: &Path, asked: Option<Axes>) -> Result<Loaded, FileError> {
     let origin = path.display().to_string();
     let raw = match named(readers, path) {
@@ -126,7 +124,7 @@ fn read_by(readers: &[&Reader], path: &Path, asked: Option<Axes>) -> Result<Load
     Ok(raw.turned(asked))
 }
 
-/// Packed or not is known from the header alone.
+/// Reads either PLY format; the header alone selects it.
 fn read_ply(path: &Path, origin: &str) -> Result<Raw, FileError> {
     let fail = |source| FileError::Read {
         path: path.to_owned(),

@@ -2,7 +2,7 @@
 //! the depth of frames that are not rendered).
 //!
 //! A mesh is read from a file ([`read`]), or it is the surface at which a model's density crosses
-//! a level ([`of_scene`], [`Mesh::of_density`]). [`Mesh::depth`] rasterises it.
+//! a level ([`Mesh::of_density`]). [`Mesh::depth`] rasterises it.
 
 mod cases;
 mod error;
