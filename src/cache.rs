@@ -1,4 +1,4 @@
-//! `potamoi cache`: what is kept between runs.
+//! `potamoi cache`: lists or clears results cached between runs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ struct Entry {
     kind: &'static str,
     name: String,
     bytes: u64,
-    /// Since it was made, in seconds.
+    /// Age in seconds.
     age_seconds: u64,
 }
 
@@ -52,7 +52,7 @@ struct Report {
     cleared: bool,
     bytes: u64,
     entries: Vec<Entry>,
-    /// What else lies in those folders, which is never removed.
+    /// Other entries in those folders, which are never removed.
     not_kept_by_potamoi: Vec<PathBuf>,
 }
 
@@ -133,8 +133,8 @@ fn age(seconds: u64) -> String {
     }
 }
 
-/// Entries of a kind, by name, and what is none by its name. A run that makes an entry now holds it
-/// under a name with a dot.
+/// Entries of a kind and other files, told apart by name. An entry under construction has a name
+/// that begins with a dot.
 fn found(
     root: &Path,
     kind: &'static str,
@@ -175,7 +175,7 @@ fn found(
     Ok(())
 }
 
-/// Bytes of a file, or of all files in a folder; links are not followed.
+/// Size of a file, or of all files in a folder; links are not followed.
 fn bytes(path: &Path) -> u64 {
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_dir() => {

@@ -1,5 +1,4 @@
-//! `potamoi characterise`: the paper's motivation figures of a scene, or of
-//! many side by side.
+//! `potamoi characterise`: the paper's motivation figures for one or several scenes.
 
 mod paper;
 mod tables;

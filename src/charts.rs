@@ -10,7 +10,7 @@ use crate::files;
 
 pub(crate) const LETTERS: (&str, u32) = ("sans-serif", 14);
 pub(crate) const TITLE: (&str, u32) = ("sans-serif", 18);
-/// Colours that are told apart by the colour-blind (Okabe and Ito, "Color Universal Design", 2008),
+/// Colours distinguishable with colour blindness (Okabe and Ito, "Color Universal Design", 2008),
 /// and two greys.
 pub(crate) const COLOURS: [RGBColor; 11] = [
     RGBColor(213, 94, 0),
@@ -29,10 +29,10 @@ pub(crate) const COLOURS: [RGBColor; 11] = [
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(crate) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// An argument that names a picture.
+/// Parses the file name of a chart.
 ///
 /// # Errors
-/// Another kind of file: pictures of charts are SVG.
+/// Another file type: charts are SVG.
 pub(crate) fn svg(given: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(given);
     match path.extension().is_some_and(|kind| kind == "svg") {
@@ -41,7 +41,7 @@ pub(crate) fn svg(given: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Draws, and writes the file whole or not at all.
+/// Draws a chart, and writes the file atomically.
 pub(crate) fn picture(
     path: &Path,
     size: (u32, u32),
@@ -60,7 +60,7 @@ pub(crate) fn picture(
     Ok(files::write(path, &text)?)
 }
 
-/// Who is who, in a corner of the chart.
+/// Legend in a corner of the chart.
 pub(crate) fn legend<'a, 'b, X: Ranged, Y: Ranged>(
     chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>,
     corner: SeriesLabelPosition,

@@ -1,4 +1,4 @@
-//! `potamoi cost`: what accuracy costs in time.
+//! `potamoi cost`: the cost of accuracy.
 
 mod exponential;
 mod methods;

@@ -1,4 +1,4 @@
-//! `potamoi doctor`: which outside programs are here, and what is lost without each.
+//! `potamoi doctor`: the external tools installed, and the commands that lack one.
 
 mod search;
 mod tools;
@@ -17,7 +17,7 @@ use tools::{TOOLS, Tool};
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
 
-/// Why `doctor` does not end well.
+/// Why `doctor` fails.
 #[derive(Debug, Error)]
 pub(crate) enum DoctorError {
     #[error("required and not usable: {0}; the lines above say how to get each")]
@@ -52,7 +52,7 @@ impl State {
     }
 }
 
-/// What was found out about one tool.
+/// State of one tool.
 #[derive(Debug, Serialize)]
 struct Finding {
     name: &'static str,
@@ -61,7 +61,7 @@ struct Finding {
     version: Option<String>,
     minimum: &'static str,
     path: Option<PathBuf>,
-    /// What is wrong, where something is.
+    /// The problem, if any.
     problem: Option<String>,
     disables: &'static str,
     remedy: &'static str,
@@ -70,7 +70,7 @@ struct Finding {
 #[derive(Debug, Serialize)]
 struct Report {
     format_version: u32,
-    /// Whether every required tool can be used.
+    /// Whether every required tool is usable.
     complete: bool,
     tools: Vec<Finding>,
 }

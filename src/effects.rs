@@ -1,4 +1,4 @@
-//! `potamoi effects`: what a scene and a camera path call for.
+//! `potamoi effects`: the effects that a scene and a camera path call for.
 
 mod picture;
 mod report;

@@ -21,7 +21,7 @@ use crate::files;
 use crate::scene;
 use crate::stdout::say;
 
-/// The file that a configuration is written to that is reduced to a scene.
+/// File of a configuration reduced to a scene.
 const CONFIGURATION: &str = "configuration.toml";
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -30,20 +30,20 @@ const FORMAT_VERSION: u32 = 1;
 struct Report {
     format_version: u32,
     command: &'static str,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
-    /// Of the gathering unit's banks, and why.
+    /// Organisation of the gathering unit's banks, and the reason.
     organisation: Organisation,
     organisation_reason: String,
     /// Top modules.
     units: Vec<&'static str>,
     /// The scene that the configuration was reduced to.
     for_scene: Option<String>,
-    /// What it does not use.
+    /// Parts left out, which the scene does not use.
     left_out: Vec<LeftOut>,
-    /// Lines of every file, by path below the folder.
+    /// Number of lines of every file, by path in the folder.
     files: BTreeMap<String, usize>,
-    /// What the scene's files leave open.
+    /// Items that the scene's files leave open.
     not_checked: Vec<String>,
 }
 
@@ -112,7 +112,7 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a configuration that what is left of it would replace.
+/// Refuses a configuration file that its own reduced form would overwrite.
 fn refuse_own_configuration(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     if let (Some(config), Some(scene)) = (&common.config, &args.for_scene) {
         let own = args.out_dir.join(CONFIGURATION);
@@ -129,7 +129,7 @@ fn refuse_own_configuration(common: &Common, args: &EmitArgs) -> Result<(), Fail
     Ok(())
 }
 
-/// Prints what was left out, removed and written.
+/// Prints the files left out, removed and written.
 fn print(report: &Report, stale: &[String], args: &EmitArgs) {
     if let Some(scene) = &report.for_scene {
         let path = args.out_dir.join(CONFIGURATION);
@@ -168,7 +168,7 @@ fn print(report: &Report, stale: &[String], args: &EmitArgs) {
     );
 }
 
-/// A configuration as a file.
+/// Text of a configuration file.
 fn text_of(config: &Config) -> Result<String, Failure> {
     toml::to_string(config).map_err(|error| Failure::Check(format!("{CONFIGURATION}: {error}")))
 }

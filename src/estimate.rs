@@ -1,4 +1,4 @@
-//! `potamoi estimate`: what synthesis would find, without it.
+//! `potamoi estimate`: synthesis results estimated by fitted formulas.
 
 use std::path::PathBuf;
 
@@ -43,14 +43,14 @@ pub(crate) struct EstimateArgs {
     json: Option<PathBuf>,
 }
 
-/// What `--json` writes.
+/// The JSON report.
 #[derive(Debug, Serialize)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
     configuration: String,
     library: &'a LibraryOrigin,
-    /// What made the grid.
+    /// Tools that made the grid.
     tools: &'a ToolsOrigin,
     scaled_by: Option<&'a scaling::Factors>,
     units: Vec<UnitEstimate>,
@@ -158,7 +158,7 @@ fn print(own: &UnitEstimate, fit: &Fit) {
     }
 }
 
-/// What the period leaves out, and how much that was where it was measured.
+/// Text on paths that the period leaves out, with their measured effect.
 fn untimed(library: &LibraryOrigin, unit: &str) -> String {
     let paper = SynthReport::checked_in().ok();
     let paper = paper.map(|[paper, _]| paper);
@@ -179,7 +179,7 @@ fn untimed(library: &LibraryOrigin, unit: &str) -> String {
     )
 }
 
-/// What energies are of, and of what they are not.
+/// Text on the workloads that the energies cover, and those that they do not.
 fn covered(of: &EnergiesOf) -> String {
     match of.vertices {
         Some(vertices) => format!(
@@ -192,7 +192,7 @@ fn covered(of: &EnergiesOf) -> String {
     }
 }
 
-/// Sums, each with its error at points that were left out.
+/// Totals, each with its error at points left out of the fit.
 fn totals(own: &UnitEstimate) {
     let (estimate, errors) = (&own.estimate, &own.errors);
     let to = own.scaled.map(|s| format!("at {} nm", s.node_nm));
@@ -267,23 +267,23 @@ fn totals(own: &UnitEstimate) {
     say!("{table}");
 }
 
-/// A line of what the unit comes to.
+/// One line of a unit's estimate.
 struct Row {
     what: String,
-    /// At the grid's node, and at the other.
+    /// Values at the grid's node, and at the other.
     values: [Option<f64>; 2],
     unit: Unit,
     error: Option<Spread>,
 }
 
-/// What a figure is printed in.
+/// Printed unit of a figure.
 #[derive(Clone, Copy)]
 enum Unit {
-    /// Of square micrometres.
+    /// Square millimetres, from square micrometres.
     SquareMillimetres,
     Picoseconds,
     Picojoules,
-    /// Of nanowatts.
+    /// Milliwatts, from nanowatts.
     Milliwatts,
 }
 

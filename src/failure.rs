@@ -1,4 +1,4 @@
-//! What a command ends with when it does not end well.
+//! Failures of a command, with their exit codes.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -66,15 +66,15 @@ pub(crate) enum Failure {
     Model(#[from] SystemModelError),
     #[error(transparent)]
     Doctor(#[from] DoctorError),
-    /// A check said no; what it found is printed before.
+    /// A check failed; its findings were printed before.
     #[error("{0}")]
     Check(String),
-    /// A check could not say.
+    /// A check was inconclusive.
     #[error("{0}")]
     Inconclusive(String),
     #[error("{0}")]
     Usage(String),
-    /// What was printed did not all arrive.
+    /// Part of the output was lost.
     #[error("cannot write standard output: {0}; what was printed is not whole")]
     Output(String),
 }
@@ -149,8 +149,7 @@ impl Failure {
     }
 }
 
-/// Code of a failure in the place of a renderer's units: hardware may stand
-/// there.
+/// Exit code of a failure in a renderer's units, which may be hardware.
 fn unit_code(error: &(dyn Error + Send + Sync + 'static)) -> u8 {
     error.downcast_ref::<RtlError>().map_or(2, rtl_code)
 }
@@ -164,7 +163,7 @@ fn rtl_code(error: &RtlError) -> u8 {
     }
 }
 
-/// Code of a model that was not built or run: faults of the machine are no failed check.
+/// Exit code of a model that was not built or run: a fault of the machine is no failed check.
 fn model_code(error: &ModelError) -> u8 {
     match error {
         ModelError::MissingTool { .. }

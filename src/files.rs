@@ -1,4 +1,4 @@
-//! Files that are whole or not there.
+//! Atomic output files.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use thiserror::Error;
 pub(crate) struct FileError {
     path: PathBuf,
     source: std::io::Error,
-    /// What to do.
+    /// The remedy.
     remedy: &'static str,
 }
 
@@ -25,11 +25,10 @@ impl FileError {
     }
 }
 
-/// Finds out, before any work, that its results can be written; makes their
-/// folders.
+/// Checks before any work that the results can be written, and creates their folders.
 ///
 /// # Errors
-/// One cannot be written, or is an output already that was found out about before.
+/// An output cannot be written, or is named twice.
 pub(crate) fn prepare<'a>(
     paths: impl IntoIterator<Item = Option<&'a PathBuf>>,
 ) -> Result<(), FileError> {
@@ -59,7 +58,7 @@ pub(crate) fn prepare<'a>(
     Ok(())
 }
 
-/// Writes whole or not at all; makes the folder.
+/// Writes a file atomically, and creates its folder.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
     let fail = |source| FileError::new(path, source);
     if let Some(folder) = path.parent() {

@@ -1,4 +1,4 @@
-//! `potamoi layouts`: the organisations of the banks side by side.
+//! `potamoi layouts`: comparison of the bank organisations.
 
 use std::path::PathBuf;
 
@@ -36,13 +36,13 @@ struct Report {
     scene: String,
     width: u32,
     height: u32,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
-    /// Entries that are gathered.
+    /// Entries gathered.
     samples: u64,
     layouts: Vec<Row>,
     paper: Paper,
-    /// What a model's file leaves open.
+    /// Items that a model's file leaves open.
     not_checked: Vec<String>,
 }
 
@@ -50,18 +50,18 @@ struct Report {
 struct Row {
     #[serde(flatten)]
     layout: Layout,
-    /// Conflicts over reads.
+    /// Conflict rate: conflicts over reads.
     conflict_rate: f64,
-    /// The same if lanes that want the same row did not share it.
+    /// Conflict rate if lanes could not share a read of the same row.
     conflict_rate_unshared: f64,
-    /// Stalls for banks over cycles.
+    /// Share of cycles lost to bank stalls.
     lost: f64,
     samples_per_cycle: f64,
-    /// Cycles that the bytes take at 25.6 GB/s.
+    /// Cycles to transfer the bytes at 25.6 GB/s.
     bandwidth_cycles: u64,
 }
 
-/// Conflict rates that the paper states (Sec. "Motivation").
+/// Conflict rates in the paper (Sec. "Motivation").
 #[derive(Serialize)]
 struct Paper {
     rays_16_banks_16_average: f64,

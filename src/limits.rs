@@ -1,8 +1,8 @@
-//! Memory limits of the process: a run that outgrows one ends with words and an exit status.
+//! Memory limits of the process: a run that exceeds one ends with a message and an exit status.
 //!
-//! Where memory for something is refused, a Rust program aborts, and a thread that cannot be made
-//! panics. Under a limit (`ulimit -v`), the work is therefore done by a child of this program, and
-//! what ends the child is said here. The child dies with this process.
+//! Where an allocation is refused, a Rust program aborts, and where a thread cannot be created, it
+//! panics. Under a limit (`ulimit -v`) a child of this program therefore does the work, and this
+//! process reports the cause of its end. The child dies with this process.
 
 use std::process::{Command, ExitCode};
 
@@ -15,15 +15,15 @@ use potamoi_verilated::child::LIMIT;
 use crate::failure::Failure;
 use crate::stdout;
 
-/// Set in the child, to its parent's number.
+/// Environment variable of the child: its parent's process id.
 const INNER: &str = "POTAMOI_WITHIN_LIMIT";
 /// Exit status of a panic.
 const PANICKED: i32 = 101;
 
-/// Refuses a time limit of tools that is none.
+/// Refuses an invalid time limit of tools.
 ///
 /// # Errors
-/// The variable is set, and not to a number of seconds.
+/// The variable is set to something else than a number of seconds.
 pub(crate) fn check_tool_seconds() -> Result<(), Failure> {
     let Some(text) = std::env::var_os(LIMIT) else {
         return Ok(());
@@ -38,7 +38,7 @@ pub(crate) fn check_tool_seconds() -> Result<(), Failure> {
     }
 }
 
-/// Runs this command in a child where memory is limited; none where it is not, or in that child.
+/// Runs this command in a child where memory is limited; `None` where it is not, or in that child.
 pub(crate) fn run_within() -> Option<ExitCode> {
     let limit = in_force()?;
     if let Ok(parent) = std::env::var(INNER) {
@@ -83,7 +83,7 @@ pub(crate) fn run_within() -> Option<ExitCode> {
     }
 }
 
-/// Bytes of address space or data that this process may take, where that is limited.
+/// Limit of this process's address space or data in bytes, if any.
 fn in_force() -> Option<u64> {
     let limits = [Resource::As, Resource::Data].map(|what| getrlimit(what).current);
     limits.into_iter().flatten().min()

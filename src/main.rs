@@ -1,7 +1,7 @@
 //! The `potamoi` command line.
 //!
-//! Exit codes: 0 right, 1 a check failed, 2 usage, configuration, input or output, 3 a tool
-//! is missing or does not work, 4 inconclusive.
+//! Exit codes: 0 success, 1 failed check, 2 usage, configuration, input or output, 3 missing or
+//! broken tool, 4 inconclusive check.
 
 mod args;
 mod cache;
@@ -39,7 +39,7 @@ use clap::{CommandFactory as _, FromArgMatches as _};
 
 use failure::Failure;
 
-/// Prints what the command line was answered with: an error, help or a version.
+/// Prints clap's answer: an error, help or a version.
 fn parting(error: &clap::Error) -> ExitCode {
     let printed = error.print().and_then(|()| std::io::stdout().flush());
     match printed {

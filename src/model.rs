@@ -1,4 +1,4 @@
-//! `potamoi model`: what the whole system takes for the frames of a scene.
+//! `potamoi model`: time, energy and quality of a scene's frames on the whole system.
 
 mod calibrate;
 pub(crate) mod ladder;
@@ -28,7 +28,7 @@ use crate::scene::{SceneArgs, named, say_not_checked};
 use crate::warp::RulesOf;
 use report::Report;
 
-/// What is read of a system, in bytes: far more than any has.
+/// Size limit of a system description, in bytes.
 const LARGEST_SYSTEM: u64 = 1 << 20;
 
 #[derive(Debug, Args)]
@@ -214,7 +214,7 @@ impl ModelArgs {
         )?)
     }
 
-    /// The baseline, which all are compared with, and those that were asked for.
+    /// The baseline and the requested variants.
     fn variants(&self) -> Result<Vec<Variant>, Failure> {
         let [baseline, ..] = Variant::ALL;
         if self.variants.is_empty() {
@@ -244,7 +244,7 @@ impl ModelArgs {
         )?)
     }
 
-    /// The work of the scene's path and what memory takes for its accesses, counted now or earlier.
+    /// The work of the scene's path and the replay of its memory accesses, counted or cached.
     fn count(&self, setup: &mut Setup) -> Result<(PathWork, bool), Failure> {
         let system = &setup.system;
         let options = PathOptions {

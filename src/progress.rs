@@ -22,7 +22,7 @@ impl Progress for Shown<'_> {
     }
 }
 
-/// A bar over `total` of something, with a message beside it.
+/// A bar over `total` steps, with a message.
 pub(crate) fn bar(total: u64, what: &str) -> ProgressBar {
     let bar = ProgressBar::new(total);
     let style = ProgressStyle::with_template(
@@ -36,7 +36,7 @@ pub(crate) fn bar(total: u64, what: &str) -> ProgressBar {
     bar
 }
 
-/// A spinner, for work whose length is not known.
+/// A spinner, for work of unknown length.
 pub(crate) fn spinner(what: &str) -> ProgressBar {
     let bar = ProgressBar::new_spinner();
     bar.set_message(what.to_owned());

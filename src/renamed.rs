@@ -1,4 +1,4 @@
-//! Flags that had another name. The old name is accepted for one version, with a note.
+//! Renamed flags. The old name is accepted for one version, with a note.
 
 use std::ffi::OsString;
 
@@ -11,7 +11,7 @@ struct Renamed {
     new: &'static str,
 }
 
-/// Names of the version before; they go with the next.
+/// Names of the previous version; removed in the next.
 const RENAMED: &[Renamed] = &[
     renamed("emit", "out", "out-dir"),
     renamed("warp", "out", "out-dir"),
@@ -37,7 +37,7 @@ pub(crate) fn accept(mut cli: Command) -> Command {
     cli
 }
 
-/// A line for each old name among the arguments of `command`.
+/// One note for each old name among the arguments of `command`.
 pub(crate) fn notes(command: &str, arguments: &[OsString]) -> Vec<String> {
     let words: Vec<_> = arguments
         .iter()
@@ -82,7 +82,7 @@ mod tests {
 
     use super::*;
 
-    /// An old name would mean two things if a flag of the command had it.
+    /// An old name must not be a flag of the command, or it would have two meanings.
     #[test]
     fn old_names_are_free_and_lead_to_the_new_ones() {
         let cli = accept(crate::cli::Cli::command());

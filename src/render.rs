@@ -78,34 +78,34 @@ struct Report<'a> {
     width: u32,
     height: u32,
     numerics: Numerics,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
-    /// Against floating point, unquantised linear RGB, peak 1, in dB.
+    /// PSNR in dB against floating point, in unquantised linear RGB, peak 1.
     psnr_db: Option<f64>,
-    /// The same over pixels at which floating point draws anything.
+    /// PSNR in dB over pixels that are not empty in floating point.
     psnr_covered_db: Option<f64>,
     covered_pixels: usize,
-    /// Skips and stops decided otherwise than in floating point; for splats.
+    /// Skips and early terminations decided otherwise than in floating point; splats only.
     flipped_skips: Option<u64>,
     flipped_stops: Option<u64>,
-    /// What the frame needs, counted by the renderer.
+    /// Work of the frame, counted by the renderer.
     frame: Option<&'a FrameCounts>,
-    /// What came out of the units, counted by them.
+    /// Results of the units, counted by themselves.
     units: Option<Units>,
-    /// Clock cycles of the Verilated units, streams always ready.
+    /// Clock cycles of the Verilated units with streams always ready.
     cycles: Option<RtlCycles>,
-    /// Verilated units that were built: those that there was work for.
+    /// Verilated units that were built: those with work.
     instantiated: Option<Vec<&'static str>>,
-    /// What lies outside the units, and what a model's file left open.
+    /// Items outside the units, and items that a model's file leaves open.
     not_checked: Vec<String>,
     seconds: f64,
 }
 
 #[derive(Serialize)]
 pub(crate) struct Units {
-    /// Feature vectors out of the gathering unit.
+    /// Feature vectors from the gathering unit.
     feature_vectors: u64,
-    /// Elements out of the vector unit, by operation.
+    /// Elements from the vector unit, by operation.
     elements: BTreeMap<OpCode, u64>,
 }
 

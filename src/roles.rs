@@ -1,7 +1,7 @@
-//! Which arguments name inputs and which outputs, and that no file is both or twice.
+//! Roles of file arguments: no file may be both input and output, or an output twice.
 //!
-//! Looked at before any work, for all commands at once: an output that is a file of the inputs
-//! would be lost, and one file for two outputs holds one of them.
+//! Checked before any work, for all commands at once: an output that is also an input would destroy
+//! it, and one file for two outputs would keep one of them.
 
 mod reads;
 
@@ -14,18 +14,18 @@ use clap::ArgMatches;
 use crate::failure::Failure;
 use reads::{files_of, regular};
 
-/// What an argument names.
+/// Role of an argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
-    /// A file or folder that is read, or a name that is none.
+    /// A file or folder that is read, or a name that is neither.
     Input,
-    /// A file that is written.
+    /// A file to write.
     Output,
-    /// A folder that files are written into.
+    /// A folder to write files into.
     Folder,
 }
 
-/// The role of an argument; none of those that name no file.
+/// Role of an argument; `None` for those without files.
 fn role(argument: &str) -> Option<Role> {
     Some(match argument {
         "out_dir" | "readmemh" | "netlists" => Role::Folder,
@@ -37,16 +37,16 @@ fn role(argument: &str) -> Option<Role> {
     })
 }
 
-/// Whether an argument names a file or folder that is written.
+/// Whether an argument names an output file or folder.
 #[cfg(test)]
 pub(crate) fn is_output(argument: &str) -> bool {
     matches!(role(argument), Some(Role::Output | Role::Folder))
 }
 
-/// Refuses arguments by which a file would be lost.
+/// Refuses arguments that would destroy a file.
 ///
 /// # Errors
-/// One file is named for two outputs, or an output is a file that is read.
+/// One file is named for two outputs, or an output is also an input.
 pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
     let Some((command, own)) = matches.subcommand() else {
         return Ok(());
@@ -116,7 +116,8 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether a file of this name is written into folders: frames, streams, Verilog, and lists.
+/// Whether a file of this name may be written into an output folder: frames, streams, Verilog, and
+/// lists.
 fn is_written(name: &str) -> bool {
     let is_frame = |start: &str| name.starts_with(start) && name.ends_with(".png");
     is_frame("frame.")
@@ -127,7 +128,7 @@ fn is_written(name: &str) -> bool {
         || ["memories.json", "manifest.json"].contains(&name)
 }
 
-/// Whether a picture of a path that is written to `a.png` may have this name: `a.0007.png`.
+/// Whether a frame of a path with the output `a.png` may have this name: `a.0007.png`.
 fn is_numbered(out: &Path, name: &str) -> bool {
     let stem = out.file_stem().unwrap_or_default().to_string_lossy();
     let rest = name.strip_prefix(&*stem).and_then(|r| r.strip_prefix('.'));
@@ -135,7 +136,7 @@ fn is_numbered(out: &Path, name: &str) -> bool {
     number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// The folder that a file is in.
+/// Folder of a file.
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -143,7 +144,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Whether an output is a file that is written into a folder as well, or below it.
+/// Whether an output is a file that is also written into a folder, or below it.
 fn is_written_in(path: &Path, folder: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let within = absolute(folder_of(path));
@@ -161,7 +162,7 @@ fn is_written_in(path: &Path, folder: &Path) -> bool {
     is_named || is_linked()
 }
 
-/// Regular files of a folder whose names are such.
+/// Regular files of a folder with such names.
 fn written_in(
     folder: &Path,
     is_such: impl Fn(&str) -> bool,
@@ -172,7 +173,7 @@ fn written_in(
         .filter_map(|entry| Some((entry.path(), regular(&entry.path())?)))
 }
 
-/// Refuses a folder for outputs that holds inputs of the names that are written there.
+/// Refuses an output folder that contains inputs with names of written files.
 fn keep_inputs(
     inputs: &[(String, PathBuf)],
     flag: &str,
@@ -214,7 +215,7 @@ fn twice(outputs: &[(String, PathBuf)]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether two outputs would be one file. Streams may be written to twice.
+/// Whether two outputs are the same file. Streams may be written to twice.
 fn is_same(a: &Path, b: &Path) -> bool {
     match (fs::metadata(a).ok(), fs::metadata(b).ok()) {
         (Some(x), Some(y)) => x.is_file() && (x.dev(), x.ino()) == (y.dev(), y.ino()),
@@ -223,7 +224,7 @@ fn is_same(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// A path that does not exist, by the nearest folder above it that does.
+/// Absolute form of a path that does not exist, by its nearest existing parent folder.
 fn absolute(path: &Path) -> Option<PathBuf> {
     let whole = std::path::absolute(path).ok()?;
     let mut plain = PathBuf::new();

@@ -1,4 +1,4 @@
-//! Which scene a command is about.
+//! The scene of a command.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::args::quoted;
 use crate::failure::Failure;
 use crate::stdout::say;
 
-/// What a scene may be, for help.
+/// Kinds of scenes, for help.
 fn scenes() -> String {
     format!(
         "Built-in scene ({}; each but the first two also as a ready model behind a colon, such as \
@@ -57,17 +57,17 @@ pub(crate) struct SceneArgs {
     without: Vec<String>,
 }
 
-/// Characters of a sentence that are printed; `--json` has all of them.
+/// Longest printed sentence in characters; `--json` has it in full.
 const TOLD: usize = 2000;
 
-/// What the files that were opened leave open, and whether that was said.
+/// Items that opened files leave open, and whether each was printed.
 static LEFT_OPEN: Mutex<Vec<(String, bool)>> = Mutex::new(vec![]);
 
 fn left_open() -> MutexGuard<'static, Vec<(String, bool)>> {
     LEFT_OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Keeps what a scene's files leave open, so that it is said whatever the command reports.
+/// Records the items that a scene's files leave open, so that every command reports them.
 pub(crate) fn note(scene: &Scene) {
     let mut all = left_open();
     for sentence in scene.left_open_of_files() {
@@ -77,13 +77,13 @@ pub(crate) fn note(scene: &Scene) {
     }
 }
 
-/// What the files that this command opened leave open.
+/// Items that the files opened by this command leave open.
 pub(crate) fn left_open_of_files() -> Vec<String> {
     let all = left_open();
     all.iter().map(|(sentence, _)| sentence.clone()).collect()
 }
 
-/// Says in one line what a run does not check, if anything.
+/// Prints one line on unchecked items, if there are any.
 pub(crate) fn say_not_checked(list: &[String]) {
     for (sentence, said) in left_open().iter_mut() {
         *said |= list.contains(sentence);
@@ -94,7 +94,7 @@ pub(crate) fn say_not_checked(list: &[String]) {
     }
 }
 
-/// Says what files leave open and no report has said.
+/// Prints the items that no report has printed.
 pub(crate) fn say_what_is_left_open() {
     let all = left_open();
     let rest = all.iter().filter(|(_, said)| !said);
@@ -135,10 +135,10 @@ pub(crate) fn named(list: &[String]) -> Vec<String> {
     names
 }
 
-/// Effects of paths and of what surrounds the units: a frame has nothing to leave out.
+/// Effects of paths and outside the units, which a frame cannot leave out.
 const OF_PATHS: [&str; 4] = ["warping", "disocclusion", "remote_link", "random_dram"];
 
-/// The scene of a command that names none.
+/// Default scene.
 const DEFAULT: &str = "garden";
 
 impl SceneArgs {
@@ -146,7 +146,7 @@ impl SceneArgs {
         self.open_named(self.name())
     }
 
-    /// The same of another scene.
+    /// Opens another scene with the same options.
     pub(crate) fn open_named(&self, name: &str) -> Result<Scene, Failure> {
         let mut scene = self.open_as_called_for(name)?;
         if let Some(effect) = self
@@ -165,7 +165,7 @@ impl SceneArgs {
         Ok(scene)
     }
 
-    /// The same, whatever is forced or left out.
+    /// Opens a scene without forced or left-out effects.
     pub(crate) fn open_as_called_for(&self, name: &str) -> Result<Scene, Failure> {
         let mut scene = Scene::open_in(name, self.axes)?;
         if let Some(path) = &self.camera {
@@ -176,7 +176,7 @@ impl SceneArgs {
         Ok(scene)
     }
 
-    /// What is carried out or left out whatever is called for.
+    /// Effects that are forced or left out.
     pub(crate) fn choices(&self) -> Result<Choices, Failure> {
         if let Some(both) = self.force.iter().find(|name| self.without.contains(name)) {
             return Err(Failure::Usage(format!(
@@ -193,12 +193,12 @@ impl SceneArgs {
         Ok(choices)
     }
 
-    /// Whether a camera or a size is asked for that is not the scene's own.
+    /// Whether a camera or a size other than the scene's own is requested.
     pub(crate) const fn looks_otherwise(&self) -> bool {
         self.camera.is_some() || self.width.is_some() || self.height.is_some()
     }
 
-    /// Axes that are asked for in place of a file's.
+    /// Axes that override a file's.
     pub(crate) const fn axes(&self) -> Option<Axes> {
         self.axes
     }

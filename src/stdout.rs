@@ -1,11 +1,11 @@
-//! What a command says.
+//! Output of a command.
 
 use std::fmt::Arguments;
 use std::io::{Error, ErrorKind, Write as _};
 use std::sync::{Mutex, PoisonError};
 
-/// Prints a line. Whoever reads may stop doing so (`| head`): work goes on, and
-/// reports are still written.
+/// Prints a line. A reader may close the pipe (`| head`): the command continues, and reports are
+/// still written.
 macro_rules! say {
     ($($arg:tt)*) => {
         $crate::stdout::line(format_args!($($arg)*))
@@ -14,14 +14,14 @@ macro_rules! say {
 
 pub(crate) use say;
 
-/// Why the first of what was said could not be written, but for a reader that went away.
+/// Error of the first failed write, except for a closed pipe.
 static LOST: Mutex<Option<String>> = Mutex::new(None);
 
 pub(crate) fn line(text: Arguments<'_>) {
     note(writeln!(std::io::stdout().lock(), "{text}"));
 }
 
-/// Says of an error, on standard error, which may be closed.
+/// Prints an error on standard error, which may be closed.
 pub(crate) fn error(text: Arguments<'_>) {
     // Nobody is left to be told.
     let _ = writeln!(
@@ -31,16 +31,16 @@ pub(crate) fn error(text: Arguments<'_>) {
     );
 }
 
-/// Says what is of note beside a run's own output, on standard error, which may be closed.
+/// Prints a remark on standard error, which may be closed.
 pub(crate) fn remark(text: Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "note: {text}");
 }
 
-/// Characters at the start and at the end of a long error that are told.
+/// Lengths of the start and the end of a long error that are printed, in characters.
 const TOLD: [usize; 2] = [6000, 1000];
 
-/// An error without its middle where it quotes too much of a damaged file: it begins with the
-/// file and the field, and ends with what to do.
+/// An error without its middle where it quotes too much of a damaged file: it begins with file and
+/// field, and ends with the remedy.
 fn shortened(text: &str) -> String {
     let count = text.chars().count();
     let [head, tail] = TOLD;
@@ -52,7 +52,7 @@ fn shortened(text: &str) -> String {
     format!("{start} [{left_out} characters left out] {end}")
 }
 
-/// What of all that was said was not written, and why.
+/// The output that was lost, and why.
 pub(crate) fn lost() -> Option<String> {
     note(std::io::stdout().lock().flush());
     LOST.lock().unwrap_or_else(PoisonError::into_inner).take()

@@ -1,4 +1,4 @@
-//! `potamoi synth`: the units as cells of a library, and on an FPGA.
+//! `potamoi synth`: synthesis of the units to a cell library, and on an FPGA.
 
 mod fpga;
 mod grid;

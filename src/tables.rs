@@ -1,13 +1,13 @@
-//! Tables of numbers, for people.
+//! Tables of numbers.
 
 use comfy_table::{CellAlignment, Row, Table, presets};
 
-/// A table without lines; its numbers are to the right of a column of names.
+/// A table without rules: a column of names, then right-aligned numbers.
 pub(crate) fn plain(header: impl Into<Row>) -> Table {
     numbers(presets::NOTHING, 1, header)
 }
 
-/// A table between lines; likewise, after so many columns of names.
+/// A table with rules: `names` columns of names, then right-aligned numbers.
 pub(crate) fn lined(names: usize, header: impl Into<Row>) -> Table {
     numbers(presets::ASCII_BORDERS_ONLY_CONDENSED, names, header)
 }

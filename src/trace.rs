@@ -1,5 +1,4 @@
-//! `potamoi trace`: what goes through the units for a frame, and what must
-//! come out.
+//! `potamoi trace`: records the calls of the units for a frame, with the expected results.
 
 use std::path::PathBuf;
 
@@ -50,7 +49,7 @@ struct Report<'a> {
     format_version: u32,
     command: &'static str,
     scene: &'a str,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     configuration: &'a str,
     mvoxels: usize,
     /// RIT entries, one feature vector each.
@@ -58,7 +57,7 @@ struct Report<'a> {
     operations: usize,
     elements: usize,
     bytes: u64,
-    /// What lies outside the units, and what a model's file left open.
+    /// Items outside the units, and items that a model's file leaves open.
     not_checked: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! `potamoi verify`: the Verilog against the golden models.
+//! `potamoi verify`: compares the Verilog with the golden models.
 
 mod report;
 
@@ -94,8 +94,8 @@ impl Engine {
         }
     }
 
-    /// Feature vectors and elements that a quick verification aims at: a few
-    /// seconds of each engine.
+    /// Target size of a quick verification, in feature vectors and elements: a few seconds on each
+    /// engine.
     const fn budget(self) -> [u64; 2] {
         match self {
             Self::Verilator => [100_000, 1_000_000],
@@ -182,7 +182,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     }
 }
 
-/// What is verified: a trace, or a scene's frame.
+/// Opens the work: a trace, or a scene's frame.
 fn open(args: &VerifyArgs, config: &Config) -> Result<Work, Failure> {
     Ok(match &args.trace {
         Some(path) => Work::Trace(path.clone(), Box::new(Trace::read(path, config)?)),
@@ -190,7 +190,7 @@ fn open(args: &VerifyArgs, config: &Config) -> Result<Work, Failure> {
     })
 }
 
-/// Which share of the work is verified: of so many feature vectors and elements.
+/// Extent of the verification, for these total feature vectors and elements.
 fn settings(args: &VerifyArgs, total: [u64; 2]) -> Settings {
     let extent = match args.level {
         Level::Full => Extent::Full,
@@ -207,7 +207,7 @@ fn settings(args: &VerifyArgs, total: [u64; 2]) -> Settings {
     }
 }
 
-/// What no difference means: nothing, if nothing was compared.
+/// Checks that agreement means something: an error if nothing was compared.
 fn agreement(report: &Report<'_>) -> Result<(), Failure> {
     if let Some(inject) = report.inject {
         return Err(Failure::Inconclusive(format!(

@@ -1,5 +1,5 @@
-//! One vocabulary: a flag has one meaning and one unit in all commands, and the reference page of
-//! the command line says what the program says.
+//! One vocabulary: a flag has one meaning and one unit in all commands, and the command line's
+//! reference page agrees with the program.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::any::TypeId;
@@ -12,7 +12,7 @@ use crate::args::WITHOUT_CONFIGURATION;
 use crate::cli::Cli;
 use crate::{renamed, roles};
 
-/// What stands for a value in help, and what it is. A list is written `NAME,...`.
+/// Value placeholders in help, with their meanings. A list is written `NAME,...`.
 const VALUES: &[(&str, &str)] = &[
     ("AXES", "three directions"),
     ("DB", "dB"),
@@ -30,18 +30,19 @@ const VALUES: &[(&str, &str)] = &[
     ("SCENE", "name or file"),
     ("SHARE", "share, 0 to 1"),
 ];
-/// Values without a unit.
+/// Placeholders without a unit.
 const UNITLESS: &[&str] = &["AXES", "DIR", "EFFECT", "FILE", "N", "NAME", "SCENE"];
 
-/// A flag as one command has it.
+/// A flag of one command.
 struct Flag {
     command: String,
     name: String,
     meaning: String,
-    /// Base of the value's name, less what marks a list; none of switches and enumerations.
+    /// Base of the value's placeholder, without the mark of a list; `None` for switches and
+    /// enumerations.
     value: Option<String>,
     is_list: bool,
-    /// Values of an enumeration, and their meanings.
+    /// Values of an enumeration with their meanings.
     choices: Vec<(String, String)>,
     default: Option<String>,
     is_number: bool,
@@ -101,7 +102,7 @@ impl Flag {
     }
 }
 
-/// All flags of all commands, those of the whole program under the commands that use them.
+/// All flags of all commands; global flags are listed under the commands that use them.
 fn flags(cli: &Command) -> BTreeMap<String, Vec<Flag>> {
     let mut found: BTreeMap<String, Vec<Flag>> = BTreeMap::new();
     let commands = cli.get_subcommands().map(|own| (own.get_name(), own));
@@ -118,7 +119,7 @@ fn flags(cli: &Command) -> BTreeMap<String, Vec<Flag>> {
     found
 }
 
-/// What is wrong with the vocabulary.
+/// Faults of the vocabulary.
 fn faults(cli: &Command) -> Vec<String> {
     let mut faults = vec![];
     let flags = flags(cli);
@@ -184,7 +185,7 @@ fn command_table(cli: &Command) -> String {
     text
 }
 
-/// What stands for a flag's value, and its unit.
+/// Placeholder of a flag's value, and its unit.
 fn value_cell(uses: &[Flag]) -> String {
     // What holds for some of the commands alone names them.
     let some = |has: &dyn Fn(&Flag) -> bool| {

@@ -107,7 +107,7 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
 }
 
 impl WarpArgs {
-    /// Warps one scene in every way.
+    /// Warps one scene by all methods.
     fn found(&self, name: &str, truth: &mut Truth, bar: &ProgressBar) -> Result<Warping, Failure> {
         let source = source::open(&self.scene, name)?;
         let path = source.path(self.fps, self.frames, 3 * self.ways.longest_window())?;
@@ -152,7 +152,7 @@ impl WarpArgs {
         Ok(found)
     }
 
-    /// Refuses what is of one way alone.
+    /// Refuses options that apply to a single method only.
     fn check(&self, ways: &[Way]) -> Result<(), Failure> {
         if self.out_dir.is_some() && ways.len() != 1 {
             return Err(Failure::Usage(

@@ -1,4 +1,4 @@
-//! What was found, as tables with the paper's figures.
+//! Tables of results with the paper's figures.
 
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
@@ -19,7 +19,7 @@ fn tenths(rate: f64) -> String {
     format!("{:.1} %", 100.0 * rate)
 }
 
-/// Sizes of the model's vectors, each once.
+/// Sizes of the model's vectors, without duplicates.
 fn sizes(found: &Characterisation) -> String {
     let mut sizes: Vec<u32> = found.tables.iter().map(|table| table.bytes).collect();
     sizes.sort_unstable();
@@ -135,7 +135,7 @@ fn misses(paper: &PaperMotivation) -> String {
     format!("{average} on average, {most} at most")
 }
 
-/// The whole frame as one ray group.
+/// Traffic with the whole frame as one ray group.
 fn frame(found: &Characterisation) -> Option<&Traffic> {
     found.traffic.iter().rfind(|t| t.halo != Some(Halo::Split))
 }
@@ -198,14 +198,14 @@ fn streams(found: &Characterisation) {
     }
 }
 
-/// Shares in per cent; gathering and computation of splats are one.
+/// Shares of the stages in per cent; gathering and computation of splats are one stage.
 fn stages(stages: &Stages) -> String {
     let percent = |share: f64| format!("{:.0}", 100.0 * share);
     let shares = stages.shares().map(|s| s.map_or("-".to_owned(), percent));
     format!("{} %", shares.join(", "))
 }
 
-/// Ours, and the paper's behind it.
+/// Our figure, followed by the paper's.
 fn beside(ours: String, paper: &str) -> String {
     match paper {
         "" => ours,
@@ -213,7 +213,7 @@ fn beside(ours: String, paper: &str) -> String {
     }
 }
 
-/// A row a scene, the paper's figures in brackets.
+/// One row a scene, with the paper's figures in brackets.
 pub(super) fn side_by_side(scenes: &[Characterisation]) {
     let mut table = tables::lined(
         2,

@@ -43,7 +43,7 @@ pub(super) fn run(config: &Config, args: &CostArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// How powers are found, in words.
+/// Description of the algorithm.
 fn method(report: &ExponentialReport) -> String {
     let tail = if report.tail { "on" } else { "off" };
     match (&report.pieces, report.form) {

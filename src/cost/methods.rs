@@ -1,4 +1,5 @@
-//! Ways to find an exponential side by side: error over all inputs against clocks a result.
+//! `potamoi cost --study methods`: exponential methods compared by error over all inputs and clocks
+//! per result.
 
 mod plot;
 
@@ -98,7 +99,7 @@ fn print(found: &Methods) {
     }
 }
 
-/// A line a form and a peer; names, which hold commas, in quotes; what is not known is empty.
+/// One line a form and a peer; names, which contain commas, are quoted; unknown values are empty.
 fn csv(methods: &[Method], peers: &[Peer]) -> String {
     let mut text = String::from(
         "form,family,clocks,max_ulp,bound_ulp,netlist_ulp,mean_ulp,monotone,area_mm2,energy_pj\n",

@@ -1,4 +1,4 @@
-//! Points and their front, as SVG.
+//! Plot of points and their Pareto front.
 
 use std::path::Path;
 
@@ -9,16 +9,17 @@ use crate::charts::{Area, COLOURS, Drawn, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
 
 const SIZE: (u32, u32) = (1240, 620);
-/// The default's place among the points.
+/// Index of the default among the points.
 const DEFAULT: usize = 0;
-/// Around the default.
+/// Frame of the default's mark.
 const FRAME: ShapeStyle = ShapeStyle {
     color: RGBAColor(200, 0, 0, 1.0),
     filled: false,
     stroke_width: 2,
 };
 
-/// A place of a point by one of its likenesses; none where pictures are equal or nothing is known.
+/// Place of a point by one of its qualities; `None` where pictures are equal or the quality is
+/// unknown.
 fn place(point: &Point, of: impl Fn(&Point) -> Option<Likeness>) -> Option<Place> {
     Some(Place {
         cost: point.frame_ns * 1e-3,
@@ -26,7 +27,7 @@ fn place(point: &Point, of: impl Fn(&Point) -> Option<Likeness>) -> Option<Place
     })
 }
 
-/// Quality over time, beside the model and beside the truth.
+/// Quality over time, against the model and against the ground truth.
 pub(super) fn plot(path: &Path, report: &Sweep) -> Result<(), Failure> {
     picture(path, SIZE, |area| {
         let title = format!(
@@ -57,7 +58,8 @@ pub(super) fn plot(path: &Path, report: &Sweep) -> Result<(), Failure> {
     })
 }
 
-/// `aside` is the room for names to the right of the slowest, of what times differ by.
+/// `aside` is the room for labels to the right of the slowest point, as a share of the range of
+/// times.
 fn panel(
     area: &Area<'_>,
     report: &Sweep,

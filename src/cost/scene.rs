@@ -13,9 +13,9 @@ use crate::progress::{self, Shown};
 use crate::scene::left_open_of_files;
 use crate::stdout::say;
 
-/// Pixels a row of built-in scenes, unless asked for otherwise.
+/// Default width of built-in scenes in pixels.
 const WIDTH: u32 = 128;
-/// Of a file that a search writes before its end.
+/// Note in a file that a search writes before its result is verified.
 const UNPROVED: &str =
     "# The best so far: its Verilog was not yet held against the golden models.\n";
 
@@ -25,7 +25,7 @@ struct Report<'a> {
     command: &'static str,
     #[serde(flatten)]
     found: &'a Sweep,
-    /// What the scene's files leave open.
+    /// Items that the scene's files leave open.
     not_checked: Vec<String>,
 }
 
@@ -74,7 +74,7 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     end
 }
 
-/// Searches, writes what was found, and proves it by its Verilog.
+/// Searches, writes the result, and verifies its Verilog.
 fn seek(
     bench: &Bench,
     knobs: &[Knob],

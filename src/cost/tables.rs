@@ -1,4 +1,4 @@
-//! Points as tables.
+//! Tables of points.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use crate::model::ladder;
 use crate::stdout::say;
 use crate::tables;
 
-/// Decibels below the default's up to which a setting counts as equal.
+/// Largest loss against the default, in dB, that counts as equal quality.
 const EQUAL_DB: f64 = 0.1;
 
 fn number(of: Option<f64>, digits: usize) -> String {
@@ -129,7 +129,7 @@ fn mark(report: &Sweep, i: usize) -> &'static str {
     }
 }
 
-/// What a knob is worth: the fastest of its settings that is as good as the default, else the one
+/// Sentence on a knob's value: its fastest setting with the default's quality, otherwise the one
 /// that loses least.
 fn sentence(knob: &Knob, report: &Sweep) -> String {
     let default = report.default_point();
@@ -196,7 +196,7 @@ pub(super) fn found(found: &Found, default: &Point) {
     );
 }
 
-/// A line a point.
+/// One line a point.
 pub(super) fn csv(report: &Sweep) -> String {
     let units = report.default_point().units.named();
     let units = units.map(|(name, _)| format!("{name}_max_ulp,{name}_bound_ulp,{name}_mean_ulp"));

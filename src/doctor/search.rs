@@ -1,4 +1,4 @@
-//! Where a program is, and which version it says it has.
+//! Location and version of a program.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -9,25 +9,25 @@ use potamoi_verilated::child;
 
 use super::tools::Tool;
 
-/// Characters of what a program says of itself that are looked at.
+/// Longest version output that is searched, in characters.
 const LONGEST: usize = 1000;
-/// Bytes of a header with a version, far more than any has.
+/// Size limit of a header with a version, in bytes.
 const LARGEST_HEADER: u64 = 1 << 20;
 
-/// What the search depends on, so that a test can stand in for it.
+/// Environment of the search, replaceable in tests.
 pub(super) struct Surroundings<'a> {
     pub(super) variable: &'a dyn Fn(&str) -> Option<OsString>,
     pub(super) folder: PathBuf,
 }
 
-/// A program, the arguments that always go with it, and whether other commands would miss it.
+/// A program, its fixed arguments, and whether other commands do not find it.
 pub(super) struct Place {
     pub(super) program: PathBuf,
     arguments: Vec<String>,
     pub(super) outside: bool,
 }
 
-/// Looks where the commands that run the tool look, in their order.
+/// Searches the places of the commands that run the tool, in their order.
 pub(super) fn locate(tool: &Tool, around: &Surroundings<'_>) -> Result<Place, String> {
     let set = |name: &str| (around.variable)(name).filter(|value| !value.is_empty());
     let mut folders: Vec<PathBuf> = set("POTAMOI_TOOLS")
@@ -87,7 +87,7 @@ pub(super) fn locate(tool: &Tool, around: &Surroundings<'_>) -> Result<Place, St
     }
 }
 
-/// A command of that name in one of the folders, or the path itself where it is one.
+/// A command of that name in one of the folders, or the path itself if it is one.
 fn named(name: &str, folders: &[PathBuf]) -> Option<PathBuf> {
     if Path::new(name).components().count() > 1 {
         return Some(PathBuf::from(name)).filter(|p| p.is_file());
@@ -113,7 +113,7 @@ pub(super) fn version(tool: &Tool, place: &Place) -> Result<String, String> {
         .ok_or_else(|| format!("it says no version, but {:?}", said.trim()))
 }
 
-/// What a program prints on standard output.
+/// Output of a program on standard output.
 fn ask(place: &Place, arguments: &[&str]) -> Result<String, String> {
     let mut command = Command::new(&place.program);
     command.args(&place.arguments).args(arguments);
@@ -136,7 +136,7 @@ pub(super) fn number(text: &str) -> Option<&str> {
         .find(|word| word.contains('.'))
 }
 
-/// The parts of a version number, to be compared in order.
+/// Parts of a version number, for comparison in order.
 pub(super) fn numbers(version: &str) -> Vec<u64> {
     version
         .split('.')

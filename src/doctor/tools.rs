@@ -1,11 +1,11 @@
-//! The outside programs.
+//! The external tools.
 
-/// An outside program, and where to look for it.
+/// An external tool, and the places to search.
 pub(super) struct Tool {
     pub(super) name: &'static str,
     /// Its usual commands, the preferred one first.
     pub(super) programs: &'static [&'static str],
-    /// A second command that has to be in the same places.
+    /// A second command required in the same place.
     pub(super) companion: Option<&'static str>,
     /// Environment variable that names the command and may add arguments.
     pub(super) variable: Option<&'static str>,

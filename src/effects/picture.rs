@@ -1,4 +1,4 @@
-//! Effects as SVG: what is called for, and what each takes of the simulator's time.
+//! Plot of effects: those called for, and the simulator time of each.
 
 use std::path::Path;
 
@@ -10,19 +10,19 @@ use super::report::cost_words;
 use crate::charts::{COLOURS, LETTERS, TITLE, picture};
 use crate::failure::Failure;
 
-/// Pixels across, and of a row.
+/// Width in pixels, and height of a row.
 const WIDTH: u32 = 1240;
 const ROW: u32 = 34;
-/// Pixels across the effects' names, and what is said of their costs.
+/// Width in pixels of the effects' names, and of their cost texts.
 const NAMES: u32 = 190;
 const WORDS: u32 = 430;
-/// Pixels above and below the rows.
+/// Margin in pixels above and below the rows.
 const FRAME: u32 = 130;
-/// Half of a bar, of a row's 1.
+/// Half of a bar's height, as a share of its row.
 const HALF: f64 = 0.3;
 
-/// A row an effect: the wall time of what was timed with it, of that what the effect takes, and how
-/// far pairs differ; beside it, what it takes of the hardware.
+/// One row an effect: wall time with it, its part of that time, and the spread of the pairs; beside
+/// it, its hardware cost.
 pub(super) fn plot(path: &Path, report: &Effects) -> Result<(), Failure> {
     let rows = report.effects.len();
     let size = (WIDTH, FRAME + ROW * rows as u32);

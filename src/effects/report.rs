@@ -1,4 +1,4 @@
-//! What `potamoi effects` says.
+//! Report of `potamoi effects`.
 
 use potamoi_base::effects::Effect;
 use potamoi_explore::effects::{Effects, Forced, FoundEffect, UnitUse, Without};
@@ -16,11 +16,11 @@ pub(super) struct Report {
     #[serde(flatten)]
     pub(super) found: Effects,
     pub(super) seconds: f64,
-    /// What of the scene's files is not used or assumed, and whether nothing is in view.
+    /// Unused or assumed parts of the scene's files, and whether the view is empty.
     pub(super) not_checked: Vec<String>,
 }
 
-/// Where it takes how much, if it is called for.
+/// Cost of an effect as text, if it is called for.
 pub(super) fn cost_words(effect: &FoundEffect) -> String {
     match effect.called_for {
         true => effect.cost.work.words(),
@@ -70,7 +70,7 @@ fn print_unit(unit: &UnitUse) {
     }
 }
 
-/// What forcing came to.
+/// Result of forcing as text.
 fn forced_words(forced: &Forced) -> String {
     let says = |is_same: bool| if is_same { "the same" } else { "ANOTHER" };
     format!(
@@ -91,7 +91,7 @@ fn forced_words(forced: &Forced) -> String {
     )
 }
 
-/// What leaving an effect out came to.
+/// Result of leaving out an effect as text.
 fn without_words(without: &Without) -> String {
     let degree = without.degree.map_or_else(String::new, |d| format!(":{d}"));
     let asked = match without.called_for {
@@ -128,7 +128,7 @@ fn without_words(without: &Without) -> String {
     )
 }
 
-/// Prints all of it.
+/// Prints the whole report.
 pub(super) fn print(found: &Effects) {
     say!(
         "{} ({}) at {} x {}, {} frame{} of its path, configuration {}",

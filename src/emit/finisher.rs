@@ -1,7 +1,8 @@
-//! The last step of an emission, in a process that outlives the one that is killed.
+//! Last step of an emission, in a process that outlives a killed one.
 //!
-//! Once a set is decided for, its files take their places one by one. A process of this program does
-//! that alone, in a group of its own, so that a killed `emit` leaves the old set or the new one.
+//! Once a set is committed, its files are moved into place one by one. A separate process of this
+//! program does that in a process group of its own, so that a killed `emit` leaves either the old
+//! set or the new one.
 
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
@@ -10,10 +11,10 @@ use std::process::{Command, ExitCode, Stdio};
 use super::set;
 use crate::failure::Failure;
 
-/// Set in that process, to the folder of the set.
+/// Environment variable of that process: the folder of the set.
 const FOLDER: &str = "POTAMOI_FINISH_EMITTED";
 
-/// Does the step, if this is that process.
+/// Runs the step, if this is that process.
 pub(crate) fn finish_if_asked() -> Option<ExitCode> {
     let folder = PathBuf::from(std::env::var_os(FOLDER)?);
     Some(match set::finish(&folder) {
@@ -22,7 +23,7 @@ pub(crate) fn finish_if_asked() -> Option<ExitCode> {
     })
 }
 
-/// Has the step done by such a process and waits for it.
+/// Runs the step in such a process, and waits for it.
 ///
 /// # Errors
 /// As [`set::finish`].

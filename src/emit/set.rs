@@ -1,10 +1,10 @@
-//! A set of files that takes the place of another as one step.
+//! Atomic replacement of one set of files by another.
 //!
-//! The new set is written whole into a folder of its own inside the old one: a full disk ends there.
-//! Renaming that folder decides for the new set. Its files then take their places one by one, which
-//! needs no room, in a process that outlives one that is killed ([`super::finisher`]); what ends that
-//! one too is finished by the next run before it does anything else. A manifest lists the files with their hashes, so that what others wrote or edited is
-//! told from what an emission left.
+//! The new set is first written as a whole into a folder inside the old one, so that a full disk is
+//! noticed there. Renaming that folder commits the new set. Its files are then moved into place one
+//! by one, which needs no space, by a process that outlives a killed one ([`super::finisher`]). If
+//! that is killed too, the next run completes the moves first. A manifest lists the files with
+//! their hashes, which distinguishes files written or edited by others.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,19 +16,19 @@ use serde::{Deserialize, Serialize};
 use crate::failure::Failure;
 use crate::files::FileError;
 
-/// Lists what an emission wrote.
+/// List of the files of an emission.
 pub(super) const MANIFEST: &str = "manifest.json";
-/// Begins the name of a set that is being written, before letters and digits.
+/// Prefix of the folder of an uncommitted set, before random letters and digits.
 const WRITING: &str = ".potamoi-emit-";
-/// How many letters and digits.
+/// Number of random letters and digits.
 const RANDOM: usize = 8;
-/// A whole set that takes its place.
+/// Folder of a committed set.
 const WHOLE: &str = ".potamoi-emitted";
-/// In that folder: paths of files that go.
+/// List of removed files, in that folder.
 const GONE: &str = "gone.json";
 const NEW: &str = "new";
 const FORMAT_VERSION: u32 = 1;
-/// Bytes of a manifest, and of a file of a set, that are read.
+/// Size limit of a manifest, and of a file of a set, in bytes.
 const LARGEST: u64 = 256 << 20;
 
 /// Files by their path below the folder.
@@ -38,16 +38,16 @@ pub(super) type Set = BTreeMap<String, String>;
 struct Manifest {
     format_version: u32,
     configuration: String,
-    /// blake3 of each file, by its path below the folder.
+    /// blake3 hash of each file, by path in the folder.
     files: BTreeMap<String, String>,
 }
 
-/// Replaces the files of an earlier emission by these; gives the paths of those that are gone.
-/// `finish` does what [`finish`] does.
+/// Replaces the files of an earlier emission. Returns the paths of removed files. `finish` runs
+/// [`finish`].
 ///
 /// # Errors
-/// Files of those names are in the folder that no emission wrote, or that were edited since, unless
-/// `overwrite`; a file cannot be written, in which case the old set stays.
+/// Files of those names exist that no emission wrote, or that were edited since, unless
+/// `overwrite`; a file cannot be written, in which case the old set remains.
 pub(super) fn replace(
     out: &Path,
     set: &Set,
@@ -78,7 +78,7 @@ pub(super) fn replace(
     Ok(gone)
 }
 
-/// Files of the old manifest; none where there is none that can be read.
+/// Files of the old manifest; empty where none is readable.
 fn manifest_of(out: &Path) -> BTreeMap<String, String> {
     let text = read_text(&out.join(MANIFEST), LARGEST).ok();
     let manifest: Option<Manifest> = text.and_then(|text| serde_json::from_str(&text).ok());
@@ -89,13 +89,13 @@ fn manifest_of(out: &Path) -> BTreeMap<String, String> {
         .collect()
 }
 
-/// Whether a path stays below the folder that it is joined to.
+/// Whether a relative path stays below its folder.
 fn is_inside(path: &str) -> bool {
     let mut parts = Path::new(path).components();
     parts.all(|part| matches!(part, std::path::Component::Normal(_)))
 }
 
-/// Files in the way that are not as an emission left them.
+/// Existing files in the set's places that differ from an emission's output.
 fn foreign(out: &Path, set: &Set, old: &BTreeMap<String, String>) -> Result<Vec<String>, Failure> {
     let mut foreign = vec![];
     let is_ours = |path: &Path| {
@@ -140,7 +140,7 @@ fn foreign(out: &Path, set: &Set, old: &BTreeMap<String, String>) -> Result<Vec<
     Ok(foreign)
 }
 
-/// The folders that a file of the set is in are folders, and no links to folders elsewhere.
+/// Checks that the folders of a file in the set are real folders, not links.
 fn folders_are_here(out: &Path, name: &str) -> Result<(), Failure> {
     let inner = Path::new(name).ancestors().skip(1);
     for folder in inner.filter(|folder| *folder != Path::new("")) {
@@ -168,7 +168,7 @@ fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-/// Writes the whole set beside the old one, and decides for it.
+/// Writes the whole set beside the old one, and commits it.
 fn write(out: &Path, set: &Set, configuration: &str, gone: &[String]) -> Result<(), Failure> {
     let fail = |path: &Path| {
         let path = path.to_owned();
@@ -212,13 +212,12 @@ fn write(out: &Path, set: &Set, configuration: &str, gone: &[String]) -> Result<
     Ok(())
 }
 
-/// Whether no set waits for its files to take their places.
+/// Whether no committed set still waits to be moved into place.
 pub(super) fn is_finished(out: &Path) -> bool {
     !out.join(WHOLE).is_dir()
 }
 
-/// Finishes what a run began that had its set whole, whether that was this one or one that was
-/// killed.
+/// Moves a committed set into place, from this run or a killed one.
 ///
 /// # Errors
 /// A file cannot be renamed or removed.
@@ -256,7 +255,7 @@ pub(super) fn finish(out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Paths of all files in a folder, from `root` on.
+/// Paths of all files in a folder, relative to `root`.
 fn below(root: &Path, folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -290,7 +289,7 @@ mod tests {
         replace(out, set, hash, overwrite, &finish)
     }
 
-    /// Everything in a folder, but the manifest.
+    /// All files of a folder, except the manifest.
     fn content(out: &Path) -> Set {
         let mut names = vec![];
         below(out, out, &mut names).unwrap();
@@ -301,7 +300,7 @@ mod tests {
             .collect()
     }
 
-    /// A folder of the set that is a link leads elsewhere: nothing is written or removed there.
+    /// A folder that is a link points elsewhere: nothing is written or removed there.
     #[test]
     fn folders_that_are_links_are_not_followed() {
         let folder = tempfile::tempdir().unwrap();
@@ -334,7 +333,7 @@ mod tests {
         assert!(replaced(&out, &new, "2", false).unwrap().is_empty());
     }
 
-    /// A manifest that no emission wrote is somebody's file as any other.
+    /// A manifest that no emission wrote is a user's file.
     #[test]
     fn a_foreign_manifest_stays() {
         let folder = tempfile::tempdir().unwrap();
@@ -403,7 +402,7 @@ mod tests {
         assert_eq!(content(out), new);
     }
 
-    /// Whoever finds a set half in place finds the old manifest: the new one is last.
+    /// Until all files are in place the old manifest remains: the new one is moved last.
     #[test]
     fn the_manifest_takes_its_place_last() {
         let folder = tempfile::tempdir().unwrap();

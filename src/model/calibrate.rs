@@ -1,5 +1,4 @@
-//! The factors of the GPU: found from what the paper timed, and tried on what they were not
-//! found from.
+//! Calibration of the GPU's efficiencies to the paper's times, and their error on held-out times.
 
 use potamoi_explore::system::{GpuFactors, SIDE, TIMED, Timed, WARPED};
 use potamoi_system::soc::System;
@@ -14,13 +13,13 @@ use crate::scene::named;
 use crate::stdout::say;
 use crate::tables;
 
-/// Frames a second of Instant-NGP, to which nothing is calibrated, and the share of the time that
-/// gathering takes on average (paper, Sec. "Introduction" and "Performance and Energy").
+/// Frame rate of Instant-NGP, which is held out of the calibration, and gathering's mean share of
+/// the time (paper, Sec. "Introduction" and "Performance and Energy").
 const HELD_OUT: f64 = 0.20;
 const GATHERING: f64 = 64.0;
 const DEFAULT: [&str; 3] = ["all:dvgo", "all:splats", "all:ngp"];
 
-/// The factors, and what they were found from and tried on.
+/// The efficiencies, the measurements that they are fitted to, and held-out ones.
 #[derive(Serialize)]
 struct Factors {
     #[serde(flatten)]

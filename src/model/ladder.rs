@@ -1,4 +1,4 @@
-//! Three ways to the same number: formulas, cycle models, and the hardware itself.
+//! `potamoi model --ladder`: formulas, cycle models and the hardware compared.
 
 use potamoi_explore::system::{Fidelity, Rung};
 use potamoi_system::soc::System;
@@ -56,7 +56,7 @@ pub(crate) fn print(rungs: &[Rung]) {
     say!("{table}");
 }
 
-/// How far the rates of memory are from the frame's own accesses.
+/// Prints the memory rates beside the replay of the frame's own accesses.
 fn print_memory(replay: &Replay) {
     let mut table = tables::plain([
         "memory, of",

@@ -1,4 +1,4 @@
-//! What merging cells of splats into fuller `MVoxel`s saves.
+//! Saving by merging cells of splats into fuller `MVoxel`s.
 
 use potamoi_explore::system::{Merging, Side};
 use potamoi_system::soc::System;

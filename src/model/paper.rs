@@ -1,14 +1,14 @@
-//! What the paper states, to stand beside what is found.
+//! The paper's figures, for comparison.
 
 use potamoi_system::soc::{Frames, Outcome, Scenario};
 
-/// Average speed-up and energy saving over the baseline of the scenario (paper, Sec.
-/// "Performance and Energy"); per-algorithm bars exist as pictures alone.
+/// Mean speed-up and energy saving over the scenario's baseline (paper, Sec. "Performance and
+/// Energy"); bars by algorithm exist as pictures only.
 pub(super) struct Paper {
     pub(super) speed_up: Option<f64>,
     pub(super) saving: Option<f64>,
-    /// Decibels that frames lose beside those of the algorithm in full: 1.0 at most of windows of 6,
-    /// 1.4 of 16 (paper, Sec. "Algorithm Quality").
+    /// Loss of PSNR in dB against full frames of the algorithm: at most 1.0 for windows of 6, 1.4
+    /// for 16 (paper, Sec. "Algorithm Quality").
     pub(super) lost_db: Option<f64>,
 }
 
@@ -39,9 +39,9 @@ impl Paper {
     }
 }
 
-/// Frames of 800 x 800 a second that it states of an algorithm (paper, Sec. "Introduction" and "Performance
-/// and Energy"), rendered by the device itself; of two it timed the GPU alone, without the array that
-/// its baseline and this one's have.
+/// The paper's frame rate of an algorithm at 800 x 800 (Sec. "Introduction" and "Performance and
+/// Energy"), rendered by the device itself. For two algorithms it timed the GPU alone, without the
+/// array of its baseline and of this one.
 pub(super) fn frames_per_second(outcome: &Outcome, algorithm: &str) -> Option<&'static str> {
     match (outcome.scenario, outcome.variant.name, algorithm) {
         (Scenario::Local, "baseline", "DirectVoxGO") => Some("0.8, GPU alone"),
@@ -53,19 +53,20 @@ pub(super) fn frames_per_second(outcome: &Outcome, algorithm: &str) -> Option<&'
     }
 }
 
-/// A figure of the paper's, or that it has none.
+/// A figure of the paper, or a note that there is none.
 pub(super) fn figure(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"))
 }
 
-/// Speed-up of gathering by the unit, on average (paper, Sec. "Feature Gathering").
+/// Mean speed-up of gathering on the unit (paper, Sec. "Feature Gathering").
 const GATHERING: f64 = 64.1;
-/// The same on Instant-NGP (ibid.).
+/// Speed-up of gathering on the unit for Instant-NGP (ibid.).
 const GATHERING_NGP: f64 = 182.4;
-/// Share of memory's energy that less traffic saves (paper, Sec. "Memory Saving Contribution").
+/// Share of the memory energy saving that is due to less traffic (paper, Sec. "Memory Saving
+/// Contribution").
 pub(super) const BY_TRAFFIC: f64 = 0.845;
 
-/// Speed-up of gathering that it states of an algorithm, or on average.
+/// The paper's speed-up of gathering for an algorithm, or on average.
 pub(super) fn gathering_speed_up(algorithm: &str) -> (f64, &'static str) {
     match algorithm.starts_with("Instant-NGP") {
         true => (GATHERING_NGP, "of Instant-NGP"),

@@ -1,4 +1,4 @@
-//! Energy by part and a roofline, as SVG.
+//! Plots: energy by part, and a roofline.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
 
 const SIZE: (u32, u32) = (900, 540);
-/// Pixels of a bar, and bars that the legend takes the place of.
+/// Width of a bar in pixels, and of the legend in bars.
 const BAR: u32 = 116;
 const BESIDE: u32 = 2;
 
-/// A bar a variant, in parts.
+/// One bar a variant, stacked by part.
 pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
     let outcomes = &found.outcomes;
     let names: Vec<String> = outcomes.iter().map(label).collect();
@@ -70,7 +70,8 @@ pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
     })
 }
 
-/// Multiplications a second over multiplications a byte of memory, below the array and memory.
+/// Roofline: multiplications a second over multiplications a byte of memory, below the limits of
+/// array and memory.
 pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result<(), Failure> {
     let memory = Memory::lpddr3(system.memory_channels);
     let array = f64::from(system.array_rows) * f64::from(system.array_columns) * found.clock_ghz;
@@ -140,7 +141,7 @@ pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result
     })
 }
 
-/// Labels of a logarithmic axis that have room: 1, 2 and 5 of each decade.
+/// Labels of a logarithmic axis: 1, 2 and 5 of each decade.
 fn one_two_five(v: &f64) -> String {
     let first = v / 10f64.powf(v.log10().floor());
     match [1.0, 2.0, 5.0].iter().any(|d| (first - d).abs() < 1e-6) {

@@ -1,4 +1,4 @@
-//! What was found, as JSON has it.
+//! JSON reports.
 
 use potamoi_system::soc::System;
 use serde::Serialize;
@@ -10,14 +10,14 @@ use crate::files;
 /// Version of the JSON reports.
 const FORMAT_VERSION: u32 = 1;
 
-/// What was found of scenes on a system.
+/// Results of scenes on a system.
 #[derive(Serialize)]
 pub(super) struct Report<T> {
     format_version: u32,
     command: &'static str,
     system: System,
     pub(super) scenes: Vec<T>,
-    /// What the files of all scenes leave open.
+    /// Items that the files of all scenes leave open.
     not_checked: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ impl<T> Report<T> {
     }
 }
 
-/// Writes a report where that was asked for.
+/// Writes a report if requested.
 pub(super) fn write(report: &impl Serialize, args: &ModelArgs) -> Result<(), Failure> {
     match &args.json {
         Some(path) => Ok(files::write_json(path, report)?),

@@ -1,4 +1,4 @@
-//! Instant-NGP beside `NeuRex` and `NGPC`.
+//! Comparison of Instant-NGP with `NeuRex` and `NGPC`.
 
 use potamoi_explore::system::{Accelerators, NEUREX_SIDE};
 use potamoi_system::soc::System;

@@ -1,4 +1,4 @@
-//! What comes out if what is calibrated or assumed were otherwise, and without a GPU.
+//! Sensitivity of the results to calibrated and assumed parameters, and results without a GPU.
 
 use potamoi_explore::system::{CountedScene, Sensitivity, SensitivityRow};
 use potamoi_system::soc::{Scenario, System};

@@ -1,4 +1,4 @@
-//! Many scenes in one table.
+//! Table of many scenes.
 
 use potamoi_explore::system::Modelled;
 use potamoi_system::soc::Outcome;
@@ -9,7 +9,7 @@ use super::tables::{percent, scenarios, times};
 use crate::stdout::say;
 use crate::tables;
 
-/// Speed-ups and savings of many scenes, their means, and the paper's.
+/// Speed-ups and energy savings of many scenes, their means, and the paper's.
 pub(super) fn print(report: &Report<Modelled>) {
     let Some(first) = report.scenes.first() else {
         return;
@@ -69,7 +69,7 @@ pub(super) fn print(report: &Report<Modelled>) {
     gathering(report);
 }
 
-/// Gathering alone, scene by scene.
+/// Gathering alone, by scene.
 fn gathering(report: &Report<Modelled>) {
     let mut rows = tables::plain([
         "gathering alone",

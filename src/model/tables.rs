@@ -1,4 +1,4 @@
-//! Tables for people.
+//! Tables of results.
 
 use potamoi_explore::system::Modelled;
 use potamoi_system::soc::job_scheduler::Resource;
@@ -18,7 +18,7 @@ pub(super) fn percent(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }
 
-/// What the GPU and memory did, a frame.
+/// Counters of the GPU and memory, a frame.
 fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
     let is_remote = outcomes.iter().any(|o| o.run.remote_mj.is_some());
     let mut header = vec![
@@ -60,7 +60,7 @@ fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
     table
 }
 
-/// How much of the time each part of the system works.
+/// Utilisation of each part of the system.
 fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
     let parts = [
         (Resource::Gpu, "GPU"),
@@ -114,7 +114,7 @@ pub(super) fn print(found: &Modelled, system: &System) {
     assumptions(found, system);
 }
 
-/// What was modelled, and what it rests on.
+/// The modelled path, and the basis of its figures.
 fn heading(found: &Modelled) {
     let options = &found.options;
     say!(
@@ -152,7 +152,7 @@ fn heading(found: &Modelled) {
     }
 }
 
-/// What memory takes for the accesses of the path in their order.
+/// Memory rates of the path's own access sequence.
 fn memory_rates(memory: &PathReplay) {
     let rate = |of: Option<Replayed>| {
         of.map_or_else(
@@ -170,7 +170,7 @@ fn memory_rates(memory: &PathReplay) {
     );
 }
 
-/// Speed, energy and quality beside the baseline and the paper.
+/// Speed, energy and quality beside the baseline's and the paper's.
 fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
     let mut speed = tables::plain([
         "",
@@ -222,7 +222,7 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
     speed
 }
 
-/// Where the time of a frame goes, stage by stage.
+/// Time of a frame by stage.
 fn stages(own: &[&Outcome]) -> comfy_table::Table {
     let stages = [
         "indexing",
@@ -263,7 +263,7 @@ fn stages(own: &[&Outcome]) -> comfy_table::Table {
     times
 }
 
-/// Where the energy of a frame goes, part by part.
+/// Energy of a frame by part.
 fn energy(own: &[&Outcome]) -> comfy_table::Table {
     let parts = own[0].run.energy.named().map(|(name, _)| name);
     let mut header = vec!["mJ a frame"];
@@ -277,7 +277,7 @@ fn energy(own: &[&Outcome]) -> comfy_table::Table {
     energy
 }
 
-/// Gathering by the unit beside the GPU's, on one frame in full.
+/// Gathering on the unit beside gathering on the GPU, for one full frame.
 fn gathering_alone(found: &Modelled) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
@@ -297,7 +297,7 @@ fn gathering_alone(found: &Modelled) {
     );
 }
 
-/// Where energy is from, and what is calibrated or assumed.
+/// Source of the energies, and calibrated or assumed parameters.
 fn assumptions(found: &Modelled, system: &System) {
     say!("\nenergy: {}", found.energy_origin);
     say!(
@@ -320,7 +320,7 @@ fn assumptions(found: &Modelled, system: &System) {
     }
 }
 
-/// What programs reach of a machine.
+/// Efficiencies of GPU programs.
 fn shares(gpu: &Gpu) -> String {
     format!(
         "{} of its best for fields, {} for splats, {} for warping and scaling",
@@ -328,7 +328,7 @@ fn shares(gpu: &Gpu) -> String {
     )
 }
 
-/// How many times as long one takes as the other; a dash where there is nothing to gather.
+/// Ratio of two times; a dash where there is nothing to gather.
 pub(super) fn times(one: f64, other: f64) -> String {
     if other > 0.0 {
         format!("{:.2}", one / other)
@@ -337,7 +337,7 @@ pub(super) fn times(one: f64, other: f64) -> String {
     }
 }
 
-/// Each scenario, with the place of its baseline.
+/// Each scenario with the index of its baseline.
 pub(super) fn scenarios(outcomes: &[Outcome]) -> Vec<(usize, Scenario)> {
     let mut all: Vec<(usize, Scenario)> = vec![];
     for (at, outcome) in outcomes.iter().enumerate() {

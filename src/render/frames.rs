@@ -1,4 +1,4 @@
-//! `potamoi render --frames`: the pictures of a way through a scene.
+//! `potamoi render --frames`: the frames of a camera path.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -16,12 +16,12 @@ use crate::progress;
 use crate::scene::say_not_checked;
 use crate::stdout::say;
 
-/// Which pictures, and where they go.
+/// Frames to render, and their files.
 pub(crate) struct Sequence<'a> {
     pub(crate) numerics: Numerics,
-    /// The name to which numbers are added.
+    /// File name to which frame numbers are added.
     pub(crate) out: &'a Path,
-    /// Frames a second of an analytic scene's way.
+    /// Frames a second of an analytic scene's path.
     pub(crate) fps: f64,
     pub(crate) frames: u32,
     pub(crate) json: Option<&'a Path>,
@@ -33,15 +33,15 @@ struct Report<'a> {
     command: &'static str,
     scene: &'a str,
     numerics: Numerics,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
     frames: Vec<Frame>,
-    /// What lies outside the units, and what a model's file left open.
+    /// Items outside the units, and items that a model's file leaves open.
     not_checked: Vec<String>,
     seconds: f64,
 }
 
-/// One picture, as the report of a single one says it.
+/// One frame, as in the report of a single picture.
 #[derive(Serialize)]
 struct Frame {
     file: PathBuf,
@@ -52,8 +52,8 @@ struct Frame {
     cycles: Option<RtlCycles>,
 }
 
-/// Renders the pictures beside `out`, numbered from 0. Each is whole or not
-/// there, so that a run that is cut off leaves the ones before.
+/// Renders the frames beside `out`, numbered from 0. Each file is written atomically, so that an
+/// interrupted run leaves complete frames.
 pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> Result<(), Failure> {
     let cameras = scene.path(wanted.fps, wanted.frames)?;
     let names: Vec<PathBuf> = (0..cameras.len())
@@ -105,7 +105,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
     Ok(())
 }
 
-/// `a/b.png` as `a/b.0007.png`: as many digits as the last has, four at least.
+/// `a/b.png` as `a/b.0007.png`: at least four digits, and as many as the last frame has.
 fn numbered(out: &Path, n: usize, count: usize) -> PathBuf {
     let digits = count.saturating_sub(1).to_string().len().max(4);
     out.with_extension(format!("{n:0digits$}.png"))

@@ -1,32 +1,32 @@
-//! Which files reading a path reads.
+//! Files read through a path.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
-/// Files that a description names are followed so far.
+/// Depth to which files named in descriptions are followed.
 const DEPTH: u32 = 5;
-/// Larger descriptions are not searched for files that they name.
+/// Larger descriptions, in bytes, are not searched for file names.
 const LARGEST: u64 = 64 << 20;
-/// Files of an input folder that are looked at.
+/// Largest number of files searched in an input folder.
 const MOST: usize = 100_000;
 
-/// Device and number of a regular file that is there.
+/// Device and inode of an existing regular file.
 pub(super) fn regular(path: &Path) -> Option<(u64, u64)> {
     let found = fs::metadata(path).ok()?;
     found.is_file().then(|| (found.dev(), found.ino()))
 }
 
-/// All files that reading a path reads, as far as it says: itself, those in it where it is a
-/// folder, and those that a description names.
+/// All files read through a path, as far as known: itself, the files in it if it is a folder, and
+/// those named in a description.
 pub(super) fn files_of(path: &Path) -> BTreeSet<(u64, u64)> {
     let mut found = BTreeSet::new();
     add(path, DEPTH, &mut found);
     found
 }
 
-/// The same, with descriptions and folders followed so far.
+/// Adds the files read through a path, at this depth of descriptions and folders.
 fn add(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
     if path.is_dir() {
         let entries = fs::read_dir(path).into_iter().flatten().flatten();
@@ -73,7 +73,7 @@ fn add(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
     }
 }
 
-/// All texts in a value.
+/// All strings in a value.
 fn texts(value: &serde_json::Value, found: &mut Vec<String>) {
     match value {
         serde_json::Value::String(text) if text.len() < 4096 => found.push(text.clone()),

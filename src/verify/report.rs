@@ -1,4 +1,4 @@
-//! What was found, as JSON and as a table.
+//! Results of a verification, as JSON and as a table.
 
 use crate::stdout::say;
 use std::path::PathBuf;
@@ -23,37 +23,37 @@ pub(super) struct Report<'a> {
     pub(super) trace: Option<&'a PathBuf>,
     pub(super) width: Option<u32>,
     pub(super) height: Option<u32>,
-    /// 12 hexadecimal digits.
+    /// Hash of the configuration, 12 hexadecimal digits.
     pub(super) configuration: String,
     pub(super) engine: EngineKind,
     pub(super) level: Level,
     pub(super) seed: u64,
     pub(super) inject: Option<Injection>,
-    /// Differences; the work ends at the first.
+    /// Differences; verification ends at the first.
     pub(super) mismatches: u64,
-    /// Feature vectors that were compared.
+    /// Feature vectors compared.
     pub(super) samples: u64,
-    /// Vectors of the vector unit that were compared.
+    /// Vectors of the vector unit compared.
     pub(super) vectors: u64,
-    /// Of the gathering unit, from first to last issue (measured RTL).
+    /// Cycles of the gathering unit from the first to the last issue, measured on RTL.
     pub(super) cycles: u64,
-    /// The same (cycle model, closed form).
+    /// Cycles of the gathering unit by the cycle model's closed form.
     pub(super) cycles_predicted: u64,
     pub(super) busy: u64,
     pub(super) stall_fifo: u64,
     pub(super) stall_mft: u64,
     pub(super) stall_rit: u64,
-    /// Of the feature-major organisation; 0 in others.
+    /// Bank stalls of the feature-major organisation; 0 in others.
     pub(super) stall_bank: u64,
     pub(super) gathering_unit: &'a GatherReport,
     pub(super) vector_unit: &'a VectorReport,
     pub(super) failure: Option<&'a Found>,
-    /// What lies outside the units, and what a model's file left open.
+    /// Items outside the units, and items that a model's file leaves open.
     pub(super) not_checked: Vec<String>,
     pub(super) seconds: f64,
 }
 
-/// Prints what was compared; nothing of a run that failed.
+/// Prints the compared amounts; nothing for a failed run.
 pub(super) fn print(report: &Report<'_>, config: &Config) {
     let of = match (report.trace, report.width.zip(report.height)) {
         (Some(trace), _) => format!("{} (trace of {})", trace.display(), report.scene),
@@ -81,7 +81,7 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
     say!("{table}");
 }
 
-/// What was compared, and what it took: of the gathering unit, of the vector unit, in what, by what.
+/// Rows of the table: quantity, gathering unit, vector unit, unit of measure, and method.
 fn rows(report: &Report<'_>, config: &Config) -> [[String; 5]; 9] {
     let measured = match report.engine {
         EngineKind::Verilator | EngineKind::Icarus => "RTL",

@@ -1,4 +1,4 @@
-//! Pictures of frames and of where their pixels come from.
+//! Pictures of frames and of their pixels' origins.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use potamoi_warp::{Class, Frame};
 use crate::failure::Failure;
 
 /// Writes `frame.NNNN.png` and `origin.NNNN.png`: warped pixels in grey by their
-/// brightness, void ones black, those rendered as they were hidden red, by their
+/// brightness, void ones black, those rendered as they were disoccluded red, by their
 /// angle blue, at edges yellow, with the whole frame green.
 pub(super) fn write(folder: &Path, frame: &Frame) -> Result<(), Failure> {
     let picture = &frame.target.shaded.picture;

@@ -1,4 +1,4 @@
-//! What was found, as JSON has it.
+//! JSON reports.
 
 use potamoi_explore::warping::Warping;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! What is warped, and where its depth is from.
+//! Arguments of the warping source and its depth.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What was found, as tables.
+//! Tables of results.
 
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ const SHARES: [&str; 10] = [
     "void %",
 ];
 
-/// Shares of a part in percent: warped, hidden, by angle, at edges, void.
+/// Shares of pixels in per cent: warped, disoccluded, by angle, at edges, void.
 fn shares(counts: &Counts) -> [String; 5] {
     let all = counts.total();
     [
@@ -182,11 +182,11 @@ fn print_totals(found: &Warping) {
     );
 }
 
-/// What a table of several scenes shows of each.
+/// Value of a method in a table of several scenes.
 type Value = fn(&Warping, &Variant) -> Option<f64>;
 
 impl Reports {
-    /// A row a scene, a column a way.
+    /// One row a scene, one column a method.
     pub(super) fn print(&self) {
         let Some(first) = self.scenes.first() else {
             return;

@@ -1,5 +1,4 @@
-//! When references and targets are rendered: scheduled by times that are given,
-//! or measured.
+//! Arguments of the timing of references and targets: scheduled by given times, or measured.
 
 use std::path::PathBuf;
 
@@ -43,17 +42,17 @@ pub(super) struct TimingArgs {
 }
 
 impl TimingArgs {
-    /// Whether anything is asked for.
+    /// Whether any timing is requested.
     pub(super) const fn is_asked(&self) -> bool {
         self.is_live() || self.is_scheduled()
     }
 
-    /// Whether frames are really rendered at once.
+    /// Whether frames are rendered live, on two threads.
     pub(super) const fn is_live(&self) -> bool {
         self.live
     }
 
-    /// Whether references come from a server, in the schedule.
+    /// Whether the schedule has a remote server for references.
     pub(super) const fn has_server(&self) -> bool {
         self.server_ms.is_some()
     }
@@ -93,7 +92,7 @@ impl TimingArgs {
         Ok(())
     }
 
-    /// When references and targets are rendered.
+    /// The timing options.
     pub(super) fn timetable(&self) -> Timetable {
         let given = self.frame_ms.map(|frame| {
             Times::Given(GivenTimes {
@@ -113,7 +112,7 @@ impl TimingArgs {
     }
 }
 
-/// Prints what a schedule came to.
+/// Prints the summary of a schedule.
 pub(super) fn print(timing: &Timing, name: &str, trace: Option<&PathBuf>) {
     say!(
         "  {name}, by times that are {}: {:.1} ms in all, {} frames a second; a frame is there \

@@ -1,4 +1,4 @@
-//! The ways of making frames that stand side by side.
+//! Arguments of the rendering methods to compare.
 
 use clap::{Args, ValueEnum};
 use potamoi_explore::warping::{Method, Source, Way};
@@ -142,14 +142,13 @@ impl WayArgs {
         self.window.iter().copied().max().unwrap_or(1)
     }
 
-    /// All that were asked for, less those that do not differ. `depths` are the
-    /// names of the depths.
+    /// All distinct combinations requested. `depths` are the names of the depths.
     pub(super) fn ways(&self, depths: &[String]) -> Vec<Way> {
         let methods: Vec<Method> = self.method.iter().map(|name| (*name).into()).collect();
         Way::all(&methods, &self.window, &self.phi, depths)
     }
 
-    /// What decides in one way.
+    /// The rule of one method.
     pub(super) fn rule(&self, way: &Way) -> Rule {
         let base = Profile::from(self.profile).rule();
         Rule {

@@ -1,4 +1,4 @@
-//! Errors and clocks as a picture.
+//! Plot of errors and clocks.
 
 use std::path::Path;
 
@@ -12,8 +12,8 @@ use crate::failure::Failure;
 
 const SIZE: (u32, u32) = (1240, 780);
 
-/// Peers of nearly the same error, and where their names stand on the logarithmic axis: at that
-/// error, or so far above the one before that they can be read.
+/// Peers with the positions of their labels on the logarithmic axis: at their error, or far enough
+/// above the label before to be legible.
 fn labels(peers: &[Peer]) -> Vec<(String, f64, f64)> {
     const SAME: f64 = 1.1;
     const APART: f64 = 1.45;
