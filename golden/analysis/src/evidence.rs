@@ -337,7 +337,7 @@ mod tests {
     use super::*;
     use potamoi_scene::facts::{Perceptron, TableFacts};
 
-    /// Of what is counted one is enough, and none is not.
+    /// A count of one makes an effect needed, a count of zero does not.
     #[test]
     fn one_is_enough() {
         let scene = Scene::open("lantern").unwrap();

@@ -189,7 +189,8 @@ mod tests {
     use super::*;
     use crate::Twins;
 
-    /// The heaviest vertex alone is left, of equal ones the first; single ids are as they were.
+    /// Only the vertex of the largest weight remains, the first among equal ones; single ids do
+    /// not change.
     #[test]
     fn the_nearest_vertex_is_the_heaviest() {
         let config = Config::paper();

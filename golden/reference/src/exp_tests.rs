@@ -1,4 +1,4 @@
-//! Straight pieces, radix 4 and early out, over every input.
+//! Linear pieces, radix 4 and early out, over every input.
 #![allow(clippy::unwrap_used)]
 
 use potamoi_formats::config::{Config, ExpConfig};
@@ -72,7 +72,7 @@ fn straight_pieces_over_every_input() {
     }
 }
 
-/// No table is off by more than its budget, whatever its widths.
+/// No table exceeds its error bound, for any widths.
 #[test]
 fn straight_pieces_stay_within_their_budgets() {
     let mut closest = 0.0f64;
@@ -236,7 +236,7 @@ fn early_out_model(u: i32, by_exponent: bool) -> i32 {
     ((power + (1 << (drop - 1))) >> drop).min(65_535) as i32
 }
 
-/// Why an early out is off by 0.9905 here and by 0.986 elsewhere.
+/// The reason for the error of 0.9905 here and 0.986 elsewhere.
 #[test]
 fn centring_an_early_out_by_exponent_gives_the_published_error() {
     let reference = ExactExponential::of(ExpConfig::default().input).unwrap();

@@ -147,7 +147,7 @@ fn finer_engines_are_monotone(results: &[u32], engines: &[(u32, bool)]) {
     }
 }
 
-/// From -16 down nothing is left; from 16 up the operand itself, in F bits, and
+/// At -16 and below the result is 0; at 16 and above it is the operand itself, in F bits, or
 /// sigmoid's largest code.
 #[test]
 fn ends_are_exact() {
@@ -175,7 +175,7 @@ fn ends_are_exact() {
     }
 }
 
-/// No engine is off by more than its budget, and few budgets are idle.
+/// No engine exceeds its error bound, and few bounds are loose.
 #[test]
 fn errors_stay_within_their_budgets() {
     let mut closest = [0.0f64; 2];
@@ -198,8 +198,8 @@ fn errors_stay_within_their_budgets() {
     assert!(closest.iter().all(|c| *c > 0.45), "{closest:?}");
 }
 
-/// `ln(1 + exp(x))` and `1 / (1 + exp(-x))` as they stand, in the same 32
-/// bits with F = 16 fraction bits, rounded right at every operation.
+/// `ln(1 + exp(x))` and `1 / (1 + exp(-x))` evaluated literally, in the same 32 bits with F = 16
+/// fraction bits, correctly rounded after every operation.
 #[test]
 fn naive_forms_fail() {
     let power = |x: i32| {

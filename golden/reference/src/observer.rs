@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// What the observed units give is what they give alone, and every observer sees it.
+    /// Observed units return the same results as on their own, and every observer sees them.
     fn seen(config: &Config) -> [Recorder; 2] {
         let [mut alone, mut twins] = [(); 2].map(|()| Twins::new(config));
         let mut recorders = [(); 2].map(|()| Recorder::new(Limits::NONE));
@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// Looks at nothing, and refuses what it is told.
+    /// An observer that ignores results and refuses every call.
     struct Refuses;
 
     impl Observer for Refuses {

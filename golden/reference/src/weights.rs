@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(sums, [15, 1], "16 at 1/32 is 0.5: rounded half up");
     }
 
-    /// Of every tree, in every width; not of weights that are none.
+    /// Every split tree, in every width; invalid weights have no fractions.
     #[test]
     fn fractions_are_found_again() {
         for bits in 4..=15 {

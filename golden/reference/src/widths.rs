@@ -204,7 +204,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// Iterations of which each is built with and without tail.
+    /// Numbers of iterations, each built with and without tail.
     const ITERATIONS: [u32; 5] = [8, 12, 16, 20, 27];
 
     fn engine(n: u32, tail: bool, f: u32) -> ExpConfig {
@@ -216,7 +216,7 @@ mod tests {
         }
     }
 
-    /// The error of the widths that a configuration gets when it names none.
+    /// Error of the default widths of a configuration.
     fn error(config: &ExpConfig) -> super::super::exact_exponential::ExpError {
         let twin = ExpTwin::new(config);
         let reference = ExactExponential::of(config.input).unwrap();
@@ -274,7 +274,7 @@ mod tests {
         }
     }
 
-    /// No engine is off by more than its budget, and few budgets are idle.
+    /// No engine exceeds its error bound, and few bounds are loose.
     #[test]
     fn errors_stay_within_their_budgets() {
         let mut closest = 0.0f64;

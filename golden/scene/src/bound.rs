@@ -130,8 +130,8 @@ mod tests {
     use super::*;
     use potamoi_reference::Twins;
 
-    /// Colours and opacities beyond the ends of their formats, which are held there: a bound that
-    /// does not know of it would be a hundred times too small.
+    /// Colours and opacities beyond their formats saturate; a bound without this effect would be a
+    /// hundred times too small.
     #[test]
     fn what_is_held_at_the_end_of_a_format_counts() {
         let count = 60u8;
@@ -170,7 +170,8 @@ mod tests {
         assert!(most > 5.0, "{most}");
     }
 
-    /// What the exponential gives past its range must not count: it would be drawn all over a tile.
+    /// Results of the exponential beyond its range must not count: they would be drawn all over a
+    /// tile.
     #[test]
     fn the_least_cut_off_is_above_what_is_past_the_exponential_s_range() {
         let cut_off = |alpha_min| Precision {

@@ -77,7 +77,8 @@ mod tests {
         }
     }
 
-    /// The first row that matches counts, so that a later one of another fate would never be.
+    /// The first matching row applies, so a row must not follow one that matches all of its keys
+    /// with another treatment.
     #[test]
     fn no_row_stands_behind_one_that_takes_its_keys() {
         for format in formats() {

@@ -117,7 +117,7 @@ fn pictures_with_dots_in_their_names_have_their_own_depths() {
     }
 }
 
-/// Behind the camera is nothing that a depth could be of.
+/// There is no depth behind the camera.
 #[test]
 fn depths_behind_the_camera_are_not_known() {
     let folder = tempfile::tempdir().unwrap();
@@ -164,7 +164,7 @@ fn a_frame_from_the_same_place_is_warped_whole() {
     }
 }
 
-/// What a description, a path, a picture or a depth says is used, refused or said.
+/// Everything in a description, a path, a picture or a depth is used, refused or listed.
 #[test]
 fn nothing_of_a_sequence_is_dropped() {
     let folder = tempfile::tempdir().unwrap();

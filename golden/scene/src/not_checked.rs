@@ -95,7 +95,7 @@ mod tests {
         format!("{}/../tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"))
     }
 
-    /// Each representation says its own, and nothing of another.
+    /// Each representation states its own unchecked parts, and no others.
     #[test]
     fn every_representation_says_what_its_units_do_not_compute() {
         let all = [
@@ -152,8 +152,8 @@ mod tests {
         assert_eq!(blocks, format!("{vertices}; {PARTS}"));
     }
 
-    /// A file's own: what it leaves open, what of it is not used, and that its
-    /// pictures are elsewhere.
+    /// Files state their open questions, their unused parts, and that their training pictures are
+    /// missing.
     #[test]
     fn files_say_what_they_leave_open() {
         for (file, words) in [

@@ -243,9 +243,8 @@ mod tests {
     use potamoi_fields::voxels::Layout;
     use potamoi_warp::{Geometry as _, is_surface};
 
-    /// Median difference in depth from the exact one, in voxel edges, and the
-    /// share of the foreground's pixels of which one has a surface and the other
-    /// none.
+    /// Median depth error against the exact depth, in voxel edges, and the share of foreground
+    /// pixels in which only one of the two has a surface.
     fn off(name: &str, cells: u32) -> (f64, f64) {
         let scene = crate::tests::opened(name);
         let analytic = scene.analytic().unwrap();

@@ -17,8 +17,8 @@ use potamoi_formats::config::Config;
 use super::*;
 use potamoi_reference::Twins;
 
-/// A scene that is opened once in this process: to make a model of an analytic scene takes up to
-/// seconds, and copies share it.
+/// A scene that is opened once in this process and shared by copies: building a model of an
+/// analytic scene takes up to seconds.
 pub(crate) fn opened(name: &str) -> Scene {
     type Kept = BTreeMap<String, Arc<OnceLock<Scene>>>;
     static KEPT: Mutex<Kept> = Mutex::new(Kept::new());
@@ -95,7 +95,7 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
     }
 }
 
-/// What goes wrong with a field names the scene and what to do.
+/// Errors of fields name the scene and a remedy.
 #[test]
 fn errors_of_fields_name_their_scene() {
     let config = Config::paper();

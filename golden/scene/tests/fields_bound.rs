@@ -1,4 +1,4 @@
-//! Derived bounds of fields in the hardware's formats, tried.
+//! Derived error bounds of fields in fixed point, against measured errors.
 
 use std::path::Path;
 
@@ -43,8 +43,8 @@ fn config(more: &str) -> Config {
     Config::from_toml(&format!("{text}\n{more}"), "fields").unwrap()
 }
 
-/// The largest error of a channel, the largest bound, and the largest part of its own bound that
-/// a pixel takes, of pictures in one configuration and bounds of another.
+/// The largest error of a channel, the largest bound, and the largest ratio of a pixel's error to
+/// its bound, for pictures of one configuration and bounds of another.
 fn used(scene: &Scene, bounded: &Config, shown: &Config) -> [f64; 3] {
     let bounds = scene.error_bounds(bounded).unwrap().unwrap();
     let float = scene.render_float().unwrap().picture;
@@ -63,8 +63,8 @@ fn used(scene: &Scene, bounded: &Config, shown: &Config) -> [f64; 3] {
     most
 }
 
-/// No pixel is farther off than its bound, which is a hundred times what is measured at most, and
-/// less than colours are.
+/// No pixel exceeds its bound, which is at most a hundred times the measured error and less than
+/// the range of colours.
 #[test]
 fn pixels_keep_to_their_bounds() {
     for name in SCENES {
@@ -77,7 +77,7 @@ fn pixels_keep_to_their_bounds() {
     }
 }
 
-/// Formats that are coarser have larger bounds, hold them, and exceed those of finer ones.
+/// Coarser formats have larger bounds, keep them, and exceed those of finer ones.
 #[test]
 fn coarser_formats_are_told_from_finer_ones() {
     let fine = config("");
@@ -101,8 +101,8 @@ fn coarser_formats_are_told_from_finer_ones() {
     }
 }
 
-/// One of the two stops where far more is left: its pixels keep to a bound that knows of both, and
-/// leave the one of pictures that stop alike.
+/// If one of the two stops at a much higher transmittance, its pixels keep a bound that includes
+/// both, and exceed the bound of equal thresholds.
 #[test]
 fn rays_that_stop_elsewhere_are_in_the_bound() {
     let own = config("");

@@ -50,7 +50,7 @@ fn field(scene: &Scene) -> &dyn Field {
     }
 }
 
-/// Batches of so many entries at most, as many of each ray as there are.
+/// Batches of at most this many entries, with the same number of samples a ray.
 fn bounded(entries: usize) -> Option<BatchSize> {
     Some(BatchSize {
         samples: u32::MAX,
@@ -70,9 +70,8 @@ fn render_with(scene: &Scene, config: &Config, options: &FixedOptions, halo: Hal
     frame
 }
 
-/// What the formats cost: the picture stays next to the float one. The issue of
-/// a field in 16 bits is 45 dB; these leave room for a change of a scale, not
-/// for a mistake.
+/// The cost of the formats: the picture stays close to the float one. A field in 16 bits should
+/// reach 45 dB; these limits leave room for a change of a scale, but not for a mistake.
 #[test]
 fn pictures_stay_next_to_float_ones() {
     let config = config();
@@ -98,8 +97,8 @@ fn pictures_stay_next_to_float_ones() {
     }
 }
 
-/// The memory-centric order shows what the pixel-centric one does, bit for bit:
-/// one ray after another and one sample after another, and any group and batch.
+/// The memory-centric order yields the picture of the pixel-centric one, bit for bit: one ray
+/// after another and one sample after another, for any group and batch.
 #[test]
 fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
     let config = config();
@@ -276,8 +275,7 @@ fn counted(field: &dyn Field, camera: &Camera) -> [u64; 2] {
     [within, gathered]
 }
 
-/// Every sample that is gathered has an entry in each table, and its opacity is
-/// asked for once.
+/// Every gathered sample has one entry in each table, and its opacity is computed once.
 #[test]
 fn counts_are_those_of_the_tables() {
     let config = config();

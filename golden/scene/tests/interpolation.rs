@@ -1,5 +1,5 @@
-//! What weights that sum to exactly 1 are worth: PSNR against trilinear
-//! interpolation in double precision.
+//! The benefit of weights that sum to exactly 1: PSNR against trilinear interpolation in double
+//! precision.
 //!
 //! The field is in [0, 1], stored in unsigned codes of the stated bits: of mean
 //! 0.5 and standard deviation 0.12, and nearly linear within a cell, as fields

@@ -1,4 +1,4 @@
-//! Scenes and models, read and rendered. Mutants of files are a binary of their own, `mutants`.
+//! Scenes and models, read and rendered. Mutants of files have a binary of their own, `mutants`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod fields_bound;

@@ -10,7 +10,7 @@ fn camera(width: u32, height: u32) -> Camera {
     Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.9, width, height)
 }
 
-/// What the stored values mean, all in f64, one Gaussian.
+/// The values of one Gaussian after activation, all in f64.
 #[derive(Clone, Copy)]
 struct Plain {
     depth: f64,

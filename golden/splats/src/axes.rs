@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    /// As nianticlabs/spz numbers them: LDB, RDB, LUB, RUB, LDF, RDF, LUF, RUF.
+    /// The order of codes in nianticlabs/spz: LDB, RDB, LUB, RUB, LDF, RDF, LUF, RUF.
     #[test]
     fn codes_of_spz() {
         let names = ["LDB", "RDB", "LUB", "RUB", "LDF", "RDF", "LUF", "RUF"];
@@ -254,7 +254,7 @@ mod tests {
         assert_eq!([0, 9, u32::MAX].map(Axes::of_spz), [None; 3]);
     }
 
-    /// Sign changes alone stay exact, so that files in such axes keep their bits.
+    /// Pure sign changes are exact, so that files in such axes keep their bits.
     #[test]
     fn harmonics_of_sign_changes_are_ones() {
         let signs = [1, -1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1];
@@ -267,8 +267,9 @@ mod tests {
         }
     }
 
-    /// The expansion of turned coefficients in a turned direction is the expansion of those before
-    /// in the direction before, in all axes and bands; left as they are they are another.
+    /// The expansion of converted coefficients in a converted direction equals the original
+    /// expansion in the original direction, for all axes and bands; unconverted coefficients do
+    /// not.
     #[test]
     fn harmonics_turn_with_the_axes() {
         let direction = DVec3::new(0.36, 0.48, -0.8);

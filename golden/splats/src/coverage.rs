@@ -155,8 +155,8 @@ mod tests {
     }
 
     proptest! {
-        /// The exact test drops no pixel that counts, and the square keeps at
-        /// least the tiles within two standard deviations.
+        /// The exact test drops no pixel above the alpha threshold, and the square keeps at least
+        /// the tiles within two standard deviations.
         #[test]
         fn no_visible_pixel_is_missed(
             x in -50f64..160.0, y in -50f64..130.0, a in -20f64..20.0, b in -20f64..20.0,

@@ -84,7 +84,7 @@ mod tests {
     }
 
     proptest! {
-        /// What is in order is what sorting leaves as it is, ties by content included.
+        /// A list is in order exactly if sorting does not change it, including ties by content.
         #[test]
         fn in_order_is_what_sorting_leaves(
             places in proptest::collection::vec((0u8..3, 0u8..3), 1..6),

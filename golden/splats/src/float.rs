@@ -205,8 +205,7 @@ mod tests {
         work: Work::ALL,
     };
 
-    /// Every pixel of every entry with the library's exponential, one after
-    /// the other.
+    /// Evaluates every pixel of every entry with the library's exponential, one after another.
     fn plain(view: &View) -> FloatFrame {
         let rules = view.rules();
         let [width, height] = view.size();

@@ -423,8 +423,8 @@ fn half_the_resolution_is_near_but_not_the_same() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
-    /// Whatever the cameras: rendered and void pixels are those of the model,
-    /// and every pixel is something.
+    /// For any cameras, rendered and void pixels equal those of the model, and every pixel has a
+    /// class.
     #[test]
     fn what_is_not_warped_is_right(
         turn in -3.2f64..3.2, shift in prop::array::uniform3(-4.0f64..4.0),

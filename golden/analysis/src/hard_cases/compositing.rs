@@ -1,4 +1,4 @@
-//! Compositing: long products, opacities of nothing and all, and where a ray stops.
+//! Compositing: long products, opacities of 0 and 1, and early termination.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -223,7 +223,7 @@ fn opacities_of_none_and_all() -> Case {
     }
 }
 
-/// The mean depth by weight of a pixel in which nothing has any.
+/// The weighted mean depth of a pixel in which no sample has a weight.
 fn depth_of_nothing() -> Case {
     let options = FloatOptions {
         depth: true,

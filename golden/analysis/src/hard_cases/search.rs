@@ -1,5 +1,5 @@
-//! Searches for hard cases that nobody thought of: adversarial Gaussians, rotations, weights,
-//! depths and poses. What fails is kept in golden/proptest-regressions and tried first from then on.
+//! Randomised searches for further hard cases: adversarial Gaussians, rotations, weights, depths
+//! and poses. Failures are kept in golden/proptest-regressions and tried first afterwards.
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use potamoi_formats::config::Config;
@@ -69,9 +69,9 @@ fn alpha_error(reach: f64) -> f64 {
 }
 
 proptest! {
-    /// No number that is none, and no pixel farther from the float one than formats allow: an
-    /// alpha's error once in its own weight and once in what it lets through, what a decision
-    /// that flips at a limit is worth, and colours' codes.
+    /// No NaN, and no pixel farther from the float one than the formats allow: an alpha's error
+    /// once in its own weight and once in the transmittance behind it, the effect of a decision
+    /// that flips at a threshold, and the codes of colours.
     #[test]
     fn gaussians_of_any_sort_are_drawn_as_in_floats(
         all in prop::collection::vec(gaussian(), 1..12)

@@ -1,5 +1,5 @@
-//! Warping: depths that are none, surfaces at one depth, small angles, turns near none and half,
-//! and regressions over poses that say little.
+//! Warping: invalid depths, surfaces at one depth, small angles, rotations near zero and half a
+//! turn, and regressions over degenerate poses.
 
 use glam::{DAffine3, DMat2, DQuat, DVec2, DVec3};
 

@@ -33,7 +33,7 @@ pub fn file_of_ending(ending: &str) -> Option<&'static FieldFile> {
 mod tests {
     use super::*;
 
-    /// Names, kinds and endings find one field each.
+    /// Names, kinds and extensions are unique.
     #[test]
     fn no_two_fields_are_called_alike() {
         let names = FIELDS.iter().map(|field| field.name);

@@ -1,4 +1,4 @@
-//! Parts of the bound, tried.
+//! Tests of the parts of the error bound.
 #![allow(clippy::unwrap_used)]
 
 use potamoi_formats::config::{Config, Layer as Toml};
@@ -27,7 +27,7 @@ fn with_lanes_of<T>(config: &Config, run: impl FnOnce(&mut Lanes<'_>) -> T) -> T
     })
 }
 
-/// What the units make of a number's opacity.
+/// The opacity that the units compute for a number.
 fn opacity_of_units(opacity: &Opacity, code: i32, frac: i32, config: &Config) -> f64 {
     let alpha = with_lanes_of(config, |lanes| {
         opacity.alphas(&[code], frac, lanes).unwrap()
@@ -35,7 +35,7 @@ fn opacity_of_units(opacity: &Opacity, code: i32, frac: i32, config: &Config) ->
     f64::from(alpha) * 2f64.powi(-(opacity.alpha_bits() as i32))
 }
 
-/// And of its logistic function.
+/// The logistic function that the units compute.
 fn logistic_of_units(code: i32, frac: i32, config: &Config) -> f64 {
     let exp = &config.vu.exp;
     let found = with_lanes_of(config, |lanes| {
@@ -46,7 +46,7 @@ fn logistic_of_units(code: i32, frac: i32, config: &Config) -> f64 {
     f64::from(found) * 2f64.powi(-(exp.output_bits as i32))
 }
 
-/// A perceptron of random weights, its layers so wide.
+/// A perceptron of random weights with layers of these widths.
 fn perceptron(random: &mut Pcg64Mcg, widths: &[usize], scale: f32) -> Mlp {
     let layers = widths.windows(2).map(|w| {
         let mut list = |n| (0..n).map(|_| random.random_range(-scale..scale)).collect();
@@ -58,8 +58,8 @@ fn perceptron(random: &mut Pcg64Mcg, widths: &[usize], scale: f32) -> Mlp {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Whatever the weights, the widths, and how far outputs are from what they are held at: codes
-    /// are where the bound says, from inputs that are as far off as they may be.
+    /// For any weights and widths, with or without saturation: fixed-point outputs are within
+    /// their bounds, for inputs with the largest possible errors.
     #[test]
     fn outputs_in_codes_are_where_their_bound_says(
         seed: u64,
@@ -109,7 +109,7 @@ proptest! {
         }
     }
 
-    /// The same of opacities, of every curve.
+    /// Opacities are within their bounds, for every curve.
     #[test]
     fn opacities_are_where_their_bound_says(
         which in 0usize..3,
@@ -139,7 +139,7 @@ proptest! {
         prop_assert!((alpha - exact).abs() <= bound, "{alpha} {exact}: {bound}");
     }
 
-    /// The same of logistic functions.
+    /// Logistic functions are within their bounds.
     #[test]
     fn colours_are_where_their_bound_says(
         logit in -20.0f64..20.0,
@@ -158,7 +158,8 @@ proptest! {
     }
 }
 
-/// With certain neurons what is known stays known; the sum of weights' magnitudes would lose it.
+/// With neurons that are certainly active, known errors stay known; a sum of weight magnitudes
+/// would lose them.
 #[test]
 fn what_is_known_of_inputs_stays_known() {
     let mut random = Pcg64Mcg::seed_from_u64(5);
@@ -182,7 +183,7 @@ fn what_is_known_of_inputs_stays_known() {
     );
 }
 
-/// An output that floating point has just before the end of its codes, and the hardware beyond.
+/// An output just within its range in floating point, and beyond it in fixed point.
 #[test]
 fn what_is_held_at_the_end_is_off_by_less_than_is_known_of_its_inputs() {
     let layer = Layer::new(1, vec![1.0], vec![0.0]).unwrap();
@@ -201,8 +202,8 @@ fn what_is_held_at_the_end_is_off_by_less_than_is_known_of_its_inputs() {
     assert!(off.known > 10.0 * (end - exact), "{off:?}");
 }
 
-/// Each part of what units are off by where it is a large one: nothing is beyond the bound, and
-/// something is beyond it without that part.
+/// For each part of the units' errors, in a case where it is large: nothing exceeds the bound, and
+/// something exceeds it without that part.
 #[test]
 fn each_part_of_the_units_errors_is_needed() {
     // Settings; a curve and an interval, or a logistic function; numbers from and to.

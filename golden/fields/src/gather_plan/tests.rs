@@ -132,8 +132,8 @@ fn twins_gather_what_floats_do() {
     }
 }
 
-/// In a batch, MVoxels of a table come once and never nearer the camera, and a
-/// ray's come front to back.
+/// In a batch, each MVoxel of a table comes once, in the order of distance from the camera, and
+/// those of a ray come front to back.
 #[test]
 fn mvoxels_are_loaded_once_in_order() {
     let mut random = Pcg64Mcg::seed_from_u64(21);
@@ -235,7 +235,7 @@ fn units_that_cannot_gather_are_refused_by_field() {
     assert!(error.to_string().contains("table.points"), "{error}");
 }
 
-/// The codes of every sample, by carrying out what was planned.
+/// The codes of every sample, after executing the planned tasks.
 fn carried_out(coded: &CodedTable, gathers: &Gathers, samples: usize, config: &Config) -> Vec<i16> {
     let width = coded.channels();
     let mut found = vec![None; samples];
@@ -325,8 +325,8 @@ fn blocks_give_the_same_codes_in_either_order() {
     }
 }
 
-/// Without gathers a batch is counted as with them: with both halos, row by row,
-/// of blocks in either order, and of a tree where some samples have no node.
+/// The traffic count of a batch equals that of its gathers: with both halos, row by row, for
+/// blocks in either order, and for a tree in which some samples have no node.
 #[test]
 fn batches_are_counted_as_they_are_gathered() {
     let mut random = Pcg64Mcg::seed_from_u64(26);

@@ -185,8 +185,8 @@ mod tests {
         Config::from_toml(text, "test").unwrap()
     }
 
-    /// Opacities of all densities, where each part of the bound is the largest by turns: none is
-    /// farther off, and the farthest nearly as far.
+    /// For densities in which each part of the bound dominates in turn, no opacity exceeds its
+    /// bound, and the largest error nearly reaches it.
     #[test]
     fn opacities_are_off_by_what_they_may_be_and_hardly_less() {
         let grid = Grid::bake([2; 3], DVec3::ZERO, 1.0, Layout::Constant, |_, out| {
@@ -218,8 +218,8 @@ mod tests {
         }
     }
 
-    /// Features gathered anywhere in cells of extremes, weights and codes of few bits by turns: none is
-    /// farther off than it may be, and the farthest nearly as far.
+    /// For gathered features with extreme cells and few bits of weights or codes in turn, no
+    /// feature exceeds its bound, and the largest error nearly reaches it.
     #[test]
     fn gathered_features_are_off_by_what_they_may_be_and_hardly_less() {
         let mut random = Pcg64Mcg::seed_from_u64(5);

@@ -160,8 +160,8 @@ fn the_halo_stores_shared_faces_twice() {
     }
 }
 
-/// A field that is the same everywhere comes back the same everywhere, because
-/// weights sum to exactly 1. Weights that are rounded one by one do not.
+/// A constant field comes back exactly, since weights sum to exactly 1. Weights that are rounded
+/// one by one do not.
 #[test]
 fn a_constant_field_comes_back_exactly() {
     for (weight_bits, worst_naive) in [(8, 100), (12, 5), (15, 0)] {
@@ -216,8 +216,8 @@ fn a_constant_field_comes_back_exactly() {
     }
 }
 
-/// How far fixed may be from float: rounding of features and weights in each of
-/// the samples that are seen, of the fractions, of opacities and of sums.
+/// Upper bound of the difference between fixed and float: rounding of features, weights,
+/// fractions, opacities and sums in each visible sample.
 #[test]
 fn fixed_is_float_within_its_formats() {
     for layout in [Layout::Constant, Layout::Linear] {

@@ -40,9 +40,8 @@ fn distances_are_those_of_manhattan() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Of lines, planes and volumes: nothing is stored twice with a split halo,
-    /// and every corner of every cell is in exactly one holder, where it has the
-    /// code that it has with shared faces.
+    /// For lines, planes and volumes with a split halo, nothing is stored twice, and every corner
+    /// of every cell is in exactly one holder, with the same code as with a shared halo.
     #[test]
     fn every_corner_is_found_once(
         points in prop::array::uniform3(2usize..11),

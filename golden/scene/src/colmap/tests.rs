@@ -342,7 +342,7 @@ fn a_line_without_an_end_is_refused() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(600))]
 
-    /// Whatever stands in a file, it is poses or one clear error.
+    /// Any content yields poses or one clear error.
     #[test]
     fn damaged_files_are_read_or_refused(harm in damages(), of_images: bool) {
         let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fixtures/colmap");

@@ -314,7 +314,7 @@ fn a_member_far_larger_than_the_file_is_refused() {
     assert!(error.contains("64 times the file"), "{error}");
 }
 
-/// What was read is whole.
+/// Checks that a model is valid.
 fn sane(read: Result<Compact, FileError>) {
     match read {
         Ok(model) => {

@@ -45,8 +45,8 @@ impl Thickness {
 mod tests {
     use super::*;
 
-    /// A depth may be coded a hundredth thicker than it is: what is left of one that is just thin
-    /// enough counts as less.
+    /// A depth may be rounded up by a hundredth, so the transmittance at the limit of thinness
+    /// counts as less.
     #[test]
     fn a_depth_counts_as_coarsely_as_it_may_be_coded() {
         let of = |left: f64| Thickness {
@@ -59,8 +59,8 @@ mod tests {
         assert!(!of(2.13e-3).can_stop(0.0));
     }
 
-    /// From twice the limit on, what roundings take counted in, no ray stops; where nothing is
-    /// known one may.
+    /// No ray stops if the transmittance, less the loss by rounding, is at least twice the
+    /// threshold; without bounds any ray may.
     #[test]
     fn rays_stop_where_too_little_may_be_left() {
         let of = |left: f64, samples: f64| Thickness {

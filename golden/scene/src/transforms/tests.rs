@@ -260,7 +260,7 @@ fn lenses_that_are_no_pinhole_are_refused_by_name() {
     }
 }
 
-/// A lens may be told within another key, which would be listed as a whole.
+/// A lens may be described within another key, which would be listed as a whole.
 #[test]
 fn lenses_within_other_keys_are_refused_by_path() {
     for (more, key) in [
@@ -378,7 +378,7 @@ fn poses_are_whole() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(600))]
 
-    /// Whatever stands in a file, it is a path or one clear error.
+    /// Any content yields a path or one clear error.
     #[test]
     fn damaged_files_are_read_or_refused(harm in damages()) {
         let text = format!(

@@ -1,5 +1,5 @@
-//! Mutants of every file that this crate reads. What is tried, and what is promised of each, is
-//! told in `frame`.
+//! Mutants of every file that this crate reads. Their kinds, and the contract of readers, are
+//! described in `frame`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod cameras;

@@ -1,4 +1,4 @@
-//! What every scene that is read gives: small pictures without a hole in the numbers.
+//! Small pictures of every scene that is read, all of finite numbers.
 
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::{Config, PRESETS};

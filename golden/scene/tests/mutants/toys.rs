@@ -1,4 +1,4 @@
-//! The harness bites: of readers at fault, one a structure, each is found out.
+//! Tests of the harness itself: it detects one faulty reader a structure.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ fn format(
     }
 }
 
-/// What is told of a reader, with the command for it.
+/// The message about a faulty reader, with the command that reproduces it.
 fn fault(format: &Format, expected: &str) {
     let tally = tally(format, 0..300, false);
     let told = tally.faults.iter().any(|fault| {
@@ -39,7 +39,7 @@ fn bytes(path: &Path) -> Vec<u8> {
     std::fs::read(path).expect("a file")
 }
 
-/// Accepts what it should not: a NaN wherever a number stands.
+/// A reader that accepts NaN in place of any number.
 fn taken(nan: bool) -> Verdict {
     if nan {
         Verdict::Broken("a number is NaN".to_owned())

@@ -1,4 +1,4 @@
-//! Axes that files say, have by their format, or are given.
+//! Axes stated by files, implied by formats, or requested.
 
 use glam::{DAffine3, DMat3, DVec3};
 use potamoi_base::camera::Camera;
@@ -123,7 +123,7 @@ fn spz_lies_as_its_extension_says() {
     }
 }
 
-/// What is given goes before what the file says, which is then named.
+/// Requested axes have precedence over those of the file, which are then listed.
 #[test]
 fn axes_that_are_given_go_first() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! One file in the shapes that other programs give it.
+//! One file in the dialects of several programs.
 
 use super::write::{Ply, Shape, members};
 use super::*;
@@ -67,7 +67,7 @@ fn a_line_end_takes_no_byte_of_the_body() {
     }
 }
 
-/// Minus infinity is the logarithm of no size; discs of 2DGS have none across.
+/// A log size of minus infinity is a size of 0; discs of 2DGS have one.
 #[test]
 fn sizes_of_nothing() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! The table of keys from outside: what a file holds has a row, and what is added to it is refused
-//! or listed.
+//! Tests of the tables of keys: every key of a file has a row, and an added key is refused or
+//! listed.
 
 use potamoi_base::record::{Fate, Format};
 use potamoi_scene::file_formats::formats;
@@ -354,7 +354,7 @@ fn models_that_are_no_gaussians_in_space_are_refused() {
     assert!(said.contains("`filter_3D` cannot be honoured"), "{said}");
 }
 
-/// Of two members of a name no reader knows which is meant.
+/// If two members have the same name, no reader knows which is meant.
 #[test]
 fn members_that_are_given_twice_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! What splat files say and how they say it: each case against its truth, and against the reading
-//! that drops it, which must be told apart by 10 dB.
+//! Settings of splat files in all their forms: each case against the correct picture, and against
+//! that of a reader that drops the setting. The two must differ by 10 dB.
 
 mod antialiased;
 mod axes;
@@ -18,11 +18,11 @@ use potamoi_base::record::Notes;
 use potamoi_scene::Scene;
 use potamoi_splats::{Loaded, files};
 
-/// Pictures of files that lose nothing.
+/// Minimum PSNR of pictures from lossless files.
 const LOSSLESS: f64 = 60.0;
-/// Those of SPZ and SOG, which round.
+/// Minimum PSNR of pictures from SPZ and SOG files, which round.
 const ROUNDED: f64 = 45.0;
-/// What a case tells apart.
+/// Minimum difference in PSNR between the two readings.
 const APART: f64 = 10.0;
 
 fn camera() -> Camera {
@@ -55,7 +55,7 @@ fn decibels(a: &Picture, b: &Picture) -> f64 {
     a.psnr(b, |_| true).unwrap()
 }
 
-/// A picture is its truth to so many decibels, and what it would be otherwise is not.
+/// Checks that a picture has this PSNR against the correct one and not against the other.
 #[track_caller]
 fn tells_apart(found: &Picture, truth: &Picture, otherwise: &Picture, least: f64) {
     let [right, wrong] = [found, otherwise].map(|own| decibels(own, truth));

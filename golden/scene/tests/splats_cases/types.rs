@@ -1,4 +1,4 @@
-//! Numbers are not taken at face value.
+//! Numbers are checked against their types.
 
 use super::write::{Ply, Shape, archive, members};
 use super::*;

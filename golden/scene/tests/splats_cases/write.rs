@@ -1,4 +1,4 @@
-//! Splat files of a cloud of the tests' own, in every shape that writers give them.
+//! Test files of splats in every dialect.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 /// A column of a PLY file: its type, its name, and its values.
 pub(crate) type Column = (&'static str, String, Vec<f64>);
 
-/// An asymmetric cloud of degree 3, which looks like itself in no other axes.
+/// An asymmetric cloud of degree 3, which looks different in all other axes.
 #[derive(Clone)]
 pub(crate) struct Shape {
     pub(crate) centres: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-//! Units of the tests' own: the formats' definitions, written plainly.
+//! Plain units for tests, written directly from the definitions of the formats.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic)]
 
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! The fixed-point renderer held to the float one, and to itself.
+//! The fixed-point renderer against the float one, and against itself.
 
 mod orders;
 mod recount;
@@ -61,7 +61,7 @@ fn both(
     (float, fixed, flips)
 }
 
-/// The formats' promise: 80 dB over the frame, 78 over covered pixels.
+/// The accuracy that the formats allow: 80 dB over the frame, 78 over covered pixels.
 fn hold_to_float(
     name: &str,
     cloud: &Cloud,

@@ -1,5 +1,5 @@
-//! Bytes of MVoxels and of records held back, counted anew from nothing but the
-//! tiles that each Gaussian covers and the cell of its centre.
+//! Traffic of MVoxels and of the reorder buffer, recounted from the tiles that each Gaussian
+//! covers and the cell of its centre.
 
 use std::collections::BTreeMap;
 

@@ -46,7 +46,7 @@ fn any_splat(random: &mut Pcg64Mcg, size: f64, round: bool) -> Projected {
     }
 }
 
-/// What the units make of an alpha, before cap and skip.
+/// The alpha that the units compute, before cap and skip.
 fn alpha_of_units(splat: &Projected, conic_bits: u32, config: &Config, twins: &mut Twins) -> f64 {
     let record = record(splat, 0, conic_bits, &mut Saturations::default());
     let half = 1 << 11;
@@ -68,8 +68,8 @@ fn alpha_of_units(splat: &Projected, conic_bits: u32, config: &Config, twins: &m
     f64::from(run(OpCode::Multiply, exp.output_bits, opacity, exponential)) / 65536.0
 }
 
-/// Each part of an alpha's bound where it is a large one: no alpha is beyond the bound, and some
-/// are beyond it without that part.
+/// For each part of an alpha's bound, in a case where it is large: no alpha exceeds the bound, and
+/// some exceed it without that part.
 #[test]
 fn each_part_of_an_alphas_bound_is_needed() {
     type Part = fn(&mut Off);

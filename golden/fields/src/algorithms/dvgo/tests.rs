@@ -132,8 +132,8 @@ fn with(key: &str, value: Made) -> Made {
     Made::Dict(root)
 }
 
-/// Keys of other variants by name, whatever else the file holds or lacks; the
-/// others, known or not, are used or listed.
+/// Keys of other variants are refused by name, whatever else the file holds or lacks; all others
+/// are used or listed.
 #[test]
 fn every_key_is_honoured_refused_or_listed() {
     let rows = DVGO.keys.iter().map(|row| (row.name, row.fate));
@@ -264,7 +264,7 @@ fn numbers_that_are_none_are_refused_by_tensor() {
     }
 }
 
-/// Numbers that would make distances or depths of nothing, each by its name.
+/// Numbers that would make distances or depths meaningless, each refused by name.
 #[test]
 fn numbers_out_of_range_are_refused_by_name() {
     for (part, name, value, expected) in [

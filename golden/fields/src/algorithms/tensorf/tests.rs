@@ -33,7 +33,7 @@ struct View {
 struct Shown {
     camera: View,
     step: f64,
-    /// Red, green, blue over black, and what is left of the ray.
+    /// Red, green, blue over black, and the final transmittance.
     pixels: Vec<[f64; 4]>,
     points: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,
@@ -139,7 +139,7 @@ fn patched(from: &[u8], to: &[u8]) -> tempfile::NamedTempFile {
     file
 }
 
-/// Every name that the loader asks for, misspelt, is named in its error.
+/// Every missing name that the loader needs is named in the error.
 #[test]
 fn what_is_missing_is_named() {
     for name in [

@@ -1,10 +1,10 @@
-//! The bound of the fixed renderer's error, tried.
+//! Tests of the fixed-point renderer's error bound.
 
 use super::*;
 use potamoi_reference::bounds::VectorBounds;
 
-/// Largest part of their bounds that colour and transmittance take, of a configuration and
-/// transmittances of so many fraction bits each.
+/// Largest ratios of the errors of colour and transmittance to their bounds, for a configuration
+/// and a number of transmittance bits each.
 fn used(grid: &Grid, bounded: (&Config, u32), shown: (&Config, u32)) -> [f64; 2] {
     let camera = camera(40, 36);
     let formats = *MVoxels::new(grid, bounded.0).unwrap().formats().unwrap();
@@ -83,7 +83,8 @@ fn fixed_stays_within_a_derived_bound_of_float() {
     }
 }
 
-/// A ray that stops leaves out less than the limit; a bound of rays that go on does not hold then.
+/// A ray that stops early leaves out at most its threshold, which exceeds the bound of rays that
+/// do not stop.
 #[test]
 fn what_a_stop_leaves_out_counts() {
     let grid = blob([19, 16, 23], Layout::Constant);

@@ -1,9 +1,8 @@
-//! The float picture of a grid against the rule that it follows, bit for bit.
+//! The floating-point picture of a grid against its definition, bit for bit.
 
 use super::*;
 
-/// What a ray adds up to, sample by sample: colour, transmittance, depth along the ray in voxel
-/// edges.
+/// Sums of a ray, sample by sample: colour, transmittance, depth along the ray in voxel edges.
 fn alone(grid: &Grid, ray: &Ray, options: &FloatOptions) -> (DVec3, f64, f64) {
     let coefficients = grid.layout().coefficients();
     let terms = if options.directions { coefficients } else { 1 };
@@ -37,8 +36,8 @@ fn alone(grid: &Grid, ray: &Ray, options: &FloatOptions) -> (DVec3, f64, f64) {
     (colour, left, distance)
 }
 
-/// A grid takes the road of all fields, in its own vertices: no bit of its picture is another than
-/// that of its own rays.
+/// A grid is rendered by the renderer of all fields, in vertex units, with the same bits as its
+/// rays on their own.
 #[test]
 fn a_grid_on_the_road_of_all_fields_is_its_own_rays() {
     let camera = camera(40, 36);

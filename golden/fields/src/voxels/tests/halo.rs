@@ -4,8 +4,7 @@ use potamoi_formats::config::Sums;
 
 use super::*;
 
-/// Renders with both halos and holds the second to the first; gives the counts
-/// of both.
+/// Renders with both halos, compares the pictures, and returns the counts of both.
 fn same(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -> [FixedStats; 2] {
     let shared = MVoxels::new(grid, config).unwrap();
     let [a, b] = [Halo::Shared, Halo::Split].map(|halo| {
@@ -139,8 +138,7 @@ fn tasks_of_a_split_halo_are_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Small grids of anything, MVoxels of 2 to 8 vertices an edge, cameras
-    /// anywhere.
+    /// Arbitrary small grids, MVoxels of 2 to 8 vertices an edge, and arbitrary cameras.
     #[test]
     fn any_grid_looks_the_same_with_both_halos(
         points in prop::array::uniform3(2usize..12),

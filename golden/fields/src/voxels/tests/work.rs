@@ -1,4 +1,4 @@
-//! What the units are given, whatever threads plan it, and units that fail.
+//! Independence of the units' work from threads, and failing units.
 
 use potamoi_formats::units::VectorOp;
 

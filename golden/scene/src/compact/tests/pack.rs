@@ -1,4 +1,4 @@
-//! Archives, taken apart and put together again.
+//! Unpacking and packing of archives.
 
 use std::io::{Cursor, Read as _, Write as _};
 

@@ -1,8 +1,8 @@
-//! Binary layouts: fields at known places, and arrays of numbers of known widths.
+//! Binary layouts: fields at known offsets, and arrays of numbers of known widths.
 
 use super::Rng;
 
-/// What lies at a place.
+/// The type of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A whole number of so many bytes, little-endian.
@@ -25,7 +25,7 @@ impl Kind {
         }
     }
 
-    /// Writes another number there.
+    /// Overwrites the field with another number.
     pub(crate) fn change(self, place: &mut [u8], rng: &mut Rng) {
         match self {
             Self::Whole(bytes) => {

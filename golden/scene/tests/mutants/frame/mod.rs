@@ -1,20 +1,20 @@
-//! Mutants of files: what a file holds is taken apart, one or a few things of it are
-//! changed, and it is put together again, so that readers get past the container.
+//! Mutants of files: a file is decoded, one or a few of its parts are changed, and it is encoded
+//! again, so that readers get past the container.
 //!
 //! | structure | mutated by |
 //! |---|---|
 //! | JSON, TOML, MessagePack | [`tree`] |
 //! | lines of words | [`text`] |
 //! | PLY | [`ply`] |
-//! | arrays and headers of known places | [`flat`] |
+//! | arrays and headers at known offsets | [`flat`] |
 //! | NPY arrays, and ZIP files of members | [`npy`], [`zips`] |
 //! | pickles | [`pickle`] |
 //!
-//! [`run`] makes mutants from numbers, hands each to a reader on a thread of its own, and
-//! holds it to what is promised of every reader: no panic, an answer within [`PATIENCE`],
-//! memory of at most [`MEMORY`], and either an error in a user's words that names the file
-//! or something whose invariants hold. What fails is told with the command that makes the
-//! same mutant again; where the process itself ends, `target/tmp/FORMAT.mutant` has the number.
+//! [`run`] makes mutants from numbers, passes each to a reader on a thread of its own, and checks
+//! the contract of every reader: no panic, an answer within [`PATIENCE`], memory of at most
+//! [`MEMORY`], and either an error in a user's words that names the file, or a result whose
+//! invariants hold. A failure is reported with the command that makes the same mutant again; if
+//! the process itself ends, `target/tmp/FORMAT.mutant` has the number.
 #![allow(dead_code)]
 
 pub(crate) mod flat;
@@ -42,20 +42,19 @@ pub(crate) use rng::Rng;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// Mutants that are tried of a format, quickly and exhaustively.
+/// Numbers of mutants of a format, in quick and in exhaustive runs.
 pub(crate) const FEW: u64 = 300;
 pub(crate) const MANY: u64 = 10_000;
-/// How long a reader may take, with rendering: some hundred times what it takes
-/// on two loaded cores.
+/// Time limit of a reader, including rendering: about a hundred times the usual time on two loaded
+/// cores.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
-/// Bytes that a reader and a small picture may hold at a time, of files of less
-/// than 100 kB.
+/// Memory limit of a reader with a small picture, in bytes, for files of less than 100 kB.
 pub(crate) const MEMORY: usize = 256 << 20;
-/// Kinds of faults that are told.
+/// Maximum number of kinds of faults reported.
 const KINDS: usize = 12;
-/// Characters of an error.
+/// Maximum length of an error in characters.
 pub(crate) const TOLD: usize = 1000;
-/// Words of the language and its libraries that say nothing to a user.
+/// Words of the language and its libraries that mean nothing to a user.
 const STRANGE: [&str; 16] = [
     "invalid type",
     "invalid value",
@@ -78,19 +77,19 @@ const STRANGE: [&str; 16] = [
 /// Named files of one folder; readers are given the first.
 pub(crate) type Files = Vec<(String, Vec<u8>)>;
 
-/// What a reader made of a file.
+/// The outcome of reading a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Everything that is promised of what is read holds.
+    /// All invariants of the result hold.
     Sound,
-    /// What does not hold.
+    /// An invariant that does not hold.
     Broken(String),
     /// The error.
     Refused(String),
 }
 
 impl Verdict {
-    /// Of a reader's answer.
+    /// The outcome for a reader's result.
     pub(crate) fn of<T, E: std::fmt::Display>(
         read: Result<T, E>,
         check: impl FnOnce(T) -> Result<(), String>,
@@ -109,28 +108,28 @@ pub(crate) struct Format {
     pub(crate) name: &'static str,
     /// Integration test that it is in, as cargo names it.
     pub(crate) binary: &'static str,
-    /// A whole file: readers take it.
+    /// A valid file, which readers accept.
     pub(crate) whole: Arc<dyn Fn() -> Files + Send + Sync>,
-    /// A mutant of it.
+    /// Makes a mutant of it.
     pub(crate) mutant: Arc<dyn Fn(&mut Rng) -> Files + Send + Sync>,
     /// Reads the first of the files.
     pub(crate) judge: fn(&Path) -> Verdict,
 }
 
-/// What became of mutants.
+/// Statistics of mutants.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub(crate) struct Tally {
     pub(crate) sound: u64,
     pub(crate) refused: u64,
-    /// What was found, with the command for it.
+    /// Faults, each with the command that reproduces it.
     pub(crate) faults: Vec<String>,
-    /// What all readers took.
+    /// Total time of all readers.
     took: Duration,
-    /// The longest, and of which mutant.
+    /// Longest time, and the number of its mutant.
     longest: (Duration, u64),
 }
 
-/// What is wrong with a reader.
+/// A fault of a reader.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Fault {
     kind: String,
@@ -144,18 +143,18 @@ impl Fault {
     }
 }
 
-/// Whether mutants are many, or one is looked at: what takes long is then tried as well.
+/// Whether there are many mutants or a single one is examined, so that slow checks are included.
 static THOROUGH: AtomicBool = AtomicBool::new(false);
 
 pub(crate) fn is_thorough() -> bool {
     THOROUGH.load(Ordering::Relaxed)
 }
 
-/// One mutant at a time, so that memory is its own.
+/// Runs one mutant at a time, so that its memory can be measured.
 static ONE: Mutex<()> = Mutex::new(());
 
-/// Tries so many of a format's mutants or, as the environment says, `POTAMOI_MUTANTS` of them,
-/// or the one with number `POTAMOI_MUTANT` alone, which is then kept.
+/// Tries `count` mutants of a format, or `POTAMOI_MUTANTS` of them, or only the one with number
+/// `POTAMOI_MUTANT`, whose files are then kept.
 pub(crate) fn run(formats: &[Format], name: &str, count: u64) {
     let format = formats
         .iter()
@@ -197,7 +196,7 @@ pub(crate) fn run(formats: &[Format], name: &str, count: u64) {
     }
 }
 
-/// Two tests for each format, and one that no format is without.
+/// Defines two tests for each format, and one that all formats have them.
 macro_rules! tests {
     ($($name:ident),+) => {
         $(mod $name {
@@ -222,13 +221,13 @@ macro_rules! tests {
 }
 pub(crate) use tests;
 
-/// What becomes of mutants of these numbers. Of faults that differ in numbers alone, the first is
-/// told, and at most [`KINDS`] in all.
+/// Tries the mutants of these numbers. Among faults that differ only in numbers, the first is
+/// reported, and at most [`KINDS`] in total.
 pub(crate) fn tally(format: &Format, numbers: std::ops::Range<u64>, keep: bool) -> Tally {
     tally_within(format, numbers, keep, PATIENCE)
 }
 
-/// The same with another limit of time.
+/// As [`tally`], with another time limit.
 pub(crate) fn tally_within(
     format: &Format,
     numbers: std::ops::Range<u64>,
@@ -283,7 +282,7 @@ fn write(folder: &Path, files: &Files) -> PathBuf {
     folder.join(&files[0].0)
 }
 
-/// The error, where the files are refused as they should be.
+/// The error of a mutant that is refused properly.
 fn tried(
     format: &Format,
     files: &Files,
@@ -338,7 +337,7 @@ fn answer(format: &Format, files: &Files, patience: Duration) -> Result<Option<S
     }
 }
 
-/// Whether an error names the file, shortly and in a user's words.
+/// Checks that an error names the file, briefly and in a user's words.
 fn words(error: &str, folder: &Path) -> Result<(), String> {
     // A description may name a file elsewhere, which is then the one at fault.
     if !error.contains(&*folder.to_string_lossy()) && !error.contains("/dev/") {

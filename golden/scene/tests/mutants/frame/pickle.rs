@@ -7,12 +7,12 @@ use super::{Files, flat};
 /// An operation: its code, and what follows it.
 type Operation = (u8, Vec<u8>);
 
-/// How long what follows a code is.
+/// The length of an operation's argument.
 enum Follows {
     Bytes(usize),
-    /// So many bytes of a length, then as many as it says.
+    /// A length of this many bytes, followed by that many bytes.
     Counted(usize),
-    /// So many lines.
+    /// This many lines.
     Lines(usize),
 }
 

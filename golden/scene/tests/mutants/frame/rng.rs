@@ -1,9 +1,9 @@
-//! Seeded choices, and the values at which readers go wrong.
+//! Seeded choices, and values at which readers tend to fail.
 
 use rand::Rng as _;
 use rand_pcg::Pcg64;
 
-/// Numbers at the edges of types and of sense.
+/// Numbers at the limits of types and meanings.
 const FLOATS: [f64; 24] = [
     0.0,
     -0.0,
@@ -60,7 +60,7 @@ const INTEGERS: [i128; 24] = [
 /// Characters of a long text.
 pub(crate) const LONG: usize = 5000;
 
-/// Where mutants come from: the same of the same name and number.
+/// The source of a mutant's choices, determined by name and number.
 pub(crate) struct Rng(Pcg64);
 
 impl Rng {
@@ -112,7 +112,7 @@ impl Rng {
         }
     }
 
-    /// A text that few expect.
+    /// An unusual text.
     pub(crate) fn text(&mut self, near: &str) -> String {
         match self.below(12) {
             0 => String::new(),
@@ -130,7 +130,7 @@ impl Rng {
         }
     }
 
-    /// The last resort: cut, flipped, made longer.
+    /// Damage without structure: truncated, flipped or extended bytes.
     pub(crate) fn damage(&mut self, bytes: &mut Vec<u8>) {
         if bytes.is_empty() {
             return;

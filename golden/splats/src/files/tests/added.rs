@@ -1,4 +1,4 @@
-//! A format that is added as docs/adding/format.md says is read, refused and told like any other.
+//! A format added as in docs/adding/format.md is read, refused and listed like any other.
 
 use super::*;
 use potamoi_base::record::{Fate, Format, Key, Notes};
@@ -68,7 +68,8 @@ fn an_added_format_is_read_and_refused_like_the_others() {
     );
 }
 
-/// Two readers of one ending, or a form without keys, would leave files to chance.
+/// Every reader has an extension of its own, and every form has keys; otherwise the choice of
+/// reader would be ambiguous.
 #[test]
 fn every_reader_has_an_ending_of_its_own_and_keys() {
     let mut endings = endings();

@@ -1,4 +1,4 @@
-//! Damaged files give an error or a cloud, and nothing else.
+//! Damaged files yield an error or a valid cloud.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -6,7 +6,7 @@ use proptest::sample::Index;
 use super::pack::{archive, gunzip, gzip, members};
 use super::*;
 
-/// Bytes to write at places, and where to cut.
+/// Bytes to overwrite with their positions, and a length to truncate to.
 fn damage() -> impl Strategy<Value = (Vec<(Index, u8)>, Option<Index>)> {
     let writes = proptest::collection::vec((any::<Index>(), any::<u8>()), 0..6);
     (writes, proptest::option::weighted(0.3, any::<Index>()))
@@ -22,7 +22,7 @@ fn apply(bytes: &mut Vec<u8>, within: usize, damage: &(Vec<(Index, u8)>, Option<
     }
 }
 
-/// What was read is whole.
+/// Checks that a cloud is valid.
 fn sane(read: Result<Cloud, FileError>) {
     match read {
         Ok(cloud) => assert!(cloud.len() <= 1 << 16),

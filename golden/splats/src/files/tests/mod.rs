@@ -1,4 +1,4 @@
-//! Files written by other programs, from a cloud that is made here again.
+//! Files written by other programs from a cloud that is reconstructed here.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod added;

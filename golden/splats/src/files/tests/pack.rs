@@ -1,4 +1,4 @@
-//! Containers, taken apart and put together again.
+//! Unpacking and packing of containers.
 
 use std::io::{Cursor, Read as _, Write as _};
 

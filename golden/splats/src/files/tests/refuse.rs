@@ -1,12 +1,11 @@
-//! One clear error for each thing that a file can have wrong.
+//! One clear error for each defect of a file.
 
 use std::time::Instant;
 
 use super::pack::{archive, gunzip, gzip, members};
 use super::*;
 
-/// The refusal of a file, which names it and is one line; nothing that is
-/// refused takes time.
+/// The error for a file: one line that names it. No refusal takes long.
 #[track_caller]
 pub(super) fn refused(parse: Parse, bytes: &[u8], expected: &str) {
     let start = Instant::now();

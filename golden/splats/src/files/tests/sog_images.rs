@@ -1,10 +1,10 @@
-//! Images and numbers of SOG files that are not what they should be.
+//! Invalid images and numbers in SOG files.
 
 use super::pack::{archive, members};
 use super::refuse::refused;
 use super::*;
 
-/// Pixels are codes: an image that is another in any way is refused.
+/// Pixels are codes: an image that differs in any property is refused.
 #[test]
 fn sog_images_are_not_taken_at_face_value() {
     use image::{DynamicImage, ImageFormat};
@@ -61,7 +61,7 @@ fn sog_images_are_not_taken_at_face_value() {
     }
 }
 
-/// Some writers put a point behind whole numbers.
+/// Some writers add a decimal point to whole numbers.
 #[test]
 fn sog_whole_numbers_may_have_a_point() {
     let mut all = members(&fixture("cloud.sog"));

@@ -1,4 +1,4 @@
-//! Bytes that are no rows of a `.splat` file.
+//! Bytes that are not rows of a `.splat` file.
 
 use super::refuse::refused;
 use super::*;
