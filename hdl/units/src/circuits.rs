@@ -1,11 +1,11 @@
-//! Small circuits that several units share.
+//! Small circuits used by both units.
 
 use std::sync::Arc;
 
 use num_bigint::BigInt;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-/// Bits that hold 0..=n.
+/// Width in bits of a number from 0 to n.
 #[must_use]
 pub(crate) fn bits_for(n: u32) -> u32 {
     n.max(1).ilog2() + 1
@@ -18,7 +18,7 @@ pub(crate) fn popcount(m: &mut ModuleBuilder, bits: &[Signal]) -> Signal {
     tree_sum(m, &wide)
 }
 
-/// Sum of one or more terms, whose type has room for it, pair by pair.
+/// Sum of one or more terms as a balanced tree; their type must hold it.
 pub(crate) fn tree_sum(m: &mut ModuleBuilder, terms: &[Signal]) -> Signal {
     let mut terms = terms.to_vec();
     while terms.len() > 1 {
@@ -45,8 +45,7 @@ pub(crate) fn is(m: &mut ModuleBuilder, a: Signal, value: u32) -> Signal {
     m.eq(a, v)
 }
 
-/// A counter port's register: counts by `step` when `en`, cleared by `clear`,
-/// stops at its maximum.
+/// Register of a counter port: it counts by `step` when `en`, is cleared by `clear`, and saturates.
 pub(crate) fn counter(
     m: &mut ModuleBuilder,
     name: &str,
@@ -68,7 +67,7 @@ pub(crate) fn counter(
     reg
 }
 
-/// A register that stays set once `set` was.
+/// A sticky flag: set by `set`, cleared by `clear`.
 pub(crate) fn sticky(m: &mut ModuleBuilder, name: &str, clear: Signal, set: Signal) -> Signal {
     let reg = m.reg(name, Ty::bit(), 0);
     let held = m.or(reg, set);
@@ -78,7 +77,7 @@ pub(crate) fn sticky(m: &mut ModuleBuilder, name: &str, clear: Signal, set: Sign
     reg
 }
 
-/// `index` steps through 0..=`end` and starts again.
+/// Next value of an index that runs from 0 to `end` and wraps.
 pub(crate) fn wrapping(m: &mut ModuleBuilder, index: Signal, end: Signal) -> Signal {
     let last = m.eq(index, end);
     let next = plus_one(m, index);
@@ -86,9 +85,9 @@ pub(crate) fn wrapping(m: &mut ModuleBuilder, index: Signal, end: Signal) -> Sig
     m.mux(last, zero, next)
 }
 
-/// A memory with one write port and `reads` synchronous read ports, in a
-/// module of its own so that a memory compiler's macro can take its place.
-/// More than two read ports share the write port over copies of two.
+/// A memory with one write port and `reads` synchronous read ports, in a module of its own that a
+/// compiled macro can replace. More than two read ports are built from copies with two ports each,
+/// which share the write port.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -171,8 +170,7 @@ pub(crate) fn suffix(r: u32, reads: u32) -> String {
     }
 }
 
-/// A first-in first-out buffer: offers its oldest word while it holds one.
-/// The writer keeps count of the room.
+/// A FIFO that offers its oldest word while it holds one. The writer keeps track of the free space.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -208,7 +206,7 @@ pub(crate) fn fifo(name: &str, depth: u32, width: u32) -> Result<Arc<Module>, Ir
     m.finish()
 }
 
-/// Sums codes of 2^`position` for set bits: a constant mask.
+/// A mask of `width` ones.
 #[must_use]
 pub(crate) fn ones(width: u32) -> BigInt {
     (BigInt::from(1) << width) - 1

@@ -1,4 +1,4 @@
-//! The inputs of the unit.
+//! Inputs of the unit.
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
@@ -6,10 +6,10 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use crate::gathering_unit::shared::ports::Ports;
 use crate::gathering_unit::shared::streams::{Named, rit_stream};
 
-/// Settings and streams.
+/// Settings and input streams.
 pub(super) struct Inputs {
     pub(super) io: Ports,
-    /// Two records share a row, where this is built.
+    /// Whether two records share a row, where built.
     pub(super) two_records: Option<Signal>,
     pub(super) rit: Vec<Named>,
     pub(super) mft: [Named; 3],

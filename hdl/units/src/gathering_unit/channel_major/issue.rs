@@ -1,4 +1,4 @@
-//! Issue: which vertex of M entries leaves the RIT buffer, and whether its rows are read now.
+//! Issue: selects the vertex of M entries that leaves the RIT buffer, and reads its rows.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use super::shared_rows::SharedRows;
 use crate::circuits::bits_for;
 use crate::gathering_unit::rit_buffer::{rit_buffer, weights};
 
-/// The modules between which the issue stands.
+/// Modules connected by the issue.
 pub(super) struct Below {
     rit: Arc<Module>,
     mft: Arc<Module>,
@@ -26,7 +26,7 @@ impl Below {
     }
 }
 
-/// The vertex that the RIT buffer offers, of M entries.
+/// The vertex of M entries offered by the RIT buffer.
 pub(super) struct Offered {
     pub(super) valid: Signal,
     pub(super) first: Signal,
@@ -62,24 +62,25 @@ impl Offered {
     }
 }
 
-/// What is issued.
+/// The issued vertex.
 pub(super) struct Issue {
     pub(super) rit: Instance,
     pub(super) table: Instance,
     pub(super) offered: Offered,
-    /// Groups issued and not yet taken by the sink, and whether there is room for one more.
+    /// Groups in flight, issued and not yet accepted by the sink, and whether one more may be
+    /// issued.
     pub(super) in_flight: Signal,
     pub(super) credit: Signal,
-    /// The table holds the MVoxel.
+    /// The MVoxel is loaded.
     pub(super) loaded: Signal,
-    /// The vertex asks for its rows; without turns it then has them.
+    /// The vertex requests its rows; without turns the request is always granted.
     pub(super) asks: Signal,
-    /// All its rows are read: it leaves the RIT buffer.
+    /// All its rows are read, and it leaves the RIT buffer.
     pub(super) fire: Signal,
     pub(super) group_start: Signal,
-    /// Where ports take turns at the table: those whose rows are read.
+    /// Ports whose rows are read, where ports take turns.
     pub(super) granted: Option<Signal>,
-    /// Where two records share a row.
+    /// Shared rows, where two records share a row.
     pub(super) shared: Option<SharedRows>,
 }
 
@@ -146,7 +147,7 @@ impl Issue {
     }
 }
 
-/// Whether the vertex that is offered may be issued.
+/// Whether the offered vertex may be issued.
 fn may_go(
     m: &mut ModuleBuilder,
     config: &Config,

@@ -1,11 +1,10 @@
-//! The MVoxel feature table: double buffered and channel-major. Bank `b` holds
-//! channel `b` of every row, so that M rows are read across all banks without
-//! a conflict and without a crossbar.
+//! The MVoxel feature table (MFT): double buffered and channel-major. Bank `b` holds channel `b` of
+//! every row, so that M rows are read across all banks without bank conflicts and without a
+//! crossbar.
 //!
-//! In the parity organisation a row holds the eight vertices of a block of
-//! 2 x 2 x 2, each in an eighth of the banks. The vertices of a cell have all eight
-//! parities of x, y and z, so that they are in different groups of banks, and each
-//! group reads its own row.
+//! In the parity organisation a row holds the eight vertices of a block of 2 x 2 x 2, each in an
+//! eighth of the banks. The vertices of a cell have all eight parities of x, y and z. They are thus
+//! in different groups of banks, and each group reads its own row.
 
 use std::sync::Arc;
 
@@ -109,7 +108,7 @@ struct Inputs {
 }
 
 impl Inputs {
-    /// `turns`: ports may have to ask several times.
+    /// `turns`: ports may have to request repeatedly.
     fn declare(m: &mut ModuleBuilder, config: &Config, turns: bool) -> Self {
         let (banks, ports) = (config.gu.banks, config.gu.ports);
         let groups = config.vertices_a_row();
@@ -166,13 +165,13 @@ impl Inputs {
     }
 }
 
-/// What the writer does with a beat.
+/// Effect of a beat on the writer.
 struct Written {
     ready: Signal,
-    /// A row is written, and which.
+    /// Write enable and row.
     write: Signal,
     row: Signal,
-    /// The MVoxel is complete, and has so many rows.
+    /// The MVoxel is complete, with its number of rows.
     done: Signal,
     rows_after: Signal,
     overflow: Signal,
@@ -221,26 +220,26 @@ impl Written {
     }
 }
 
-/// A row that a port asks for, of one group of banks.
+/// A row requested by a port from one group of banks.
 struct RowRead {
-    /// The row was loaded, and lies in this group of banks.
+    /// Whether the row is loaded and in this group of banks.
     ok: Signal,
-    /// The row, of those of a half.
+    /// Index of the row within a half.
     index: Signal,
 }
 
-/// What is read where.
+/// Read side of the table.
 struct Reader<'a> {
     config: &'a Config,
     inputs: &'a Inputs,
-    /// Rows that the half to read holds.
+    /// Number of rows in the half to read.
     count: Signal,
     half: Signal,
 }
 
 impl Reader<'_> {
-    /// Of each port and group of banks the row that is asked for; with it, unless parts of the
-    /// banks decide whose turn it is, whether it is read and its address.
+    /// The requested row of each port and group of banks. Unless split banks arbitrate, it also has
+    /// the read enable and address.
     fn reads(&self, m: &mut ModuleBuilder, turns: bool) -> (Vec<RowRead>, Vec<(Signal, Signal)>) {
         m.section("Reader");
         let groups = self.config.vertices_a_row();
@@ -292,7 +291,7 @@ impl Reader<'_> {
     }
 }
 
-/// Banks that every port reads: of each port, the words of all of them, the last first.
+/// Banks that every port reads; for each port the words of all banks, last first.
 fn whole_banks(
     m: &mut ModuleBuilder,
     config: &Config,

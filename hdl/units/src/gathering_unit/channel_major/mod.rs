@@ -1,6 +1,6 @@
-//! The channel-major organisation: bank `b` holds channel `b` of every row, so that M rows are
-//! read in a cycle without a conflict. The parity organisation is the same unit, with a cell's
-//! eight vertices in place of one.
+//! The channel-major organisation: bank `b` holds channel `b` of every row, so that M rows are read
+//! in a cycle without bank conflicts. The parity organisation is the same unit with a cell's eight
+//! vertices instead of one.
 
 mod inputs;
 mod issue;

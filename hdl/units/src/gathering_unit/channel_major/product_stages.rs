@@ -1,4 +1,4 @@
-//! The register stages behind stage 1, in which products are made.
+//! Pipeline stages after stage 1, for the products.
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
@@ -6,23 +6,21 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use super::stage_one::StageOne;
 use crate::gathering_unit::shared::reducer::stage_name;
 
-/// What goes with the terms that are summed up.
+/// Control signals of the summed terms.
 pub(super) struct Summed {
     pub(super) valid: Signal,
-    /// Where terms arrive: at all ports with `valid`, or a bit a port where ports
-    /// take turns at the table.
+    /// Arrival of terms: at all ports with `valid`, or one bit per port where ports take turns.
     pub(super) arrives: Signal,
     pub(super) first: Signal,
     pub(super) last: Signal,
     pub(super) end: Signal,
     pub(super) keep: Signal,
     pub(super) slot: Signal,
-    /// Enables of the stages behind stage 1, by their names at the reducers.
+    /// Enables of the stages after stage 1, by their names at the reducers.
     pub(super) enables: Vec<(&'static str, Signal)>,
 }
 
-/// Stage 1 itself, or the last of the stages behind it where products are
-/// registered.
+/// Stage 1 itself, or the last stage after it where products are registered.
 pub(super) fn summed(m: &mut ModuleBuilder, config: &Config, s1: &StageOne) -> Summed {
     let (whole_cells, turns) = (config.is_parity(), s1.turns);
     let mut stage = Summed {

@@ -1,4 +1,4 @@
-//! The reducers, one a channel and port, and the features that they take.
+//! The reducers, one for each channel and port, and their features.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ impl<'a> Reducers<'a> {
         Ok(Self { config, module })
     }
 
-    /// Results of all ports and channels, the first lowest.
+    /// Results of all ports and channels, first lowest.
     pub(super) fn build(
         &self,
         m: &mut ModuleBuilder,
@@ -70,7 +70,7 @@ impl<'a> Reducers<'a> {
         m.cat(&results)
     }
 
-    /// What a port reads in stage 1; 0 where the row was not loaded.
+    /// Features of a port in stage 1; 0 where the row is not loaded.
     fn features(
         &self,
         m: &mut ModuleBuilder,
@@ -98,7 +98,7 @@ impl<'a> Reducers<'a> {
         m.name(features, &format!("s1_features{port}"))
     }
 
-    /// A channel's feature, of each group of banks.
+    /// Feature of a channel, from each group of banks.
     fn of_lane(&self, m: &mut ModuleBuilder, features: Signal, lane: u32) -> Vec<Signal> {
         let (bits, lanes) = (self.config.gu.feature_bits, self.config.lanes_a_port());
         (0..self.config.vertices_a_row())
@@ -147,7 +147,7 @@ impl<'a> Reducers<'a> {
     }
 }
 
-/// Enables of a port's reducers: its own bits where ports take turns.
+/// Enables of a port's reducers; each port has its own where ports take turns.
 fn enables(
     m: &mut ModuleBuilder,
     s1: &StageOne,

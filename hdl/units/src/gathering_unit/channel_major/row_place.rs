@@ -1,11 +1,11 @@
-//! Where the MFT takes a row.
+//! Write position of a row in the MFT.
 
 use potamoi_netlist::Signal;
 
-/// Where a row is written, and which halves are written and read.
+/// Write position of a row, and the halves written and read.
 pub(super) struct Place {
     pub(super) halves: [Signal; 2],
     pub(super) write: Signal,
-    /// The row, of those of a half.
+    /// Index of the row within a half.
     pub(super) row: Signal,
 }

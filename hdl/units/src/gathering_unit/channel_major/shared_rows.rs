@@ -1,13 +1,13 @@
-//! Two records in one row of the table.
+//! Rows shared by two records.
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::{ModuleBuilder, Signal};
 
-/// Two records a row.
+/// Rows with two records each.
 pub(super) struct SharedRows {
-    /// Rows of the ids, without the bit that picks a record.
+    /// Row addresses of the ids, without the bit that selects a record.
     pub(super) rows: Signal,
-    /// Of each port, whether the upper record is asked for.
+    /// Whether each port requests the upper record.
     pub(super) upper: Signal,
 }
 
@@ -37,7 +37,7 @@ impl SharedRows {
     }
 }
 
-/// The record of a row that is asked for, in the lower half; the upper is 0.
+/// Selects the requested record of a row into the lower half; the upper half is 0.
 pub(super) fn one_record(m: &mut ModuleBuilder, row: Signal, two: Signal, upper: Signal) -> Signal {
     let half = row.width() / 2;
     let (low, high) = (m.slice(row, 0, half), m.slice(row, half, half));

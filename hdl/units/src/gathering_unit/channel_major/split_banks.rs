@@ -1,8 +1,7 @@
-//! Banks in parts by row, for more than two ports: part `s` of a bank holds the rows
-//! `s`, `s + S` and so on, and reads two of them at once. Ports that want a third row
-//! of a part wait for a turn.
+//! Banks split by row, for more than two ports. Part `s` of a bank holds the rows `s`, `s + S` and
+//! so on, and reads two of them at once. Ports that need a third row of a part wait for a turn.
 //!
-//! All banks are read alike, so that whose turn it is is decided once for the table.
+//! All banks read the same rows, so that one arbitration serves the whole table.
 
 use std::sync::Arc;
 
@@ -22,15 +21,15 @@ pub(super) struct SplitBanks {
     part: Arc<Module>,
 }
 
-/// Whose turn it is.
+/// Result of the arbitration.
 pub(super) struct Turns {
     /// Ports whose row is read at the clock edge.
     pub(super) granted: Signal,
-    /// No port's row is left.
+    /// No port has a row left to read.
     pub(super) complete: Signal,
-    /// Of each part and each of its reads: whether it takes place, and its line.
+    /// Read enable and line of each part's reads.
     reads: Vec<[LineRead; READS as usize]>,
-    /// Of each port, the read whose word it got last: part, then read.
+    /// Source of each port's last word: part, then read.
     source: Vec<Signal>,
 }
 
@@ -45,8 +44,8 @@ impl SplitBanks {
         })
     }
 
-    /// Decides which of the rows asked for are read, ports in order; `rows` says of
-    /// each port whether its row was loaded, and the row.
+    /// Arbitrates the requested rows, lower ports first; `rows` has for each port whether its row
+    /// is loaded, and the row.
     pub(super) fn turns(
         &self,
         m: &mut ModuleBuilder,
@@ -115,7 +114,7 @@ impl SplitBanks {
         }
     }
 
-    /// The banks; of each port, the words of all of them, the last first.
+    /// The banks; for each port the words of all banks, last first.
     pub(super) fn banks(
         &self,
         m: &mut ModuleBuilder,
@@ -171,17 +170,17 @@ impl SplitBanks {
     }
 }
 
-/// What a port gets of the part that it wants.
+/// A port's grant in its part.
 struct PlaceInPart {
-    /// It wants a row, and gets one in this turn.
+    /// It requests a row, and is granted a read in this turn.
     wants: Signal,
-    /// It has the second read; none: the first, for certain.
+    /// Whether it has the second read; `None`: always the first.
     second: Option<Signal>,
-    /// It waits for a turn, where it may have to.
+    /// Whether it waits for a turn, where that is possible.
     left: Option<Signal>,
 }
 
-/// The place of port `p` behind those before it that want the same part.
+/// Grant of port `p`, after the lower ports that request the same part.
 fn place_in_part(
     m: &mut ModuleBuilder,
     p: usize,
@@ -218,10 +217,10 @@ fn place_in_part(
     }
 }
 
-/// Whether a port reads, and the line.
+/// Read enable and line.
 type LineRead = (Signal, Signal);
 
-/// Of each part and read the ports that may have it, as one: at most one of them reads.
+/// Merges the ports that may use each read of each part; at most one of them does.
 fn merged(
     m: &mut ModuleBuilder,
     reads: &[[Vec<LineRead>; READS as usize]],

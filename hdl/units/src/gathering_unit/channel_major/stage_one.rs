@@ -1,4 +1,4 @@
-//! Stage 1: what was issued, while the table's words are there.
+//! Stage 1: control of the issued vertex beside the table's words.
 
 use potamoi_formats::config::{Config, Modes};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
@@ -6,7 +6,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use super::issue::Issue;
 use crate::circuits::is;
 
-/// The register stage behind the MFT's read.
+/// Pipeline stage after the MFT's read.
 pub(super) struct StageOne {
     pub(super) valid: Signal,
     pub(super) first: Signal,
@@ -16,11 +16,11 @@ pub(super) struct StageOne {
     pub(super) in_range: Signal,
     pub(super) weight: Signal,
     pub(super) slot: Signal,
-    /// Where ports take turns at the table: those whose rows were read.
+    /// Ports whose rows were read, where ports take turns.
     pub(super) turns: Option<Signal>,
-    /// Where two records share a row: ports that ask for the upper one.
+    /// Ports that request the upper record, where two records share a row.
     pub(super) upper: Option<Signal>,
-    /// Entries are single ids.
+    /// Whether entries are single ids.
     pub(super) single: Signal,
 }
 
@@ -92,7 +92,7 @@ impl StageOne {
         }
     }
 
-    /// Whether a row was asked for that was not loaded.
+    /// Whether a requested row is not loaded.
     pub(super) fn row_not_loaded(&self, m: &mut ModuleBuilder, config: &Config) -> Signal {
         let groups = config.vertices_a_row();
         let outside: Vec<_> = (0..config.gu.ports)
@@ -109,7 +109,7 @@ impl StageOne {
     }
 }
 
-/// The weights of the issued entries: a single id has the weight 1.
+/// Weights of the issued entries; a single id has weight 1.
 fn given_weight(
     m: &mut ModuleBuilder,
     config: &Config,

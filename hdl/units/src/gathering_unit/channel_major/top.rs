@@ -1,4 +1,4 @@
-//! The channel-major unit's top: issue, reducers, output FIFO.
+//! Top module of the channel-major unit: issue, reducers, output FIFO.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use super::stage_one::StageOne;
 use crate::gathering_unit::shared::report::{Stats, Watched, errors, outputs};
 use crate::gathering_unit::shared::streams::{Beat, FeatureStream, count_both};
 
-/// Builds the channel-major gathering unit, or the one by parity.
+/// Builds the gathering unit in the channel-major or the parity organisation.
 ///
 /// # Errors
 /// The netlist's own checks; none for a configuration that keeps its rules.
@@ -74,7 +74,7 @@ fn doc(config: &Config) -> String {
     )
 }
 
-/// Results of a group, registered with what goes with them.
+/// Registers the results of a group with their control signals.
 fn beat(m: &mut ModuleBuilder, config: &Config, done: &Summed, data: Signal) -> Beat {
     m.section("Results into the FIFO");
     let bit = Ty::bit();
@@ -101,7 +101,7 @@ fn beat(m: &mut ModuleBuilder, config: &Config, done: &Summed, data: Signal) -> 
     }
 }
 
-/// What the counters watch.
+/// Signals observed by the counters.
 fn stats(m: &mut ModuleBuilder, config: &Config, issue: &Issue) -> Stats {
     let group_done = m.and(issue.fire, issue.offered.last);
     let group_done = m.name(group_done, "group_done");

@@ -1,4 +1,4 @@
-//! Arbitration of one bank.
+//! Arbiter of one bank.
 
 use std::sync::Arc;
 
@@ -7,8 +7,8 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 
 use super::shape::Shape;
 
-/// Builds `bank_arbiter`: a bank gives one row a round, that of the lowest lane
-/// that wants the bank, to every lane that wants this row.
+/// Builds `bank_arbiter`. In each round a bank serves one row, requested by the lowest waiting
+/// lane, to every lane that requests this row.
 ///
 /// # Errors
 /// The netlist's own checks.

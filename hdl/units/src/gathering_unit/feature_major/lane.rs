@@ -1,5 +1,4 @@
-//! One lane: a ray sample's entry, its requests, its side of the crossbar, and
-//! its reducer.
+//! One lane: entries, requests, crossbar input, and reducer of a ray sample.
 
 use std::sync::Arc;
 
@@ -44,12 +43,12 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     builder.finish()
 }
 
-/// The modules that a lane is made of.
+/// Submodules of a lane.
 struct Below {
     entries: Arc<Module>,
     slots: Arc<Module>,
     reducer: Arc<Module>,
-    /// Bits of a weight in the entries' memory; 0 where no entry has any.
+    /// Width of a weight in the entry memory, in bits; 0 where no entry has weights.
     weight_bits: u32,
 }
 
@@ -68,7 +67,7 @@ impl Below {
     }
 }
 
-/// A register that takes over `from` with `enable`.
+/// A register that samples `from` with `enable`.
 fn stage(m: &mut ModuleBuilder, name: &str, from: Signal, enable: Signal) -> Signal {
     let reg = m.reg(name, from.ty(), 0);
     m.set_next_if(reg, enable, from);
@@ -79,7 +78,7 @@ fn stage(m: &mut ModuleBuilder, name: &str, from: Signal, enable: Signal) -> Sig
 struct Entries {
     words: Instance,
     slots: Instance,
-    /// Of each half, that its entry is one.
+    /// Whether each half has a valid entry.
     kept: [Signal; 2],
     read: Signal,
     read_half: Signal,
@@ -151,14 +150,14 @@ impl Entries {
     }
 }
 
-/// The step that the lane is at.
+/// The current step of the lane.
 struct Step {
-    /// The vertex: its row, and its weight above.
+    /// The vertex: row, with the weight above.
     word: Signal,
     row: Signal,
     kept: Signal,
     pending: Signal,
-    /// A round serves the lane.
+    /// Whether the lane is served in this round.
     served: Signal,
     bank: Signal,
     wants: Signal,
@@ -209,7 +208,7 @@ impl Step {
     }
 }
 
-/// Stage D: the banks' words, of which the lane takes one.
+/// Stage D: the banks' words, from which the lane selects one.
 struct StageD {
     served: Signal,
     in_range: Signal,
@@ -256,14 +255,14 @@ impl StageD {
     }
 }
 
-/// The result of a channel, with its entry.
+/// Result of a channel, with its entry.
 struct Reduced {
     result: Signal,
     slot: Signal,
     kept: Signal,
 }
 
-/// Stages X and S: into the reducer, and its result.
+/// Stages X and S: input and result of the reducer.
 fn reduce(
     m: &mut ModuleBuilder,
     config: &Config,

@@ -1,4 +1,4 @@
-//! The loader: groups of M entries from the RIT buffer into the lanes.
+//! Loader: moves groups of M entries from the RIT buffer into the lanes.
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Instance, ModuleBuilder, Signal, Ty};
@@ -7,16 +7,16 @@ use super::shape::Shape;
 use crate::circuits::{bits_for, is, plus_one};
 use crate::gathering_unit::shared::rit_shape::of_half;
 
-/// The lanes' double buffer: a half holds R entries of one MVoxel and segment.
+/// The lanes' double buffer; a half holds R entries of one MVoxel and segment.
 pub(super) struct Loader {
-    /// Half that is being filled.
+    /// The half being filled.
     pub(super) half: Signal,
     pub(super) vertex: Signal,
     /// A vertex of M entries is taken from the RIT buffer.
     pub(super) take: Signal,
-    /// With each group of M lanes: its entries get a vertex.
+    /// For each group of M lanes, whether its entries get a vertex.
     pub(super) writes: Vec<Signal>,
-    /// With each group: its entries are complete, or void.
+    /// For each group, whether its entries are complete, or void.
     pub(super) entries: Vec<Signal>,
     full: [Signal; 2],
     ends: [Signal; 2],
@@ -94,12 +94,12 @@ impl Loader {
         }
     }
 
-    /// Whether a half can be gathered, and whether it ends its pass.
+    /// Whether a half is ready to be gathered, and whether it ends its pass.
     pub(super) fn half(&self, m: &mut ModuleBuilder, half: Signal) -> (Signal, Signal) {
         (of_half(m, half, self.full), of_half(m, half, self.ends))
     }
 
-    /// `frees`: the last step of a half has been read.
+    /// `frees`: the last step of the half was read.
     pub(super) fn release(&self, m: &mut ModuleBuilder, half: Signal, frees: Signal) {
         let (fills_lower, reads_lower) = (m.not(self.half), m.not(half));
         for (h, fills, reads) in [(0, fills_lower, reads_lower), (1, self.half, half)] {

@@ -1,7 +1,7 @@
-//! The feature-major organisation, which the paper argues against: every bank
-//! holds whole feature vectors, R lanes each work on one ray sample, and lanes
-//! that want different vectors of one bank wait for one another (paper, Sec.
-//! "Bank Conflict-Free Interleaving"). `docs/explanation/organisations.md`.
+//! The feature-major organisation, the paper's counter-example: every bank holds whole feature
+//! vectors, each of R lanes processes one ray sample, and lanes that need different vectors of one
+//! bank have bank conflicts (paper, Sec. "Bank Conflict-Free Interleaving"). See
+//! `docs/explanation/organisations.md`.
 
 mod arbiter;
 mod lane;

@@ -1,11 +1,11 @@
-//! Passes over an MVoxel, one a segment, and their channels.
+//! Passes over an MVoxel, one for each segment, and their channels.
 
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::shape::Shape;
 use crate::circuits::plus_one;
 
-/// The settings: B channels in every segment but the last.
+/// Settings; every segment but the last has B channels.
 #[derive(Clone, Copy)]
 pub(super) struct Settings {
     pub(super) segments: Signal,
@@ -25,17 +25,17 @@ impl Settings {
     }
 }
 
-/// A count of passes.
+/// Counter of passes.
 pub(super) struct Passes {
     segment: Signal,
     next: Signal,
     is_last: Signal,
-    /// The last channel of the pass.
+    /// Last channel of the pass.
     pub(super) top_channel: Signal,
 }
 
 impl Passes {
-    /// Declares the count, as `name`_segment.
+    /// Declares the counter as `name`_segment.
     pub(super) fn declare(
         m: &mut ModuleBuilder,
         name: &str,
@@ -62,7 +62,7 @@ impl Passes {
         }
     }
 
-    /// A pass ends with `ends`.
+    /// Advances to the next pass when `ends`.
     pub(super) fn advance(&self, m: &mut ModuleBuilder, ends: Signal) {
         let zero = m.lit(0, self.segment.ty());
         let after = m.mux(self.is_last, zero, self.next);

@@ -1,4 +1,4 @@
-//! The sequencer: step after step, one a channel and vertex of R entries.
+//! Sequencer of steps: one step for each channel and vertex of R entries.
 
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
@@ -7,7 +7,7 @@ use super::passes::{Passes, Settings};
 use super::shape::Shape;
 use crate::circuits::{is, plus_one};
 
-/// The step that is asked for, and where the next one is read.
+/// The requested step, and the read position of the next one.
 pub(super) struct Sequencer {
     half: Signal,
     channel: Signal,
@@ -16,22 +16,22 @@ pub(super) struct Sequencer {
     pub(super) step: Step,
 }
 
-/// The step that the lanes hold.
+/// The step held by the lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
     pub(super) valid: Signal,
-    /// No round of it was issued yet.
+    /// Whether none of its rounds was issued.
     pub(super) new: Signal,
-    /// Vertex 0 and V-1.
+    /// Whether its vertex is 0, and whether it is V-1.
     pub(super) first: Signal,
     pub(super) last: Signal,
     pub(super) channel: Signal,
-    /// The last of its entries, and of its pass.
+    /// Whether it is the last of its entries, and the last of its pass.
     pub(super) last_of_entries: Signal,
     pub(super) end: Signal,
 }
 
-/// What the lanes need of a read.
+/// Read control for the lanes.
 pub(super) struct Read {
     pub(super) read: Signal,
     pub(super) half: Signal,
@@ -65,8 +65,7 @@ impl Sequencer {
         }
     }
 
-    /// Reads the next step when the one that is held, if any, is `done` with;
-    /// `fire` issues a round of it.
+    /// Reads the next step once the current one, if any, is `done`; `fire` issues a round of it.
     pub(super) fn advance(
         &self,
         m: &mut ModuleBuilder,

@@ -4,14 +4,14 @@ use potamoi_formats::config::Config;
 
 use crate::circuits::bits_for;
 
-/// Sizes that its modules share. The number of banks is a power of two, so
-/// that a row's low bits name its bank and the others its line there.
+/// Sizes shared by its modules. The number of banks is a power of two: a row's low bits are its
+/// bank, and the others its line there.
 pub(super) struct Shape {
     pub(super) banks: u32,
     pub(super) lanes: u32,
-    /// Bits of a bank's number, and of a channel's.
+    /// Width in bits of a bank's index, and of a channel's.
     pub(super) bank_bits: u32,
-    /// Bits of a line: a row's place in its bank.
+    /// Width in bits of a line, the position of a row in its bank.
     pub(super) line_bits: u32,
     /// Rows of an MVoxel.
     pub(super) rows: u32,
@@ -30,12 +30,12 @@ impl Shape {
         }
     }
 
-    /// Bits that hold the number of rows.
+    /// Width in bits of a number of rows.
     pub(super) fn rows_bits(&self) -> u32 {
         bits_for(self.rows)
     }
 
-    /// Bits of a word's place in a half of a bank: line, then channel.
+    /// Width in bits of a word's address in a half of a bank: line, then channel.
     pub(super) fn word_bits(&self) -> u32 {
         self.line_bits + self.bank_bits
     }

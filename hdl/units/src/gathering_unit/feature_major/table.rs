@@ -1,5 +1,5 @@
-//! The MVoxel feature table, feature-major: bank `row mod B` holds all channels
-//! of a row, one word a channel.
+//! The MVoxel feature table, feature-major: bank `row mod B` holds all channels of a row, one word
+//! for each channel.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use super::shape::Shape;
 use crate::circuits::{bits_for, is, plus_one, popcount, ram};
 use crate::gathering_unit::shared::table_halves::TableHalves;
 
-/// Builds `mft`: a beat brings one channel of B rows, one word a bank; every
-/// bank reads a word of its own.
+/// Builds `mft`. A beat carries one channel of B rows, one word for each bank; banks read
+/// independently.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -113,28 +113,28 @@ impl Inputs {
     }
 }
 
-/// What the writer does with a beat.
+/// Effect of a beat on the writer.
 struct Written {
     ready: Signal,
-    /// It is written, and where.
+    /// Write enable and address.
     write: Signal,
     channel: Signal,
     block: Signal,
-    /// The MVoxel is complete, and has so many rows.
+    /// The MVoxel is complete, with its number of rows.
     done: Signal,
     rows_after: Signal,
     overflow: Signal,
 }
 
-/// A beat on its way into the banks.
+/// An accepted beat before its write.
 struct Accepted {
     accept: Signal,
-    /// It has rows.
+    /// Whether it has rows.
     some: Signal,
     last: Signal,
-    /// There is room for it.
+    /// Whether there is room for it.
     room: Signal,
-    /// It is the last channel of its block.
+    /// Whether it is the last channel of its block.
     channel_ends: Signal,
 }
 
@@ -208,7 +208,7 @@ fn write(m: &mut ModuleBuilder, shape: &Shape, inputs: &Inputs, halves: &TableHa
     }
 }
 
-/// Rows that the half holds with this beat: those of the blocks before it, and its own.
+/// Rows of the half including this beat: those of earlier blocks, and its own.
 fn rows_after(
     m: &mut ModuleBuilder,
     shape: &Shape,
@@ -237,19 +237,18 @@ fn rows_after(
     rows_after
 }
 
-/// A beat's place in its block: one channel of B rows.
+/// Position of a beat in its block: one channel of B rows.
 struct Block {
-    /// Of each row, that it is there.
+    /// Whether each row is present.
     kept: Vec<Signal>,
-    /// It is the block's first channel, or the last one.
+    /// Whether it is the block's first channel, and whether it is the last.
     first: Signal,
     ends: Signal,
 }
 
 impl Block {
-    /// Whether a beat breaks what holds of blocks: whole rows from row 0 on, the same
-    /// ones with every channel, fewer than B in the last block alone, and an end behind
-    /// the last channel.
+    /// Whether a beat violates the rules of blocks: whole rows from row 0 on, the same rows for
+    /// every channel, fewer than B in the last block only, and an end after the last channel.
     fn misshapen(
         &self,
         m: &mut ModuleBuilder,

@@ -1,4 +1,4 @@
-//! The feature-major unit's top: lanes, arbiters, banks.
+//! Top module of the feature-major unit: lanes, arbiters, banks.
 
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ pub(in crate::gathering_unit) fn feature_major(config: &Config) -> Result<Arc<Mo
     builder.finish()
 }
 
-/// The modules that the unit is made of.
+/// Submodules of the unit.
 struct Modules {
     rit: Arc<Module>,
     table: Arc<Module>,
@@ -95,7 +95,7 @@ impl Modules {
     }
 }
 
-/// The unit's inputs, and the buffers that take its streams.
+/// Inputs of the unit, and the buffers of its streams.
 struct Below {
     io: Ports,
     settings: Settings,
@@ -149,7 +149,7 @@ impl Below {
     }
 }
 
-/// A vertex of M entries, as the RIT buffer offers it.
+/// The vertex of M entries offered by the RIT buffer.
 struct Offered {
     first: Signal,
     last: Signal,
@@ -175,13 +175,13 @@ impl Offered {
     }
 }
 
-/// The step that the lanes are at, and whether a round of it is issued.
+/// The current step of the lanes, and whether a round of it is issued.
 struct Issue {
     sequencer: Sequencer,
-    /// Beats begun and not yet taken by the sink, and whether there is room for one more.
+    /// Beats in flight, begun and not yet accepted by the sink, and whether one more may begin.
     in_flight: Signal,
     credit: Signal,
-    /// The table holds the MVoxel's segment.
+    /// The MVoxel's segment is loaded.
     loaded: Signal,
     begins_channel: Signal,
     fire: Signal,
@@ -220,12 +220,12 @@ impl Issue {
     }
 }
 
-/// The lanes, and when their results pass stages D and X.
+/// The lanes, with the valid signals of stages D and X.
 struct Lanes {
     all: Vec<Instance>,
     d_completes: Signal,
     x_completes: Signal,
-    /// Entries are single ids.
+    /// Whether entries are single ids.
     single: Signal,
 }
 
@@ -289,13 +289,13 @@ impl Lanes {
     }
 }
 
-/// A round: every bank serves the lanes that want one row of it.
+/// A round: every bank serves the lanes that request one of its rows.
 struct Round {
-    /// Lanes that are served.
+    /// Lanes served.
     granted: Signal,
-    /// No lane is left: the step is done with.
+    /// No lane is left: the step is complete.
     done: Signal,
-    /// The step was a channel's last.
+    /// Whether the step is a channel's last.
     completes: Signal,
 }
 
@@ -361,7 +361,7 @@ impl Round {
     }
 }
 
-/// The results of a channel: through stages D, X and S.
+/// Result of a channel, through stages D, X and S.
 fn beat(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, completes: Signal) -> Beat {
     m.section("Results into the FIFO");
     let (bit, step) = (Ty::bit(), issue.sequencer.step);
@@ -397,7 +397,7 @@ fn beat(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, completes: Signal) 
     }
 }
 
-/// What the counters watch.
+/// Signals observed by the counters.
 fn stats(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, done: Signal) -> Stats {
     let (fire, step) = (issue.fire, issue.sequencer.step);
     let kept = lanes.out(m, "kept");
@@ -415,7 +415,7 @@ fn stats(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, done: Signal) -> S
     }
 }
 
-/// What the flags watch.
+/// Signals observed by the flags.
 fn watched(
     m: &mut ModuleBuilder,
     shape: &Shape,
@@ -440,7 +440,7 @@ fn watched(
     }
 }
 
-/// Side by side, the first lowest.
+/// Concatenates, first lowest.
 fn joined(m: &mut ModuleBuilder, parts: &[Signal]) -> Signal {
     let high_first: Vec<_> = parts.iter().rev().copied().collect();
     m.cat(&high_first)

@@ -1,9 +1,8 @@
-//! Where a vertex lies: its block of 2 x 2 x 2, and its place in the block.
+//! Position of a vertex: its block of 2 x 2 x 2, and its parities there.
 
 use potamoi_netlist::{ModuleBuilder, Signal};
 
-/// The row of a vertex and its parities, from its place along z, y and x with so
-/// many bits each.
+/// Row and parities of a vertex, from its position along z, y and x of `bits` each.
 pub(crate) fn block(m: &mut ModuleBuilder, place: Signal, bits: u32) -> (Signal, Signal) {
     let (mut halves, mut parity) = (vec![], vec![]);
     for axis in 0..3 {

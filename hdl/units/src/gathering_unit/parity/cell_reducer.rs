@@ -1,4 +1,4 @@
-//! The reducer of the parity organisation: over all eight vertices of a cell at once.
+//! Reducer of the parity organisation, for all eight vertices of a cell at once.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 use crate::circuits::tree_sum;
 use crate::gathering_unit::shared::reducer::{Enables, product, rounded_once};
 
-/// Builds `cell_reducer`: the weighted sum of all eight vertices of a cell at once.
+/// Builds `cell_reducer`, the weighted sum of all eight vertices of a cell.
 ///
 /// # Errors
 /// The netlist's own checks.

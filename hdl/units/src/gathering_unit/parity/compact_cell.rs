@@ -75,8 +75,8 @@ pub(crate) fn cell(
     (rows, weights)
 }
 
-/// Along an axis, the first vertex of even parity that is the cell's: its own first
-/// one, or the next; half its place, and on top whether it is beyond the MVoxel.
+/// The cell's first vertex of even parity along an axis: its own first vertex, or the next. Returns
+/// half its position; the top bit tells whether it is beyond the MVoxel.
 fn next_even(
     m: &mut ModuleBuilder,
     shape: &Shape,
@@ -94,8 +94,8 @@ fn next_even(
     m.add(half, step)
 }
 
-/// The row that each group of banks gives: along an axis on which the group's
-/// parity is odd half the first vertex's place, else that of the next even one.
+/// Row read in each group of banks: along an axis with odd parity of the group, half the position
+/// of the first vertex, otherwise that of the next even one.
 fn rows_of_groups(
     m: &mut ModuleBuilder,
     bits: u32,

@@ -1,5 +1,5 @@
-//! What the parity organisation has of its own: all eight vertices of a cell are read in a
-//! cycle, each from the group of banks of its parities. `docs/explanation/organisations.md`.
+//! Parts of the parity organisation: all eight vertices of a cell are read in a cycle, each from
+//! the group of banks of its parities. See `docs/explanation/organisations.md`.
 //!
 //! The rest is the channel-major unit.
 

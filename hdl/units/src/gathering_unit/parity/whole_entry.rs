@@ -1,4 +1,4 @@
-//! All eight vertices of the paper's entries.
+//! Entries of the paper's format with all eight vertices at once.
 
 use potamoi_formats::rit::MAX_VERTICES;
 use potamoi_formats::timing::RitStage;
@@ -9,9 +9,8 @@ use crate::gathering_unit::shared::rit_reader::Read;
 use crate::gathering_unit::shared::rit_shape::Shape;
 use crate::gathering_unit::shared::rit_split::carry_named;
 
-/// Ids and weights of all vertices of an entry, each at the group of banks of
-/// its parities: where the first vertex is odd along an axis, the two sides
-/// change places.
+/// Ids and weights of all vertices of an entry, each in the group of banks of its parities: where
+/// the first vertex is odd along an axis, the two sides are swapped.
 pub(crate) fn whole_entry(
     m: &mut ModuleBuilder,
     shape: &Shape,

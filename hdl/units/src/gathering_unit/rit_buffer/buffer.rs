@@ -1,9 +1,9 @@
-//! The RIT buffer: double buffered, in banks of 16 bits, so that M entries or
-//! ids are read in one cycle.
+//! The RIT buffer: double buffered, in banks of 16 bits, so that M entries or ids are read in one
+//! cycle.
 //!
-//! A row holds M eight-vertex entries, 24 M halfwords, one a bank. Whatever
-//! the entry size, a beat of the stream fills whole banks of one row, so the
-//! write side needs no shifter: bank `k` always takes lane `k mod lanes`.
+//! A row holds M eight-vertex entries, which are 24 M halfwords, one for each bank. For every entry
+//! size, a beat of the stream fills whole banks of one row, so the write side needs no shifter:
+//! bank `k` always takes lane `k mod lanes`.
 
 use std::sync::Arc;
 

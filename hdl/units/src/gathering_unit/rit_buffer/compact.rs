@@ -1,11 +1,10 @@
-//! Compact RIT entries: rows and weights of a cell's vertices, made of its first
-//! row and three fractions.
+//! Compact RIT entries: rows and weights of a cell's vertices, computed from its first row and
+//! three fractions.
 //!
-//! A weight is made by splitting 1 along z, then y, then x: a sum `s` into
-//! `s - h` and `h = floor(s u + 1/2)`, so that an entry's weights sum to exactly 1.
-//! Stage E holds the entry, F the sums after y, P the weights; where pipelined, G and H
-//! the products along y and x. One vertex a cycle takes one multiplier along y and one
-//! along x; all eight take two and four.
+//! A weight results from splitting 1 along z, then y, then x: a sum `s` becomes `s - h` and `h =
+//! floor(s u + 1/2)`, so that an entry's weights sum to exactly 1. Stage E holds the entry, F the
+//! sums after y, P the weights; where pipelined, G and H hold the products along y and x. One
+//! vertex a cycle takes one multiplier along y and one along x; all eight take two and four.
 
 use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
@@ -54,7 +53,7 @@ pub(super) fn of_compact(
     }
 }
 
-/// The weight of a vertex; of each axis, the step that says on which side it is.
+/// Weight of a vertex; for each axis, the step tells its side.
 fn weight(
     m: &mut ModuleBuilder,
     shape: &Shape,
@@ -87,7 +86,7 @@ fn weight(
     m.mux(x, high, low)
 }
 
-/// The row of the vertex in E. Beyond the MVoxel's faces there is none.
+/// Row of the vertex in E; no row beyond the MVoxel's faces.
 fn row_of_vertex(
     m: &mut ModuleBuilder,
     shape: &Shape,
@@ -123,7 +122,7 @@ fn row_of_vertex(
     m.or(row, flag)
 }
 
-/// A weight in 16 bits.
+/// A weight, extended to 16 bits.
 fn halfword(m: &mut ModuleBuilder, weight: Signal) -> Signal {
     m.extend(weight, 16)
 }

@@ -1,5 +1,5 @@
-//! What the stages of the RIT reader carry: rows, weights and slot of a vertex, or
-//! of all eight of a cell.
+//! Data of the RIT reader's stages: rows, weights and slot of one vertex, or of all eight of a
+//! cell.
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Instance, ModuleBuilder, Signal, Ty};
@@ -12,7 +12,7 @@ use crate::gathering_unit::shared::rit_given::{HALF, Slot};
 use crate::gathering_unit::shared::rit_reader::{Read, Reader};
 use crate::gathering_unit::shared::rit_shape::Shape;
 
-/// Weights of the issued entries; zeros where the unit takes single ids alone.
+/// Weights of the issued entries; 0 where the unit supports single ids only.
 pub(crate) fn weights(m: &mut ModuleBuilder, config: &Config, rit: Instance) -> Signal {
     let shape = Shape::of(config);
     if shape.has_weights() {

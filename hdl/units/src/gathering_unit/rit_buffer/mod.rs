@@ -1,4 +1,4 @@
-//! The RIT buffer, with what it issues a cycle: one vertex of M entries, or whole cells.
+//! The RIT buffer and its output of each cycle: one vertex of M entries, or whole cells.
 
 mod buffer;
 mod compact;

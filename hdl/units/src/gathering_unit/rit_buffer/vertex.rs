@@ -1,4 +1,4 @@
-//! One vertex of the paper's entries.
+//! One vertex of entries in the paper's format.
 
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::timing::RitStage;
@@ -41,8 +41,8 @@ fn halfword(
     m.name(picked, &format!("{what}{port}_v{count}"))
 }
 
-/// Id and weight of one vertex. With a stage between, the halfwords of each
-/// entry size are registered before one size is chosen.
+/// Id and weight of one vertex. With a stage between, the halfwords of each entry size are
+/// registered before the size is selected.
 pub(super) fn vertex(
     reader: &Reader,
     m: &mut ModuleBuilder,

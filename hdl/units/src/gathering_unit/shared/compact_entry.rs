@@ -12,7 +12,7 @@ use crate::circuits::is;
 
 /// Names of the axes.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
-/// Bit of a row that no MVoxel has: names no vertex.
+/// Bit of a row that no MVoxel has; it marks the absence of a vertex.
 pub(crate) const NO_ROW: u32 = 15;
 
 /// Stage E of a port.

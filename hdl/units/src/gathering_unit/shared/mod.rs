@@ -1,4 +1,4 @@
-//! What several organisations of the unit are made of.
+//! Parts shared by several organisations of the unit.
 
 pub(super) mod compact_entry;
 pub(super) mod ports;

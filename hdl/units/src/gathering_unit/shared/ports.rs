@@ -1,8 +1,8 @@
-//! Ports of the top that its parts need.
+//! Ports of the top module used by its parts.
 
 use potamoi_netlist::Signal;
 
-/// Ports of the top.
+/// Ports of the top module.
 pub(crate) struct Ports {
     pub(crate) vertices: Signal,
     pub(crate) segments: Signal,

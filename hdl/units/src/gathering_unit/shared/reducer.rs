@@ -1,5 +1,5 @@
-//! The reducer: a multiply-accumulate for one channel of one port, over an
-//! entry's vertices one after the other.
+//! The reducer: a multiply-accumulate unit for one channel of one port, over an entry's vertices in
+//! sequence.
 
 use std::sync::Arc;
 
@@ -9,11 +9,11 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::timing::ReducerStage;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-/// The enable of each stage that is built, first to last.
+/// Enable of each built stage, first to last.
 pub(crate) struct Enables(Vec<(ReducerStage, Signal)>);
 
 impl Enables {
-    /// The ports: `valid` of the first stage, and one that bears the stage's name of each other.
+    /// Declares the ports: `valid` for the first stage, and one named after each other stage.
     pub(crate) fn declare(m: &mut ModuleBuilder, config: &Config) -> Self {
         let stages = config.reducer_pipeline();
         let ports = stages.stages().enumerate().map(|(at, stage)| {
@@ -48,12 +48,11 @@ pub(crate) const fn stage_name(stage: ReducerStage) -> &'static str {
     }
 }
 
-/// Builds `reducer`: `acc` holds the exact weighted sum of an entry's
-/// features; `result` is it rounded once, half-even, by W bits, or as it is. A
-/// single id has the weight 1.
+/// Builds `reducer`. `acc` holds the exact weighted sum of an entry's features. `result` is this
+/// sum, rounded once, half to even, by W bits, or unrounded. A single id has weight 1.
 ///
-/// In a unit without structured entries there is nothing to reduce: a
-/// `feature_register` holds the feature, at the same latency.
+/// In a unit without structured entries there is nothing to reduce: a `feature_register` holds the
+/// feature, with the same latency.
 ///
 /// # Errors
 /// The netlist's own checks; the range analysis proves the accumulator.
@@ -115,7 +114,7 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.finish()
 }
 
-/// A feature times a weight, behind the register stages that are built.
+/// Product of a feature and a weight, after the built pipeline stages.
 pub(crate) fn product(
     m: &mut ModuleBuilder,
     of: &str,
@@ -157,14 +156,14 @@ pub(crate) fn product(
     }
 }
 
-/// A signed feature times an unsigned weight, or a part of one.
+/// Product of a signed feature and an unsigned weight, or a part of one.
 fn times(m: &mut ModuleBuilder, feature: Signal, weight: Signal) -> Signal {
     let weight = m.extend(weight, weight.width() + 1);
     let weight = m.as_signed(weight);
     m.mul(feature, weight)
 }
 
-/// A sum rounded half-even by W bits.
+/// A sum, rounded half to even by W bits.
 pub(crate) fn rounded_once(m: &mut ModuleBuilder, config: &Config, acc: Signal) -> Signal {
     let gu = &config.gu;
     let rounded = m.round(acc, gu.weight_bits, Rounding::HalfEven);

@@ -1,4 +1,4 @@
-//! What the unit counts, and what it refuses.
+//! Counters and error flags of the unit.
 
 use potamoi_formats::config::{Config, EntryKind, Modes, Sums, WeightTrust};
 use potamoi_formats::rit::Vertices;
@@ -7,13 +7,13 @@ use potamoi_netlist::{Instance, ModuleBuilder, Signal, Ty};
 use super::ports::Ports;
 use crate::circuits::{counter, is, popcount, sticky, tree_sum};
 
-/// Signals that the counters watch.
+/// Signals observed by the counters.
 pub(crate) struct Stats {
-    /// Something is issued.
+    /// A vertex is issued.
     pub(crate) fire: Signal,
-    /// What is issued is counted as busy.
+    /// The issue counts as busy.
     pub(crate) busy: Signal,
-    /// What is issued is counted as a stall for a bank, where banks conflict.
+    /// The issue counts as a bank stall, where banks conflict.
     pub(crate) bank: Option<Signal>,
     pub(crate) group_done: Signal,
     pub(crate) keep: Signal,
@@ -21,26 +21,26 @@ pub(crate) struct Stats {
     pub(crate) loaded: Signal,
 }
 
-/// Entries on their way, and what else the flags watch.
+/// Entries in flight, and further signals observed by the flags.
 pub(crate) struct Watched {
-    /// A vertex of several entries is here.
+    /// A vertex of a structured entry is present.
     pub(crate) valid: Signal,
     pub(crate) first: Signal,
     pub(crate) last: Signal,
-    /// Places that hold an entry.
+    /// Ports with an entry.
     pub(crate) keep: Signal,
     pub(crate) weight: Signal,
-    /// The stage's name.
+    /// Name of the stage.
     pub(crate) name: &'static str,
-    /// Entries are single ids.
+    /// Whether entries are single ids.
     pub(crate) single: Signal,
     pub(crate) row_not_loaded: Signal,
-    /// Settings beyond those of every organisation.
+    /// Violated settings of this organisation, beyond the common ones.
     pub(crate) bad_settings: Vec<Signal>,
 }
 
-/// Stalls are counted as they happen, and shown as they stood at the last
-/// issue, so that idling at the end is none.
+/// Stalls are counted as they occur, and shown as of the last issue, so that idle cycles at the end
+/// do not count.
 fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
     m.section("Counters");
     let (bits, clear) = (config.gu.counter_bits, io.clear);
@@ -94,8 +94,7 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
     m.output("stat_entries", count, "entries issued");
 }
 
-/// What both inputs answer, the counters and the flags: outputs of every
-/// organisation.
+/// Ready outputs of both streams, counters and flags, the same for every organisation.
 pub(crate) fn outputs(
     m: &mut ModuleBuilder,
     config: &Config,
@@ -113,7 +112,7 @@ pub(crate) fn outputs(
     m.output("stat_errors", errors, doc);
 }
 
-/// Weights that are wrong: above 1, and those of an entry that do not sum to 1.
+/// Weight errors: above 1, and a sum other than 1.
 struct WrongWeights {
     high: Vec<Signal>,
     sums: Vec<Signal>,
@@ -167,7 +166,7 @@ impl WrongWeights {
     }
 }
 
-/// The sum of an entry's weights up to this vertex.
+/// Sum of an entry's weights up to this vertex.
 fn weight_sum(
     m: &mut ModuleBuilder,
     config: &Config,
@@ -198,7 +197,7 @@ fn weight_sum(
     sum
 }
 
-/// Whether the settings are none that the unit was built for.
+/// Whether the unit does not support the settings.
 fn bad_settings(m: &mut ModuleBuilder, config: &Config, io: &Ports, s1: &Watched) -> Signal {
     let supported: Vec<_> = config
         .supported_vertices()

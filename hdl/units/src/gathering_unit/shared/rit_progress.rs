@@ -1,4 +1,4 @@
-//! What a beat of the RIT stream completes.
+//! Entries completed by a beat of the RIT stream.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use super::rit_shape::Shape;
 use crate::circuits::popcount;
 
-/// What a beat completes, for one entry size.
+/// Entries completed by a beat, for one entry size.
 pub(crate) struct Progress {
     pub(crate) full_groups: Signal,
     pub(crate) all_groups: Signal,
@@ -16,13 +16,13 @@ pub(crate) struct Progress {
     pub(crate) whole: Signal,
 }
 
-/// Where entries end in the row, this beat included. Kept bytes are contiguous from
-/// byte 0, so that one bit of `keep` tells whether a halfword of the beat is there:
-/// no sum is needed. Entries of several sizes end in the same places.
+/// Ends of entries in the row, this beat included. Valid bytes are contiguous from byte 0, so that
+/// one bit of `keep` tells whether a halfword is valid: no sum is needed. Entries of several sizes
+/// end at common positions.
 pub(crate) struct Position {
     phase: Signal,
     lanes: u32,
-    /// Of each halfword of the beat, that it holds entries.
+    /// Whether each halfword of the beat is valid.
     kept: Vec<Signal>,
     phases: u32,
     at_least: BTreeMap<u32, Signal>,
@@ -30,7 +30,7 @@ pub(crate) struct Position {
 }
 
 impl Position {
-    /// `kept` says of each halfword of the beat that it holds entries.
+    /// `kept` tells whether each halfword of the beat is valid.
     pub(crate) fn new(shape: &Shape, phase: Signal, kept: Vec<Signal>) -> Self {
         Self {
             phase,
@@ -42,7 +42,7 @@ impl Position {
         }
     }
 
-    /// Whether the row holds so many halfwords, 1 and up.
+    /// Whether the row holds at least so many halfwords, 1 and up.
     fn reached(&self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
         let last = halfwords - 1;
         let options: Vec<_> = (0..self.phases)
@@ -83,7 +83,7 @@ impl Position {
     }
 }
 
-/// What lies before `position` when entries have `vertices` vertices.
+/// Entries before `position`, with `vertices` vertices each.
 pub(crate) fn progress(
     m: &mut ModuleBuilder,
     shape: &Shape,

@@ -1,5 +1,5 @@
-//! The read side of the RIT buffer: what is read when, and the stages from Q (the
-//! banks' output) to P (what is issued). What they carry: `rit_pick.rs`.
+//! Read side of the RIT buffer: read control, and the pipeline stages from Q (the banks' output) to
+//! P (the issue). Their data is in `rit_buffer/give.rs`.
 
 use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
@@ -7,7 +7,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use super::rit_shape::{Halves, Shape, of_half};
 use crate::circuits::{is, ones, plus_one};
 
-/// What the signals of a stage begin with.
+/// Prefix of a stage's signals.
 pub(crate) fn prefix(stage: RitStage) -> char {
     stage.letter().to_ascii_lowercase()
 }
@@ -17,26 +17,26 @@ pub(crate) struct Reader {
     half: Signal,
     row: Signal,
     group: Signal,
-    /// None where a group is one cycle.
+    /// `None` where a group takes one cycle.
     vertex: Option<Signal>,
     segment: Signal,
     start_half: Signal,
     /// Q.
     pub(crate) banks: Stage,
-    /// Between Q and P.
+    /// Stages between Q and P.
     between: Vec<(RitStage, Stage)>,
     /// P.
     pub(crate) issue: Stage,
 }
 
-/// What travels with a vertex.
+/// Control signals of a vertex in a stage.
 #[derive(Clone, Copy)]
 pub(crate) struct Stage {
     pub(crate) valid: Signal,
-    /// None where a group is one cycle.
+    /// `None` where a group takes one cycle.
     pub(crate) step: Option<Step>,
     pub(crate) group: Signal,
-    /// The group is the last of its MVoxel and segment.
+    /// Whether the group is the last of its MVoxel and segment.
     pub(crate) end: Signal,
     pub(crate) keep: Signal,
 }
@@ -45,33 +45,33 @@ pub(crate) struct Stage {
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) vertex: Signal,
-    /// It is vertex 0, or V-1.
+    /// Whether it is vertex 0, and whether it is V-1.
     pub(crate) first: Signal,
     pub(crate) last: Signal,
 }
 
-/// A stage that a value is registered in: what its signals begin with, and when it is filled.
+/// A stage in which a value is registered: prefix of its signals, and its enable.
 pub(crate) type Filled = (char, Signal);
 
-/// What the rest of the buffer needs of a read.
+/// Signals of a read for the rest of the buffer.
 pub(crate) struct Read {
     pub(crate) row_enable: Signal,
     pub(crate) address: Signal,
     pub(crate) release: [Signal; 2],
-    /// P takes over what the stage before it holds.
+    /// P takes the content of the stage before it.
     pub(crate) fill_issue: Signal,
-    /// Of each stage between Q and P, that it takes over what the one before it holds.
+    /// For each stage between Q and P, whether it takes the content of the stage before.
     fills: Vec<(RitStage, Signal)>,
 }
 
 impl Read {
-    /// Those of these stages that are built, with when they are filled.
+    /// The built ones of these stages, with their enables.
     pub(crate) fn stages<const N: usize>(&self, stages: [RitStage; N]) -> Vec<Filled> {
         let filled = stages.map(|stage| self.fill(stage).map(|fill| (prefix(stage), fill)));
         filled.into_iter().flatten().collect()
     }
 
-    /// That a stage takes over what the one before it holds; `None` where it is not built.
+    /// Enable of a stage; `None` where it is not built.
     pub(crate) fn fill(&self, stage: RitStage) -> Option<Signal> {
         let mut all = self.fills.iter();
         all.find(|(own, _)| *own == stage).map(|(_, fill)| *fill)
@@ -139,24 +139,24 @@ impl Reader {
         all
     }
 
-    /// What a stage holds; `None` where it is not built.
+    /// Content of a stage; `None` where it is not built.
     pub(crate) fn at(&self, stage: RitStage) -> Option<Stage> {
         let mut all = self.stages().into_iter();
         all.find(|(own, _)| *own == stage).map(|(_, held)| held)
     }
 
-    /// The vertex in the first of these stages that is built; `None` where whole cells are read.
+    /// The vertex in the first built one of these stages; `None` where whole cells are read.
     pub(crate) fn step_at<const N: usize>(&self, stages: [RitStage; N]) -> Option<Step> {
         stages.into_iter().find_map(|stage| self.at(stage))?.step
     }
 
-    /// What the stage before P holds.
+    /// Content of the stage before P.
     pub(crate) fn before_issue(&self) -> Stage {
         self.between.last().map_or(self.banks, |(_, held)| *held)
     }
 
-    /// Moves what the stages behind Q hold, as far as there is room; gives of
-    /// each that it is filled, P first, and that Q is free.
+    /// Advances the stages after Q as far as there is room. Returns the enable of each, P first,
+    /// and whether Q is free.
     fn follow(&self, m: &mut ModuleBuilder, take: Signal) -> (Vec<(RitStage, Signal)>, Signal) {
         let mut moves_on = take;
         let mut fills = vec![];
@@ -181,7 +181,7 @@ impl Reader {
         (fills, moves_on)
     }
 
-    /// Moves the reader and stage Q.
+    /// Advances the reader and stage Q.
     pub(crate) fn advance(
         &self,
         m: &mut ModuleBuilder,
@@ -250,7 +250,7 @@ impl Reader {
         }
     }
 
-    /// Whether the group that the reader is at can be read, and the one after it.
+    /// Whether the reader's current group is readable, and its successor.
     fn next_group(
         &self,
         m: &mut ModuleBuilder,
@@ -289,7 +289,7 @@ impl Reader {
         }
     }
 
-    /// The vertex that the reader is at.
+    /// The reader's current vertex.
     fn step(&self, m: &mut ModuleBuilder, shape: &Shape, vertices: Signal) -> Option<Step> {
         self.vertex.map(|vertex| {
             let first = is(m, vertex, 0);
@@ -306,7 +306,7 @@ impl Reader {
         })
     }
 
-    /// What ends with this group, if there are no `more`.
+    /// Ends reached with this group, if there are no `more`.
     fn ends(&self, m: &mut ModuleBuilder, halves: &Halves, segments: Signal, more: Signal) -> Ends {
         let closed = of_half(m, self.half, halves.closed);
         let no_more = m.not(more);
@@ -333,7 +333,7 @@ impl Reader {
         }
     }
 
-    /// Whether the reader leaves the half, and which one it frees.
+    /// Whether the reader leaves the half, and the half that it frees.
     fn leaves(&self, m: &mut ModuleBuilder, ends: &Ends, step: Signal) -> Leaves {
         let leave = m.and(step, ends.half);
         let leave = m.name(leave, "read_leave_half");
@@ -355,7 +355,7 @@ impl Reader {
         }
     }
 
-    /// The reader's registers: `fire` reads a vertex, `step` the last one of its group.
+    /// Registers of the reader: `fire` reads a vertex, `step` the last one of its group.
     fn move_on(
         &self,
         m: &mut ModuleBuilder,
@@ -391,23 +391,23 @@ impl Reader {
     }
 }
 
-/// The group that the reader is at, and the place of the next one.
+/// The reader's current group, and the position of the next one.
 struct NextGroup {
     readable: Signal,
     row: Signal,
     group: Signal,
-    /// There is one in this half.
+    /// Whether this half has a next group.
     more: Signal,
 }
 
-/// What ends with a group.
+/// Ends reached with a group.
 struct Ends {
     half: Signal,
-    /// The half holds the last entry of its MVoxel.
+    /// Whether the half holds the last entry of its MVoxel.
     ends_mvoxel: Signal,
-    /// The MVoxel's segment.
+    /// The MVoxel's segment ends.
     pass: Signal,
-    /// Another segment reads this half from the buffer.
+    /// Whether another segment reads this half again.
     retain: Signal,
     next_segment: Signal,
 }
@@ -415,13 +415,13 @@ struct Ends {
 /// The reader leaves a half.
 struct Leaves {
     leave: Signal,
-    /// The half is not read again.
+    /// The half is freed.
     let_go: Signal,
     other: Signal,
     release: [Signal; 2],
 }
 
-/// Whether `place` lies before `end`, both (row, group).
+/// Whether `place` is before `end`; both are (row, group).
 fn before(m: &mut ModuleBuilder, place: (Signal, Signal), end: (Signal, Signal)) -> Signal {
     let row_below = m.lt(place.0, end.0);
     let row_same = m.eq(place.0, end.0);

@@ -21,11 +21,11 @@ pub(crate) struct Shape {
     /// Fraction bits `W` of a weight.
     pub(crate) weight_bits: u32,
     pub(crate) vertices: Vec<Vertices>,
-    /// Entries name a cell, of which rows and weights are made.
+    /// Whether entries are compact: rows and weights are computed from a cell.
     pub(crate) compact: bool,
-    /// All eight vertices of an entry are issued at once.
+    /// Whether all eight vertices of an entry are issued at once.
     pub(crate) whole_cells: bool,
-    /// Register stages from the banks to P.
+    /// Pipeline stages from the banks to P.
     pub(crate) pipeline: Pipeline<RitStage>,
     config: Config,
 }
@@ -54,12 +54,12 @@ impl Shape {
         (self.config.entry_bytes(vertices) / 2) as u32
     }
 
-    /// Records of one vertex have none.
+    /// Whether entries have weights; single-vertex records do not.
     pub(crate) fn has_weights(&self) -> bool {
         self.config.gu.modes != Modes::Unstructured
     }
 
-    /// Vertices that are issued at once.
+    /// Number of vertices issued at once.
     pub(crate) const fn at_once(&self) -> u32 {
         if self.whole_cells {
             MAX_VERTICES as u32
@@ -68,14 +68,14 @@ impl Shape {
         }
     }
 
-    /// Rows from a cell's first vertex to the others.
+    /// Row distances from a cell's first vertex to the others.
     pub(crate) fn offsets(&self, vertices: Vertices) -> [u16; MAX_VERTICES] {
         // A rule of the configuration: its rows hold a cell.
         self.config.mvoxel.offsets(vertices).unwrap_or_default()
     }
 
-    /// Bits of a vertex's place along each axis, in rows of so many vertices an
-    /// entry; edges are powers of two where this is asked for.
+    /// Width in bits of a vertex's position along each axis, for entries of so many vertices; edges
+    /// are powers of two where this is used.
     pub(crate) fn row_fields(&self, vertices: Vertices) -> Vec<u32> {
         let axes = vertices.log2();
         let edges = self.config.mvoxel.edges(axes).unwrap_or([1; 3]);
@@ -83,7 +83,7 @@ impl Shape {
         fields.map(|edge| edge.ilog2()).collect()
     }
 
-    /// Bits of a vertex's place along an axis of a volume.
+    /// Width in bits of a vertex's position along an axis of a volume.
     pub(crate) fn axis_bits(&self) -> u32 {
         let edges = self.config.mvoxel.edges(3).unwrap_or([2; 3]);
         edges[0].ilog2()
@@ -102,17 +102,17 @@ impl Shape {
             .unwrap_or(1)
     }
 
-    /// A row number, one past the last included.
+    /// Type of a row index, including one past the last.
     pub(crate) fn row_ty(&self) -> Ty {
         Ty::u(bits_for(self.rows))
     }
 
-    /// A group of a row, one past the last included.
+    /// Type of a group index within a row, including one past the last.
     pub(crate) fn group_ty(&self) -> Ty {
         Ty::u(bits_for(self.most_groups()))
     }
 
-    /// Bits of a row within a half.
+    /// Width in bits of a row index within a half.
     pub(crate) fn row_index_bits(&self) -> u32 {
         bits_for((self.rows - 1).max(1))
     }
@@ -122,7 +122,7 @@ impl Shape {
         (1 << self.row_index_bits()) + self.rows.max(2)
     }
 
-    /// One value for each entry size, picked by `cfg_vertices`.
+    /// Selects one value for each entry size by `cfg_vertices`.
     pub(crate) fn by_vertices(
         &self,
         m: &mut ModuleBuilder,
@@ -148,15 +148,15 @@ impl Shape {
 
 /// State of the two halves, written by the writer.
 pub(crate) struct Halves {
-    /// No more is written until it is released.
+    /// Closed to writes until it is released.
     pub(crate) closed: [Signal; 2],
     pub(crate) end_row: [Signal; 2],
     pub(crate) end_group: [Signal; 2],
-    /// Holds the last entry of its MVoxel.
+    /// Whether it holds the last entry of its MVoxel.
     pub(crate) ends_mvoxel: [Signal; 2],
-    /// Belongs to an MVoxel that is streamed once for every segment.
+    /// Whether its MVoxel is streamed once for every segment.
     pub(crate) streamed: [Signal; 2],
-    /// Entries of its last group.
+    /// Valid entries of its last group.
     pub(crate) last_keep: [Signal; 2],
 }
 

@@ -1,4 +1,4 @@
-//! Sums split along an axis of a cell, in one stage or two.
+//! Splits of sums along an axis of a cell, in one stage or two.
 
 use potamoi_formats::compact::FRACTION_BITS;
 use potamoi_formats::fixed::Rounding;
@@ -19,7 +19,7 @@ pub(crate) fn carry(
     carry_named(m, stages, &format!("{name}{port}"), value)
 }
 
-/// As [`carry`], of a value that is no port's or whose name says which.
+/// As [`carry`], for a value without a port, or with the port in its name.
 pub(crate) fn carry_named(
     m: &mut ModuleBuilder,
     stages: &[Filled],
@@ -34,7 +34,7 @@ pub(crate) fn carry_named(
     value
 }
 
-/// Stages behind E in which weights are made.
+/// Stages after E in which weights are computed.
 pub(crate) struct WeightStages {
     /// G, where it is built: the product along y.
     pub(crate) product_y: Vec<Filled>,
@@ -86,12 +86,12 @@ pub(crate) fn first_split(
     (m.name(low, &format!("low_{name}")), high)
 }
 
-/// Whether a fraction is 1, which its product does not say.
+/// Whether a fraction is 1, which its truncated product does not show.
 pub(crate) fn is_one(m: &mut ModuleBuilder, fraction: Signal) -> Signal {
     m.bit(fraction, FRACTION_BITS - 1)
 }
 
-/// A sum and its product with a fraction below 1, not rounded.
+/// A sum, and its unrounded product with a fraction below 1.
 pub(crate) struct Product {
     sum: Signal,
     product: Signal,
@@ -111,7 +111,7 @@ impl Product {
         }
     }
 
-    /// Registers it in each of the stages, as far as rounding half up asks for.
+    /// Registers it in each stage, with the bits needed for rounding half up.
     pub(crate) fn carry(self, m: &mut ModuleBuilder, stages: &[Filled], name: &str) -> Self {
         if stages.is_empty() {
             return self;
@@ -125,7 +125,7 @@ impl Product {
         }
     }
 
-    /// The sum in two parts, the product rounded half up; all of it in the second where the
+    /// Splits the sum at the product, rounded half up; the second part is the whole sum where the
     /// fraction is `one`.
     pub(crate) fn split(self, m: &mut ModuleBuilder, name: &str, one: Signal) -> (Signal, Signal) {
         let rounded = m.round(self.product, self.below, Rounding::HalfUp);

@@ -1,4 +1,4 @@
-//! The write side of the RIT buffer.
+//! Write side of the RIT buffer.
 
 use potamoi_formats::rit::Vertices;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
@@ -16,27 +16,27 @@ pub(crate) struct Writer {
     pub(crate) user: Signal,
 }
 
-/// What the banks and the top need of it.
+/// Signals of a write for the banks and the top module.
 pub(crate) struct Written {
     pub(crate) ready: Signal,
     /// Write enable of the banks of each phase.
     pub(crate) enables: Vec<Signal>,
     pub(crate) address: Signal,
-    /// Ragged entries, gap in a beat, too large to keep.
+    /// Error flags: ragged entries, gap in a beat, too large to keep.
     pub(crate) errors: Signal,
 }
 
-/// Where an MVoxel ends with a last beat.
+/// End of an MVoxel at its last beat.
 struct End {
     groups: Signal,
-    /// Entries of the last group.
+    /// Valid entries of the last group.
     keep: Signal,
 }
 
 impl End {
-    /// A last beat with bytes ends its MVoxel with the last group that it begins or
-    /// completes. The groups before one without may be read already: it ends the
-    /// MVoxel with a group that is only begun, or else with one that has no entry.
+    /// A last beat with bytes ends its MVoxel with the last group that it begins or completes. For
+    /// a last beat without bytes, the groups before may already have been read: it ends the MVoxel
+    /// with a group that is only begun, or else with an empty one.
     fn of(
         m: &mut ModuleBuilder,
         shape: &Shape,
@@ -59,12 +59,12 @@ impl End {
     }
 }
 
-/// Where the next beat goes.
+/// Write position of the next beat.
 struct At {
     half: Signal,
     row: Signal,
     phase: Signal,
-    /// The MVoxel has filled a half already.
+    /// Whether the MVoxel has already filled a half.
     second: Signal,
 }
 
@@ -84,26 +84,26 @@ impl At {
     }
 }
 
-/// What a beat is.
+/// Classification of a beat.
 struct Beat {
     accept: Signal,
-    /// It has bytes.
+    /// Whether it has bytes.
     some: Signal,
-    /// It completes a row, and the half.
+    /// Whether it completes a row, and whether it completes the half.
     row_done: Signal,
     closes: Signal,
     close: Signal,
     last_phase: Signal,
 }
 
-/// What a beat completes, for the entry size that is set, and where it lies in its MVoxel.
+/// Entries completed by a beat for the current entry size, and its position in its MVoxel.
 struct Completed {
     full_groups: Signal,
-    /// It ends with a whole entry.
+    /// Whether it ends with a whole entry.
     whole: Signal,
-    /// The MVoxel has brought entries already.
+    /// Whether the MVoxel already has entries.
     goes_on: Signal,
-    /// The beat begins a row, and is not the MVoxel's first.
+    /// Whether the beat begins a row and is not the MVoxel's first.
     ends_row: Signal,
     end: End,
 }
@@ -158,7 +158,7 @@ impl Writer {
         }
     }
 
-    /// What an accepted beat ends.
+    /// Ends reached with an accepted beat.
     fn beat(
         &self,
         m: &mut ModuleBuilder,
@@ -186,7 +186,7 @@ impl Writer {
         }
     }
 
-    /// Writes what the halves hold; gives whether the lower one is written.
+    /// Updates the state of the halves. Returns whether the lower one is written.
     fn fill(
         &self,
         m: &mut ModuleBuilder,
@@ -234,7 +234,7 @@ impl Writer {
         lower
     }
 
-    /// The writer's registers; gives whether the beat is not the last one.
+    /// Registers of the writer. Returns whether the beat is not the last one.
     fn move_on(&self, m: &mut ModuleBuilder, at: &At, beat: &Beat, other: Signal) -> Signal {
         m.set_next_if(at.half, beat.close, other);
         let next_phase = wrapping(m, at.phase, beat.last_phase);
@@ -254,7 +254,7 @@ impl Writer {
         not_last
     }
 
-    /// Too large to keep, gap in a beat, ragged entries: the highest bit first.
+    /// Error flags, highest bit first: too large to keep, gap in a beat, ragged entries.
     fn errors(
         &self,
         m: &mut ModuleBuilder,
@@ -285,8 +285,8 @@ impl Writer {
         m.cat(&errors)
     }
 
-    /// Of each halfword of the beat, that it holds entries; and whether `keep` is all
-    /// ones, or on the last beat contiguous whole halfwords from byte 0.
+    /// Whether each halfword of the beat is valid; and whether `keep` is all ones, or on the last
+    /// beat contiguous whole halfwords from byte 0.
     fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Vec<Signal>, Signal) {
         let low: Vec<_> = (0..shape.lanes).map(|i| m.bit(self.keep, 2 * i)).collect();
         let high: Vec<_> = (0..shape.lanes)
@@ -307,14 +307,14 @@ impl Writer {
     }
 }
 
-/// What the errors follow from.
+/// Inputs of the error flags.
 struct Wrong {
     keep_is_right: Signal,
     not_last: Signal,
     segments: Signal,
 }
 
-/// What a beat completes, by the entry size that is set.
+/// Entries completed by a beat, selected by the entry size.
 fn completed(
     m: &mut ModuleBuilder,
     shape: &Shape,

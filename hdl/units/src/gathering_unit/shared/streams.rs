@@ -1,4 +1,4 @@
-//! The stream ports that every organisation of the unit has.
+//! Stream ports common to all organisations of the unit.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::timing::GatherStage;
@@ -9,7 +9,7 @@ use crate::circuits::{bits_for, fifo};
 /// An input port and its name.
 pub(crate) type Named = (&'static str, Signal);
 
-/// The stream of ray index tables.
+/// Ports of the RIT stream.
 pub(crate) fn rit_stream(m: &mut ModuleBuilder, config: &Config) -> Vec<Named> {
     let stream = config.rit_stream_bits();
     let bit = Ty::bit();
@@ -24,20 +24,20 @@ pub(crate) fn rit_stream(m: &mut ModuleBuilder, config: &Config) -> Vec<Named> {
     .to_vec()
 }
 
-/// What goes into the feature FIFO with one beat.
+/// Content of the feature FIFO for one beat.
 pub(crate) struct Beat {
     pub(crate) push: Signal,
-    /// The last of its MVoxel and segment.
+    /// Whether it is the last of its MVoxel and segment.
     pub(crate) end: Signal,
-    /// Entries that the beat holds.
+    /// Valid entries of the beat.
     pub(crate) keep: Signal,
     /// Slot of each entry.
     pub(crate) slot: Signal,
-    /// Features of each entry, so many 16-bit lanes an entry.
+    /// Features of each entry, in 16-bit lanes.
     pub(crate) data: Signal,
 }
 
-/// The feature stream: a FIFO whose room the issue keeps count of.
+/// The feature stream: a FIFO; the issue keeps track of its free space.
 pub(crate) struct FeatureStream {
     /// A beat is accepted by the sink.
     pub(crate) pop: Signal,
@@ -106,7 +106,7 @@ impl FeatureStream {
         })
     }
 
-    /// Declares the stream's outputs; `docs` say what a beat and its data are.
+    /// Declares the stream's outputs; `docs` describe a beat and its data.
     pub(crate) fn outputs(&self, m: &mut ModuleBuilder, docs: [&str; 3]) {
         let [data, slots, entries] = self.widths;
         m.output("m_axis_feat_tvalid", self.valid, docs[0]);
@@ -128,7 +128,7 @@ impl FeatureStream {
     }
 }
 
-/// `count` goes up with `up`, down with `down`.
+/// Counter that goes up with `up` and down with `down`.
 pub(crate) fn count_both(m: &mut ModuleBuilder, count: Signal, up: Signal, down: Signal) {
     let one = m.lit(1, count.ty());
     let more = m.add(count, one);

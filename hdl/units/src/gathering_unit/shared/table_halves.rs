@@ -1,5 +1,5 @@
-//! The two halves of the MVoxel feature table, whatever lies in their banks: which
-//! is written, which is read, and how many rows each holds.
+//! The two halves of the MVoxel feature table in any organisation: the one written, the one read,
+//! and their numbers of rows.
 
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
@@ -7,19 +7,19 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 pub(crate) struct TableHalves {
     loaded: [Signal; 2],
     rows: [Signal; 2],
-    /// The half that is written, and the one that is read.
+    /// The half being written, and the half being read.
     pub(crate) write: Signal,
     pub(crate) read: Signal,
 }
 
-/// The half that is read.
+/// The half being read.
 pub(crate) struct Readable {
     pub(crate) is_loaded: Signal,
     pub(crate) rows: Signal,
 }
 
 impl TableHalves {
-    /// Halves whose rows are counted in `rows`.
+    /// Declares the halves, with row counts of type `rows`.
     pub(crate) fn declare(m: &mut ModuleBuilder, rows: Ty) -> Self {
         m.section("State of each half");
         Self {
@@ -30,15 +30,15 @@ impl TableHalves {
         }
     }
 
-    /// Whether the half that is written is free: the stream's ready.
+    /// Whether the half being written is free: the stream's ready.
     pub(crate) fn ready(&self, m: &mut ModuleBuilder) -> Signal {
         let full = m.mux(self.write, self.loaded[1], self.loaded[0]);
         let ready = m.not(full);
         m.name(ready, "write_ready")
     }
 
-    /// Turns to the other half: the writer with `loads`, which leaves so many rows,
-    /// and the reader with `release`.
+    /// Switches halves: the writer with `loads`, which stores the number of rows, and the reader
+    /// with `release`.
     pub(crate) fn advance(
         &self,
         m: &mut ModuleBuilder,
