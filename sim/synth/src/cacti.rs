@@ -55,7 +55,7 @@ impl Shape {
     }
 }
 
-/// Area, energy and timing of one memory, at [`NODE_NM`].
+/// Area, energy and timing of one memory, at 22 nm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Area in square micrometres.

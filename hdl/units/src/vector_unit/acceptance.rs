@@ -1,4 +1,4 @@
-//! Acceptance: whether a vector is taken, and what it asks for.
+//! Acceptance of vectors.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
@@ -10,14 +10,14 @@ use super::sequence::{Offer, Order};
 use super::timing::Timing;
 use crate::circuits::{bits_for, is};
 
-/// The inputs of the unit.
+/// Inputs of the unit.
 pub(super) struct Inputs {
     pub(super) clear: Signal,
     pub(super) valid: Signal,
     pub(super) data: Signal,
     pub(super) keep: Signal,
     pub(super) last: Signal,
-    /// Operation 4, shift 6, rounding 2 bits.
+    /// Operation (4 bits), shift (6) and rounding (2).
     user: Signal,
     pub(super) sink: Signal,
 }
@@ -45,21 +45,22 @@ impl Inputs {
     }
 }
 
-/// The vector that is offered.
+/// Control of the offered vector.
 pub(super) struct Acceptance {
     pub(super) code: Signal,
     pub(super) shift: Signal,
     pub(super) rounding: Signal,
-    /// Vectors accepted and not yet taken by the sink, and whether there is room for one more.
+    /// Vectors in flight, accepted and not yet taken by the sink, and whether one more may be
+    /// accepted.
     pub(super) inside: Signal,
     pub(super) room: Signal,
-    /// Counts the clocks of an operation that takes more than one.
+    /// Clock counter of operations of more than one clock.
     pub(super) phase: Option<Signal>,
-    /// The engine begins an operation, if it gets one.
+    /// The engine is free to begin an operation.
     pub(super) free: Signal,
     pub(super) ready: Signal,
     pub(super) accept: Signal,
-    /// Of each operation that is built, that it is the one.
+    /// For each built operation, whether it is the offered one.
     pub(super) built: Vec<Signal>,
     pub(super) is_exp: Signal,
     pub(super) one_minus: Signal,
@@ -150,7 +151,7 @@ impl Acceptance {
         }
     }
 
-    /// Sigmoid and softplus, where they are built: of what is offered and of what was accepted.
+    /// Sigmoid and softplus, where built: whether they are offered, and whether they were accepted.
     pub(super) fn orders(&self, m: &mut ModuleBuilder, kinds: Kinds) -> [Option<Order>; 2] {
         [
             (kinds.sigmoid, "result_sigmoid", self.sigmoid),

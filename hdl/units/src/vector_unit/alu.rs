@@ -5,10 +5,10 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use crate::circuits::is;
 
-/// Every exact result fits: `a^2 + b^2` reaches `2^63`.
+/// Type of exact results: `a^2 + b^2` reaches `2^63`.
 pub(super) const EXACT: Ty = Ty::s(65);
 
-/// Whether `code` is that of `op`, which goes by its name.
+/// Whether `code` is that of `op`; the signal is named after it.
 pub(super) fn is_op(m: &mut ModuleBuilder, code: Signal, op: OpCode) -> Signal {
     let name = match op {
         OpCode::Pass => "OP_PASS",
@@ -25,7 +25,7 @@ pub(super) fn is_op(m: &mut ModuleBuilder, code: Signal, op: OpCode) -> Signal {
     m.eq(code, own)
 }
 
-/// The exact result of an element-wise operation; 0 for any other.
+/// Exact result of an element-wise operation; 0 for any other.
 pub(super) fn exact(
     m: &mut ModuleBuilder,
     ops: &[OpCode],

@@ -1,12 +1,12 @@
-//! The largest error of an operation that the netlist allows, over all operands at
-//! once: of exponentials, and of what is made of them.
+//! Error bounds of exponentials and of operations made of them, from the netlist, over all operands
+//! at once.
 //!
-//! Two things make a result differ from `2^F exp(-x)`. Bits that the datapath
-//! drops: [`potamoi_netlist`]'s analysis, clock by clock, of the unit as it is printed.
-//! And what the recurrence itself leaves: without dropped bits the result would be
-//! `exp(-x + g)`, where g is the sum of what is known of the netlist's registers
-//! and constants: the remainder at the end, the start's alignment and bias, and
-//! what each constant that is subtracted is off from its logarithm.
+//! A result differs from `2^F exp(-x)` for two reasons. First, the datapath drops bits:
+//! [`potamoi_netlist`]'s analysis bounds their effect, clock by clock, on the printed unit. Second,
+//! the recurrence itself leaves an error: without dropped bits the result would be `exp(-x + g)`,
+//! where g is a sum of known terms of the netlist's registers and constants: the final remainder,
+//! the alignment and bias of the start, and the difference of each subtracted constant from its
+//! logarithm.
 
 mod logistic;
 mod pieces;
@@ -22,39 +22,38 @@ use logistic::Passes;
 use pieces::Pieces;
 use recurrence::Recurrence;
 
-/// More than the sums of `left`, of numbers below 32, are off in floating point.
+/// Upper bound of the floating-point error of the sums of `left`, which are below 32.
 const SLACK: f64 = 1e-12;
 
-/// A guaranteed error, in units of the result's last place.
+/// A guaranteed error bound, in ulp of the result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// The most that a result is above or below the exact one, before a power of
-    /// one is held below it.
+    /// Largest error above or below the exact result, before 1 saturates.
     pub ulp: f64,
-    /// Of it, what dropped bits are.
+    /// Part of it that is due to dropped bits.
     pub dropped: f64,
-    /// Operands among which the bound is the largest, codes.
+    /// Range of operand codes with the largest bound.
     pub operands: [i64; 2],
 }
 
-/// What results of some operands are off, least and most.
+/// Smallest and largest error for some operands.
 struct Errors {
-    /// By dropped bits.
+    /// Due to dropped bits.
     dropped: [f64; 2],
-    /// By what the method leaves.
+    /// Due to the method.
     method: [f64; 2],
 }
 
-/// How powers are found.
+/// Method of computing powers.
 enum Method<'a> {
     Logistic(Passes<'a>),
     Recurrence(Recurrence<'a>),
     Pieces(Pieces<'a>),
 }
 
-/// The bound for `exp`, `one-minus-exp`, and for `sigmoid` and `softplus` of operands of
-/// -16 to 16, of a vector unit; `None` where it is not built, and of what this analysis
-/// does not know: the literal form and results with an exponent.
+/// The bound of `exp` or `one-minus-exp`, or of `sigmoid` or `softplus` for operands from -16 to
+/// 16. `None` where the operation is not built, and outside this analysis: the literal form, and
+/// results with an exponent.
 ///
 /// # Errors
 /// As [`vector_unit`].
@@ -76,7 +75,7 @@ pub fn error_bound(config: &Config, op: OpCode) -> Result<Option<Bound>, IrError
     Ok(largest(&one, op, &module))
 }
 
-/// The bound of a unit of one lane.
+/// The bound of a unit with one lane.
 fn largest(config: &Config, op: OpCode, module: &Module) -> Option<Bound> {
     let exp = &config.vu.exp;
     let (fraction, last) = match op {
@@ -118,7 +117,7 @@ fn largest(config: &Config, op: OpCode, module: &Module) -> Option<Bound> {
     worst
 }
 
-/// Ranges of codes from 0 to `last` that begin here.
+/// Cuts the codes from 0 to `last` into ranges that begin at `starts`.
 fn cut(last: i64, starts: impl Iterator<Item = i64>) -> Vec<[i64; 2]> {
     let mut starts: Vec<i64> = starts
         .chain([0])

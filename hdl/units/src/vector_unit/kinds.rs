@@ -1,12 +1,12 @@
-//! Which kinds of operation a configuration builds.
+//! Kinds of operation built by a configuration.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 
-/// Which kinds of operation a configuration builds.
+/// Kinds of operation built by a configuration.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kinds {
-    /// Any that the engine computes.
+    /// Any operation of the engine.
     pub(super) exp: bool,
     pub(super) one_minus: bool,
     pub(super) elementwise: bool,
@@ -26,7 +26,7 @@ impl Kinds {
         }
     }
 
-    /// Operations of more than one pass are built.
+    /// Whether operations of more than one pass are built.
     pub(super) const fn logistic(self) -> bool {
         self.sigmoid || self.softplus
     }

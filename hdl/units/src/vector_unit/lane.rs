@@ -1,4 +1,4 @@
-//! One lane: the element-wise operations and the exponential engine.
+//! One lane: element-wise operations and the exponential engine.
 
 use std::sync::Arc;
 
@@ -74,7 +74,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     builder.finish()
 }
 
-/// The value, `cycles` later.
+/// Delays a value by `cycles`.
 fn delay(m: &mut ModuleBuilder, value: Signal, cycles: u32) -> Signal {
     (0..cycles).fold(value, |from, i| {
         let reg = m.reg(&format!("value_{i}"), from.ty(), 0);

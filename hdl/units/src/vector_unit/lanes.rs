@@ -1,4 +1,4 @@
-//! The lanes, and what they are all told.
+//! The lanes, with their common control signals.
 
 use std::sync::Arc;
 
@@ -13,20 +13,20 @@ use super::kinds::Kinds;
 use super::sequence::{Order, Sequence};
 use super::tag::Tag;
 
-/// What every lane is told in a cycle.
+/// Control signals of all lanes in a cycle.
 pub(super) struct Told<'a> {
     pub(super) config: &'a Config,
     pub(super) kinds: Kinds,
     pub(super) pipelined: bool,
     pub(super) accepted: &'a Acceptance,
-    /// Sigmoid and softplus.
+    /// Orders of sigmoid and softplus.
     pub(super) logistic: [Option<Order>; 2],
     pub(super) sequence: &'a Sequence,
     pub(super) tag: &'a Tag,
 }
 
 impl Told<'_> {
-    /// The inputs of a lane but its operands.
+    /// Inputs of a lane, except its operands.
     ///
     /// # Errors
     /// The checks of the constants' netlist.
@@ -91,7 +91,7 @@ impl Told<'_> {
         }
     }
 
-    /// The steps of the iterative form, and their constants.
+    /// Steps of the iterative form, with their constants.
     fn engine(
         &self,
         m: &mut ModuleBuilder,
@@ -131,8 +131,8 @@ impl Told<'_> {
     }
 }
 
-/// The results of all lanes, 0 where none is kept, the last first; with an early out, of each
-/// lane that it has more steps to take.
+/// Results of all lanes, last first; 0 for lanes without operand. With early termination also
+/// whether each lane has steps left.
 pub(super) fn lanes(
     m: &mut ModuleBuilder,
     lane: &Arc<Module>,

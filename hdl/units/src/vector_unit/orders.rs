@@ -1,10 +1,10 @@
-//! What every lane is told alike.
+//! Control signals common to all lanes.
 
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::kinds::Kinds;
 
-/// What every lane is told alike.
+/// Control signals common to all lanes.
 pub(super) struct Orders {
     pub(super) accept: Signal,
     pub(super) code: Signal,

@@ -1,4 +1,4 @@
-//! Cycle by cycle: when the engine starts, steps, multiplies and is done.
+//! Sequencing of the engine: begin, steps, multiplication and end, cycle by cycle.
 
 use potamoi_formats::config::{Config, ExpConfig};
 use potamoi_formats::timing::Pass;
@@ -18,13 +18,13 @@ pub(super) struct Sequence {
     pub(super) rotate: Signal,
     pub(super) busy: Signal,
     pub(super) log: Option<Log>,
-    /// With an early out: the register that says the last phase.
+    /// With early termination, the register of the last phase.
     pub(super) ending: Option<Signal>,
 }
 
 impl Sequence {
-    /// Ends the vector in the next clock if none of these lanes has `more`
-    /// steps after it. Every lane has until its exponent is known.
+    /// Ends the vector in the next clock if no lane has `more` steps after it. A lane has more
+    /// until its exponent is known.
     pub(super) fn end(
         &self,
         m: &mut ModuleBuilder,
@@ -42,42 +42,42 @@ impl Sequence {
     }
 }
 
-/// Sequencing of what sigmoid and softplus do after their first exponential.
+/// Sequencing of sigmoid and softplus after their first exponential.
 pub(super) struct Log {
-    /// This cycle's steps are the logarithm's.
+    /// Whether this cycle's steps are the logarithm's.
     pub(super) steps: Signal,
-    /// They are its first.
+    /// Whether they are the logarithm's first.
     pub(super) begin: Signal,
-    /// This cycle's steps are the first of sigmoid's second exponential.
+    /// Whether this cycle's steps are the first of sigmoid's second exponential.
     pub(super) again: Option<Signal>,
 }
 
-/// Whether the vector is of an operation.
+/// Whether the vector has a certain operation.
 #[derive(Clone, Copy)]
 pub(super) struct Order {
-    /// The one that is offered.
+    /// For the offered vector.
     pub(super) now: Signal,
-    /// The one that was accepted last.
+    /// For the last accepted vector.
     pub(super) held: Signal,
 }
 
-/// The operation that is offered.
+/// The offered operation.
 #[derive(Clone, Copy)]
 pub(super) struct Offer {
     pub(super) accept: Signal,
-    /// The engine has to compute it.
+    /// Whether the engine computes it.
     pub(super) is_exp: Signal,
 }
 
 impl Offer {
-    /// The engine begins with it.
+    /// Whether the engine begins it.
     fn begins(self, m: &mut ModuleBuilder) -> Signal {
         let begin = m.and(self.accept, self.is_exp);
         m.name(begin, "begin_power")
     }
 }
 
-/// Whether the engine is in the middle of an operation, and whether it steps.
+/// Whether the engine is within an operation, and whether it steps.
 fn runs(m: &mut ModuleBuilder, free: Signal, begin: Signal) -> [Signal; 2] {
     let busy = m.not(free);
     let busy = m.name(busy, "mid_power");
@@ -86,7 +86,7 @@ fn runs(m: &mut ModuleBuilder, free: Signal, begin: Signal) -> [Signal; 2] {
     [busy, step]
 }
 
-/// Counts the phases up to the last; that, and whether a result is complete.
+/// Counts the phases. Returns whether it is the last, and whether a result is complete.
 fn count(m: &mut ModuleBuilder, phase: Signal, step: Signal, last: Signal, offer: Offer) -> Signal {
     let next = plus_one(m, phase);
     let zero = m.lit(0, phase.ty());
@@ -98,7 +98,7 @@ fn count(m: &mut ModuleBuilder, phase: Signal, step: Signal, last: Signal, offer
     m.name(done, "done")
 }
 
-/// Of operations of one pass.
+/// Sequencing of operations of one pass.
 pub(super) fn sequence(
     m: &mut ModuleBuilder,
     config: &Config,
@@ -148,7 +148,7 @@ pub(super) fn sequence(
     }
 }
 
-/// As [`sequence`], with operations of one, two and three passes.
+/// As [`sequence`], for operations of one, two and three passes.
 pub(super) fn passes(
     m: &mut ModuleBuilder,
     config: &Config,

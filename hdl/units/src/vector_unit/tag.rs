@@ -1,13 +1,13 @@
-//! What goes with a vector to the result stage.
+//! Control data that accompanies a vector to the result stage.
 
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::sequence::Sequence;
 
-/// What is known of the vector in the result stage.
+/// Control data of the vector in the result stage.
 pub(super) struct Tag {
     pub(super) valid: Signal,
-    /// A vector moves through the stages of the pipelined form.
+    /// Whether a vector moves through the stages of the pipelined form.
     pub(super) moving: Option<Signal>,
     pub(super) is_exp: Signal,
     pub(super) one_minus: Signal,
@@ -18,8 +18,8 @@ pub(super) struct Tag {
 }
 
 impl Tag {
-    /// Registers the tag beside the vector: once in the iterative form, through
-    /// every stage in the pipelined one.
+    /// Registers the tag beside the vector: once in the iterative form, in every stage of the
+    /// pipelined one.
     pub(super) fn follow(
         m: &mut ModuleBuilder,
         s: &Sequence,

@@ -1,18 +1,18 @@
-//! How long vectors are inside.
+//! Latency and capacity of the unit.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 
 use super::kinds::Kinds;
 
-/// Clocks and places of the unit.
+/// Clocks and capacity of the unit.
 pub(super) struct Timing {
-    /// Clocks of an exponential, or stages of the pipelined form.
+    /// Clocks of an exponential in the iterative form, or stages of the pipelined one.
     pub(super) interval: u32,
     /// Clocks of the longest operation.
     pub(super) longest: u32,
     pub(super) pipelined: bool,
-    /// Vectors that may be inside: the FIFO's, and those in the stages.
+    /// Largest number of vectors in flight: those in the FIFO, and those in the stages.
     pub(super) depth: u32,
 }
 

@@ -1,4 +1,4 @@
-//! The unit's top: acceptance, sequencing, lanes, output FIFO, counters.
+//! Top module: acceptance, sequencing, lanes, output FIFO, counters.
 
 use std::sync::Arc;
 

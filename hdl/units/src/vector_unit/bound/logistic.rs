@@ -1,8 +1,8 @@
-//! Sigmoid and softplus: a power, a logarithm, and for sigmoid a power again.
+//! Error bounds of sigmoid and softplus: an exponential, a logarithm, and for sigmoid another
+//! exponential.
 //!
-//! Each pass is exact for an operand that is off by what the ones before it left, so
-//! that the sums of exponents are what is followed: `e = exp(-|x| + g)`, then
-//! `p = max(y, 0) + ln(1 + e) + m`, then `exp(-p + g)`.
+//! Each pass is exact for an operand with the error of the passes before, so that sums of exponents
+//! are tracked: `e = exp(-|x| + g)`, then `p = max(y, 0) + ln(1 + e) + m`, then `exp(-p + g)`.
 
 use std::f64::consts::LN_2;
 
@@ -16,33 +16,33 @@ use super::recurrence::{self, Recurrence};
 use super::{Errors, SLACK};
 use crate::vector_unit::exponential::constants::less_than_log;
 
-/// Operands are held at plus and minus this.
+/// Operands saturate at plus and minus this value.
 const HOLDS: f64 = 16.0;
-/// Parts that each range of one exponent is cut into.
+/// Parts of each range of one exponent.
 const PARTS: i64 = 8;
 
-/// The unit, and the signals that are looked at.
+/// The unit, and the signals under analysis.
 pub(super) struct Passes<'a> {
     recurrence: Recurrence<'a>,
-    /// What a power's size is taken from: the bias.
+    /// Source of a power's size: the bias.
     from: usize,
-    /// The state that steps begin with.
+    /// Remainder before the steps.
     remain: usize,
     accum: usize,
-    /// The accumulator's register.
+    /// Register of the accumulator.
     held: usize,
-    /// What softplus rounds.
+    /// Sum that softplus rounds.
     sum: usize,
 }
 
-/// A logarithm on its way through the registers.
+/// State of a logarithm in the registers.
 struct Logarithm {
     steps: u32,
-    /// The constant that it starts with, less that of arithmetic without rounding.
+    /// Its initial constant minus that of exact arithmetic.
     start: f64,
-    /// What logarithms are above the constants that were subtracted: least and most.
+    /// Smallest and largest excess of logarithms over the subtracted constants.
     off: [f64; 2],
-    /// The accumulator is at least this.
+    /// Lower bound of the accumulator.
     least: f64,
 }
 
@@ -64,7 +64,7 @@ impl<'a> Passes<'a> {
         })
     }
 
-    /// Codes of -16 to 16, cut about where the exponent changes, and in between.
+    /// Codes from -16 to 16, cut approximately where the exponent changes, and in between.
     pub(super) fn spans(&self, fraction: u32, bits: u32) -> Vec<[i64; 2]> {
         let end = (HOLDS as i64) << fraction;
         let mut all = vec![[-end, -end], [end, end]];
@@ -84,8 +84,8 @@ impl<'a> Passes<'a> {
         all
     }
 
-    /// Runs an operation of any of these operands, which have one sign; `None` where
-    /// they do not decide the same exponents.
+    /// Runs an operation on any of these operands, all of one sign; `None` where they lead to
+    /// different exponents.
     pub(super) fn errors(
         &mut self,
         op: OpCode,
@@ -127,8 +127,8 @@ impl<'a> Passes<'a> {
         self.ends(left.map(|left| exact * left.exp_m1()))
     }
 
-    /// The sum is within these, but for dropped bits: closer than intervals say, which know
-    /// nothing of what a step's product and difference have to do with each other.
+    /// Narrows the sum to these bounds without dropped bits, closer than intervals, which ignore
+    /// the correlation of a step's product and difference.
     fn narrow(&mut self, [least, most]: [f64; 2]) -> Option<()> {
         let unit = &mut self.recurrence.unit;
         let ulps = 2f64.powi(unit.config.vu.exp.engine().constant_bits as i32);
@@ -141,7 +141,7 @@ impl<'a> Passes<'a> {
             .narrow(self.sum, &Interval::new(low as i64, high as i64))
     }
 
-    /// The result's errors, where it is complete.
+    /// Errors of the completed result.
     fn ends(&self, method: [f64; 2]) -> Option<Errors> {
         let unit = &self.recurrence.unit;
         Some(Errors {
@@ -152,8 +152,8 @@ impl<'a> Passes<'a> {
         })
     }
 
-    /// A pass that finds a power, of the operand or of what is in the registers; leaves
-    /// the first cycle after it.
+    /// Runs the pass of an exponential, of the operand or of the registers' content, up to the
+    /// first cycle after it.
     fn power(&mut self, clocks: u32, of_operand: bool) -> Option<[f64; 2]> {
         if of_operand {
             self.recurrence.unit.offer(true);
@@ -170,7 +170,7 @@ impl<'a> Passes<'a> {
         self.recurrence.left(&power)
     }
 
-    /// The pass that finds a logarithm, likewise: what it is above `ln(1 + e)`.
+    /// Runs the pass of the logarithm. Returns its excess over `ln(1 + e)`.
     fn logarithm(&mut self, clocks: u32) -> Option<[f64; 2]> {
         let exp = &self.recurrence.unit.config.vu.exp;
         let (engine, clock) = (exp.engine(), exp.iterations_per_clock);
@@ -243,8 +243,8 @@ impl<'a> Passes<'a> {
         Some(())
     }
 
-    /// The constant that is subtracted, if the step is taken where neither the sum nor
-    /// what it grows from has its top bit.
+    /// The constant subtracted by a step, if the step is taken exactly where neither the sum nor
+    /// its source has its top bit set.
     fn constant(&self, take: usize, index: u32) -> Option<usize> {
         let machine = &self.recurrence.unit.machine;
         let at = |node: usize, n: &usize| machine.beside(node, *n);

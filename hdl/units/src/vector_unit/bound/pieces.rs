@@ -1,4 +1,4 @@
-//! What straight pieces are off the power, and what their datapath drops.
+//! Error bounds of the piecewise form: approximation and dropped bits.
 
 use std::f64::consts::LN_2;
 
@@ -10,16 +10,16 @@ use potamoi_netlist::{Module, Op};
 use super::unit::Unit;
 use super::{Errors, SLACK};
 
-/// The unit, and the signals that are looked at.
+/// The unit, and the signals under analysis.
 pub(super) struct Pieces<'a> {
     unit: Unit<'a>,
     piece: usize,
     start: usize,
     slope: usize,
     exponent: usize,
-    /// The power of two is the operand times this.
+    /// Factor from the operand to the exponent of two.
     scale: f64,
-    /// Of the power's base.
+    /// Logarithm of the base.
     logarithm: f64,
 }
 
@@ -55,8 +55,7 @@ impl<'a> Pieces<'a> {
         })
     }
 
-    /// Runs an operation of any of these operands; `None` where they do not lie on
-    /// the same piece.
+    /// Runs an operation on any of these operands; `None` where they are on different pieces.
     pub(super) fn errors(&mut self, operands: [i64; 2], fraction: u32) -> Option<Errors> {
         let exp = &self.unit.config.vu.exp;
         self.unit.prepare(operands);
@@ -101,7 +100,7 @@ impl<'a> Pieces<'a> {
         })
     }
 
-    /// Codes from 0 to `last`, cut about where pieces end.
+    /// Codes from 0 to `last`, cut approximately at the ends of pieces.
     pub(super) fn spans(&self, last: i64, fraction: u32) -> Vec<[i64; 2]> {
         let pieces = 2f64.powi(self.unit.config.vu.exp.piece_widths().index_bits as i32);
         let code = |end: u32| f64::from(end) / pieces / self.scale * 2f64.powi(fraction as i32);

@@ -1,4 +1,4 @@
-//! What the recurrence leaves of a power, and what its datapath drops.
+//! Error bounds of the recurrence: method and dropped bits.
 
 use std::f64::consts::LN_2;
 
@@ -13,35 +13,34 @@ use super::{Errors, SLACK};
 use crate::vector_unit::exponential::constants::{less_than_log, multiples};
 use crate::vector_unit::exponential::form;
 
-/// A power on its way through the registers: what is known of it so far.
+/// Known facts of a power in the registers.
 pub(super) struct Power {
-    /// What the remainder starts with for the operand 0, or for one of 8 and more: with its bits,
-    /// had it the operand 0.
+    /// Initial remainder for the operand 0, with the bias used for this power's operand.
     bias: f64,
-    /// What the start is off, least and most.
+    /// Smallest and largest error of the start.
     start: [f64; 2],
     remain: Interval,
     multiplied: bool,
     taken: Taken,
 }
 
-/// What steps have taken from the remainder.
+/// Amount subtracted from the remainder by steps.
 #[derive(Default)]
 struct Taken {
     steps: u32,
-    /// Of the exponent's digits, with the constants' fraction bits.
+    /// By the exponent's digits, with the constants' fraction bits.
     digits: BigInt,
-    /// What logarithms are above the other constants, in all: least and most.
+    /// Smallest and largest total excess of logarithms over the other constants.
     off: [f64; 2],
 }
 
-/// The unit, and the signals that are looked at.
+/// The unit, and the signals under analysis.
 pub(super) struct Recurrence<'a> {
     pub(super) unit: Unit<'a>,
     start: usize,
     remain: usize,
     exponent: usize,
-    /// What enables steps, and what multiplies instead, of the iterative form.
+    /// Enable of steps, and of the final multiplication, in the iterative form.
     steps: Option<usize>,
     tail: Option<usize>,
 }
@@ -73,8 +72,8 @@ impl<'a> Recurrence<'a> {
         })
     }
 
-    /// Runs an operation of any of these operands; `None` where they do not decide
-    /// the same exponent and the same clocks.
+    /// Runs an operation on any of these operands; `None` where they lead to different exponents or
+    /// clocks.
     pub(super) fn errors(&mut self, operands: [i64; 2], fraction: u32) -> Option<Errors> {
         let exp = &self.unit.config.vu.exp;
         let (stages, pipelined) = (exp.power_pipeline(), exp.pipelined);
@@ -124,14 +123,14 @@ impl<'a> Recurrence<'a> {
         })
     }
 
-    /// Keeps the remainder; the multiplication at the end takes the place of further steps.
+    /// Records the remainder; the final multiplication replaces further steps.
     pub(super) fn look(&self, power: &mut Power) {
         if !power.multiplied {
             power.remain = self.unit.machine.value(self.remain).clone();
         }
     }
 
-    /// What this cycle takes from the remainder.
+    /// Records this cycle's subtractions from the remainder.
     pub(super) fn follow(&self, power: &mut Power) -> Option<()> {
         let tail = match self.tail {
             Some(tail) => self.unit.yes(tail)?,
@@ -150,7 +149,8 @@ impl<'a> Recurrence<'a> {
         Some(())
     }
 
-    /// The registers, but for dropped bits, hold `exp(-x + g)` of an operand x: g, least and most.
+    /// Smallest and largest g, where the registers hold `exp(-x + g)` of an operand x, without
+    /// dropped bits.
     pub(super) fn left(&self, power: &Power) -> Option<[f64; 2]> {
         let exp = &self.unit.config.vu.exp;
         let engine = exp.engine();
@@ -171,8 +171,7 @@ impl<'a> Recurrence<'a> {
         Some([0, 1].map(|i| slack[i] + fixed + power.start[i] * unit + remain[i] + taken.off[i]))
     }
 
-    /// What the remainder starts with for the operand 0, or for one of 8 and more:
-    /// with its bits, had it the operand 0.
+    /// Initial remainder for the operand 0, with the bias used for this power's operand.
     fn bias(&mut self, operand: i64, fraction: u32) -> Option<f64> {
         let bits = self.unit.config.vu.exp.engine().constant_bits;
         let eight = if operand >> fraction < 8 { 0 } else { 8 };
@@ -181,8 +180,7 @@ impl<'a> Recurrence<'a> {
         (self.unit.point(self.start)? + (BigInt::from(eight) << bits)).to_f64()
     }
 
-    /// One step: digits of the exponent that it takes, and what the constants that
-    /// it may subtract are off.
+    /// One step: its digit of the exponent, and the errors of the constants that it may subtract.
     fn step(&self, index: u32, taken: &mut Taken) -> Option<()> {
         let exp = &self.unit.config.vu.exp;
         let engine = exp.engine();
@@ -222,7 +220,7 @@ impl<'a> Recurrence<'a> {
         Some(())
     }
 
-    /// The amount that a step shifts the accumulator by.
+    /// Shift amount of the accumulator in a step.
     pub(super) fn amount(&self, index: u32) -> Option<u32> {
         let machine = &self.unit.machine;
         let shifted = machine.find(&format!("lane0.accum_shifted{index}"))?;
@@ -232,7 +230,7 @@ impl<'a> Recurrence<'a> {
         }
     }
 
-    /// The comparison that a decision is made by, and what is compared with.
+    /// The comparison behind a decision: both compared nodes.
     fn compared(&self, id: usize) -> Option<(usize, usize)> {
         match self.unit.machine.op(id) {
             Op::Binary(Binary::Le, constant, _) => {
@@ -252,7 +250,7 @@ impl<'a> Recurrence<'a> {
     }
 }
 
-/// Codes from 0 to `last`, cut about where the exponent changes.
+/// Codes from 0 to `last`, cut approximately where the exponent changes.
 pub(super) fn spans(last: i64, fraction: u32, bits: u32) -> Vec<[i64; 2]> {
     let centre = 2f64.powi(-(bits as i32) - 1);
     let ends = (0..=24).map(|k| f64::from(k) * LN_2 + centre);

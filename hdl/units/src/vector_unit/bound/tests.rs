@@ -15,7 +15,8 @@ fn config(n: u32, change: impl Fn(&mut Config)) -> Config {
     config
 }
 
-/// The largest error of an operation of a netlist over every `apart`-th operand, run gate by gate.
+/// The largest error of an operation over every `apart`-th operand, measured by interpreting the
+/// netlist.
 fn measured_of(op: OpCode, config: &Config, module: &Arc<Module>, apart: usize) -> f64 {
     let mut unit = Interpreter::new(module, 1);
     let port = |name: &str| unit.port(name).unwrap();
@@ -77,7 +78,7 @@ fn measured(config: &Config, module: &Arc<Module>, apart: usize) -> f64 {
     measured_of(OpCode::Exp, config, module, apart)
 }
 
-/// With sigmoid and softplus.
+/// A configuration with sigmoid and softplus.
 fn logistic(n: u32, tail: bool, clock: u32, widths: (u32, u32)) -> Config {
     config(n, |c| {
         c.vu.ops = vec![OpCode::Exp, OpCode::Sigmoid, OpCode::Softplus];
@@ -107,7 +108,7 @@ fn sigmoid_and_softplus_have_a_bound_of_the_same_kind() {
     }
 }
 
-/// A constant serves the power and the logarithm.
+/// A constant is used by both exponential and logarithm.
 #[test]
 fn a_wrong_constant_is_in_the_bound_of_sigmoid_and_softplus() {
     let config = logistic(18, false, 2, (20, 20));
@@ -167,7 +168,7 @@ fn pieces_have_a_bound_of_the_same_kind() {
     }
 }
 
-/// The netlist is what is analysed: a wrong constant or shift amount is in the bound.
+/// The analysis reads the netlist: a wrong constant or shift amount changes the bound.
 #[test]
 fn a_wrong_register_is_in_the_bound() {
     let config = config(16, |_| ());
@@ -199,7 +200,7 @@ fn a_wrong_register_is_in_the_bound() {
     }
 }
 
-/// What holds the same steps in other clocks, or in stages, is off by about the same.
+/// Other schedules of the same steps, and pipelines, have about the same error.
 #[test]
 fn schedules_change_little() {
     let plain = error_bound(&config(16, |_| ()), OpCode::Exp)

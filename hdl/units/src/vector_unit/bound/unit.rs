@@ -1,4 +1,4 @@
-//! The vector unit with one lane, run on all operands of a range at once.
+//! The vector unit with one lane, run on a whole range of operands at once.
 
 use num_bigint::BigInt;
 use num_traits::Zero;
@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_netlist::{Interval, IntervalInterpreter, Module};
 
-/// The unit as it runs, and what of it every form has.
+/// The running unit, and the signals common to all forms.
 pub(super) struct Unit<'a> {
     pub(super) config: &'a Config,
     op: OpCode,
@@ -18,7 +18,7 @@ pub(super) struct Unit<'a> {
 }
 
 impl<'a> Unit<'a> {
-    /// `signals` are looked at beside the result; `parts` are read in parts.
+    /// `signals` are analysed beside the result; `parts` are read in parts.
     pub(super) fn new(
         config: &'a Config,
         op: OpCode,
@@ -43,18 +43,18 @@ impl<'a> Unit<'a> {
         })
     }
 
-    /// The value of a signal that has but one.
+    /// The value of a signal, if it is unique.
     pub(super) fn point(&self, id: usize) -> Option<BigInt> {
         let value = self.machine.value(id);
         value.is_point().then(|| value.low.clone())
     }
 
-    /// The same of a bit.
+    /// The value of a bit, if it is unique.
     pub(super) fn yes(&self, id: usize) -> Option<bool> {
         Some(!self.point(id)?.is_zero())
     }
 
-    /// Sets what does not change while an operation of these operands runs.
+    /// Sets the inputs that stay constant during an operation on these operands.
     pub(super) fn prepare(&mut self, [low, high]: [i64; 2]) {
         self.machine.reset();
         self.machine.set(self.data, Interval::new(low, high));
@@ -71,14 +71,14 @@ impl<'a> Unit<'a> {
         }
     }
 
-    /// Offers the operands in this cycle, or nothing.
+    /// Offers the operands in this cycle, or no vector.
     pub(super) fn offer(&mut self, valid: bool) {
         let valid = u8::from(valid);
         self.machine.set(self.valid, Interval::new(valid, valid));
         self.machine.settle();
     }
 
-    /// What the result is off, before a power of one is held below it.
+    /// Errors of the result by dropped bits, before 1 saturates.
     pub(super) fn dropped(&self) -> Option<[f64; 2]> {
         self.machine.off(self.result)
     }

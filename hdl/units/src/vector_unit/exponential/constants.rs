@@ -1,4 +1,4 @@
-//! The constants in SR_sub, and what SR_mul holds beside them.
+//! Constants in SR_sub, and shift amounts in SR_mul.
 
 use num_bigint::BigInt;
 use num_traits::ToPrimitive;
@@ -6,7 +6,7 @@ use potamoi_formats::config::ExpConfig;
 
 use super::form::Recurrence;
 
-/// Fraction bits that the series are summed with; far past the 40 ever asked.
+/// Fraction bits of the series' sums, far beyond the largest request of 40.
 const PRECISION: u32 = 110;
 
 /// `ln(1 + 2^-i)`, rounded to nearest at `bits` fraction bits.
@@ -44,7 +44,7 @@ fn series(p: u32, i: u32) -> BigInt {
     sum
 }
 
-/// What a constant of `bits` fraction bits is less than `ln(1 + p 2^-i)`.
+/// The excess of `ln(1 + p 2^-i)` over a constant of `bits` fraction bits.
 pub(in crate::vector_unit) fn less_than_log(constant: &BigInt, bits: u32, p: u32, i: u32) -> f64 {
     let less = series(p, i) - (constant << (PRECISION - bits));
     less.to_f64().unwrap_or(f64::INFINITY) * 2f64.powi(-(PRECISION as i32))
@@ -55,11 +55,11 @@ pub(super) fn log2_e(bits: u32) -> BigInt {
     round(&((BigInt::from(1) << (2 * PRECISION)) / series(1, 0)), bits)
 }
 
-/// The straight pieces of `2^(1-f)`, f in [0, 1): start and slope of each.
+/// The linear pieces of `2^(1-f)`, f in [0, 1): start and slope of each.
 ///
-/// The slope is the chord's, rounded at `slope_bits`; the start, rounded at
-/// `start_bits`, lies halfway between the highest and the lowest that the curve
-/// asks for: at the ends of the piece and in its middle.
+/// The slope is the chord's, rounded at `slope_bits`. The start, rounded at `start_bits`, is
+/// halfway between the largest and the smallest value required at the ends of the piece and in its
+/// middle.
 pub(super) fn pieces(index_bits: u32, start_bits: u32, slope_bits: u32) -> Vec<[BigInt; 2]> {
     let halves = index_bits + 1;
     // 2^(2^-halves), by square roots, and its powers.
@@ -91,24 +91,24 @@ fn round(value: &BigInt, bits: u32) -> BigInt {
     (value + (BigInt::from(1) << (drop - 1))) >> drop
 }
 
-/// One place of the shift registers.
+/// One position of the shift registers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Step {
-    /// What is compared with `R_remain`, and subtracted from it: one constant,
-    /// or of radix 4 those of the digits 1, 2 and 3.
+    /// Constants compared with `R_remain` and subtracted from it: one, or for radix 4 those of the
+    /// digits 1, 2 and 3.
     pub(super) constants: Vec<BigInt>,
     /// Shift amount of `R_accum`.
     pub(super) shift: u32,
-    /// An exponent digit: `R_accum` stays.
+    /// Whether it is an exponent digit, which leaves `R_accum` unchanged.
     pub(super) digit: bool,
 }
 
-/// The digits but 0 of a step.
+/// The non-zero digits of a step.
 pub(in crate::vector_unit) fn multiples(own: &dyn Recurrence) -> std::ops::RangeInclusive<u32> {
     1..=(1 << own.radix_bits()) - 1
 }
 
-/// The steps, filled up to whole clocks with ones that never subtract.
+/// The steps, padded to whole clocks with steps that never subtract.
 pub(super) fn steps(own: &dyn Recurrence, exp: &ExpConfig, remain_bits: u32) -> Vec<Step> {
     let engine = exp.engine();
     let bits = engine.constant_bits;

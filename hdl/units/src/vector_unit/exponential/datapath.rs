@@ -1,4 +1,4 @@
-//! The engine's datapath: start, tail and result.
+//! Datapath of the engine: start, tail and result.
 
 use num_bigint::BigInt;
 use potamoi_formats::config::ExpOutput;
@@ -21,8 +21,8 @@ impl Widths {
         }
     }
 
-    /// The state before the first step, and whether the larger bias was taken.
-    /// `size` are the operands of sigmoid and softplus, where they are built.
+    /// The state before the first step, and whether the larger bias was used. `size` are the
+    /// operands of sigmoid and softplus, where built.
     pub(super) fn start(
         &self,
         own: &dyn Recurrence,
@@ -100,8 +100,8 @@ impl Widths {
         m.note(power, &format!("the operand, held within {format}"))
     }
 
-    /// The operand of `1 - exp(-s)` with the constants' fraction bits, and
-    /// whether it is 8 or more.
+    /// The operand of `1 - exp(-s)` with the constants' fraction bits, and whether it is at least
+    /// 8.
     pub(super) fn depth(&self, m: &mut ModuleBuilder, a: Signal) -> (Signal, Signal) {
         let (bits, frac) = (self.engine.constant_bits, self.exp.one_minus_frac_bits);
         let s = m.saturate(a, Ty::u(4 + frac));
@@ -122,7 +122,7 @@ impl Widths {
         (aligned, large)
     }
 
-    /// The start for a power of up to 16, with a bias that suits it.
+    /// The start for an exponent of up to 16, with a matching bias.
     fn start_depth(
         &self,
         own: &dyn Recurrence,
@@ -145,7 +145,7 @@ impl Widths {
         m.truncate(remain, self.remain.width)
     }
 
-    /// `R_accum (1 + 2^-i)`; the dropped bit is added where sums are `rounded`.
+    /// `R_accum (1 + 2^-i)`; where sums are `rounded`, the dropped bit is added.
     pub(super) fn grown(
         &self,
         m: &mut ModuleBuilder,
@@ -191,7 +191,7 @@ impl Widths {
         }
     }
 
-    /// The exponent of the digits that steps have found.
+    /// The exponent from the digits found by the steps.
     pub(super) fn exponent_of_digits(
         &self,
         m: &mut ModuleBuilder,
@@ -212,7 +212,7 @@ impl Widths {
         k
     }
 
-    /// `R_accum 2^-k` with one bit below its last, of sigmoid and softplus.
+    /// `R_accum 2^-k` with one guard bit, for sigmoid and softplus.
     pub(super) fn scaled(&self, m: &mut ModuleBuilder, s: State, large: Signal) -> Signal {
         let k = self.form.exponent(m, self, s, large);
         let none = m.lit(0, Ty::bit());

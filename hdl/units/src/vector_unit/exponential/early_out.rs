@@ -1,16 +1,16 @@
-//! Early out: a lane stops when the bits of its power are complete, and a
-//! vector ends when its lanes have stopped.
+//! Early termination: a lane stops once the bits of its power are complete, and a vector ends once
+//! all its lanes have stopped.
 
 use potamoi_formats::config::ExpConfig;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use crate::circuits::{bits_for, plus_one};
 
-/// Most that an exponent is: 24 ln 2 is the larger start.
+/// Largest exponent: the larger start is 24 ln 2.
 const EXPONENTS: u32 = 24;
 
-/// One lane's own end. That it stops there by itself makes its result the same
-/// whatever its neighbours compute.
+/// Termination of one lane. It stops independently, so that its result does not depend on its
+/// neighbours.
 pub(super) struct Own {
     phase: Signal,
     running: Signal,
@@ -24,14 +24,14 @@ impl Own {
         Self { phase, running }
     }
 
-    /// Whether this lane steps, where the vector does.
+    /// Whether this lane steps when the vector does.
     pub(super) fn steps(&self, m: &mut ModuleBuilder, step: Signal, begin: Signal) -> Signal {
         let own = m.or(begin, self.running);
         let own = m.and(step, own);
         m.name(own, "step_own")
     }
 
-    /// Whether the power of exponent k has steps to take after the next clock.
+    /// Whether a power with exponent k has steps left after the next clock.
     pub(super) fn more(
         self,
         m: &mut ModuleBuilder,
@@ -56,7 +56,7 @@ impl Own {
     }
 }
 
-/// Whether the exponent's digits are still being found.
+/// Whether the exponent's digits are incomplete.
 pub(in crate::vector_unit) fn incomplete(
     m: &mut ModuleBuilder,
     exp: &ExpConfig,
@@ -67,7 +67,7 @@ pub(in crate::vector_unit) fn incomplete(
     m.name(open, "digits_open")
 }
 
-/// Counts the clocks of an exponential.
+/// Type of the clock counter of an exponential.
 pub(super) fn phase_ty(exp: &ExpConfig) -> Ty {
     Ty::u(bits_for(exp.interval().saturating_sub(1)))
 }

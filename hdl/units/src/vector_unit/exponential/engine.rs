@@ -1,4 +1,4 @@
-//! The engine of the forms that compare, subtract, shift and add.
+//! Engine of the forms that compare, subtract, shift and add.
 
 use potamoi_formats::config::{Config, Engine, ExpConfig};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
@@ -8,7 +8,7 @@ use super::iterative::iterative;
 use super::pipelined::pipelined;
 use crate::vector_unit::orders::Orders;
 
-/// Registers that are passed turn after turn, or a pipeline.
+/// Builds an iterative engine of registers, or a pipeline.
 fn engine(
     own: &dyn Recurrence,
     m: &mut ModuleBuilder,
@@ -24,7 +24,7 @@ fn engine(
     }
 }
 
-/// All recurrences have one engine, and count the exponent by digits.
+/// All recurrences share one engine, and count the exponent by digits.
 impl<R: Recurrence> Form for R {
     fn registers(&self, exp: &ExpConfig, engine: &Engine) -> [Ty; 2] {
         Recurrence::registers(self, exp, engine)

@@ -1,4 +1,4 @@
-//! What a form of the exponential builds, and the registers of the engine.
+//! Interface of a form of the exponential, and the registers of its engine.
 
 use num_bigint::BigInt;
 use potamoi_formats::config::{Config, Engine, ExpConfig};
@@ -10,7 +10,7 @@ use crate::vector_unit::orders::Orders;
 /// Widths of the engine's registers.
 #[derive(Clone)]
 pub(in crate::vector_unit) struct Widths {
-    /// The form that is built.
+    /// The form built.
     pub(in crate::vector_unit) form: &'static dyn Form,
     pub(in crate::vector_unit) exp: ExpConfig,
     pub(in crate::vector_unit) engine: Engine,
@@ -18,11 +18,11 @@ pub(in crate::vector_unit) struct Widths {
     pub(in crate::vector_unit) accum: Ty,
     pub(in crate::vector_unit) digits: Ty,
     pub(in crate::vector_unit) shift: Ty,
-    /// What is built.
+    /// Kinds of operation built.
     pub(in crate::vector_unit) kinds: Kinds,
 }
 
-/// The state that a step takes and gives.
+/// State before and after a step.
 #[derive(Clone, Copy)]
 pub(in crate::vector_unit) struct State {
     pub(in crate::vector_unit) remain: Signal,
@@ -30,42 +30,41 @@ pub(in crate::vector_unit) struct State {
     pub(in crate::vector_unit) digits: Signal,
 }
 
-/// One place of the shift registers, as signals.
+/// Signals of one position of the shift registers.
 #[derive(Clone)]
 pub(in crate::vector_unit) struct Place {
-    /// One constant, or of radix 4 those of the digits 1, 2 and 3.
+    /// One constant, or for radix 4 those of the digits 1, 2 and 3.
     pub(in crate::vector_unit) constants: Vec<Signal>,
     pub(in crate::vector_unit) shift: Signal,
     pub(in crate::vector_unit) digit: Signal,
 }
 
-/// What the engine holds for the result stage.
+/// Outputs of the engine for the result stage.
 pub(in crate::vector_unit) struct Powers {
     pub(in crate::vector_unit) state: State,
     pub(in crate::vector_unit) large: Signal,
-    /// Of sigmoid and softplus, where they are built: the power, scaled, and
-    /// the sum that softplus rounds.
+    /// For sigmoid and softplus, where built: the scaled power, and the sum that softplus rounds.
     pub(in crate::vector_unit) logistic: Option<(Signal, Signal)>,
-    /// The exponent, where it is known already.
+    /// The exponent, where already known.
     pub(in crate::vector_unit) exponent: Option<Signal>,
-    /// With an early out: there are steps to take after the next clock.
+    /// With early termination, whether steps are left after the next clock.
     pub(in crate::vector_unit) more: Option<Signal>,
 }
 
-/// How a form finds powers in a lane.
+/// Builds the powers of a form in a lane.
 pub(in crate::vector_unit) trait Form: Sync {
-    /// What a lane has, in words.
+    /// Description of the lane's engine.
     fn describe(&self) -> &'static str {
         "shift-register exponentials"
     }
 
-    /// Types of `R_remain` and `R_accum`, or of what stands in their place.
+    /// Types of `R_remain` and `R_accum`, or of the registers in their place.
     fn registers(&self, exp: &ExpConfig, engine: &Engine) -> [Ty; 2];
 
-    /// Bits of the exponent's digits.
+    /// Width of the exponent's digits in bits.
     fn digits_width(&self, engine: &Engine) -> u32;
 
-    /// The engine of a lane, with the operand `a`.
+    /// The engine of a lane with the operand `a`.
     fn powers(
         &self,
         m: &mut ModuleBuilder,
@@ -78,12 +77,12 @@ pub(in crate::vector_unit) trait Form: Sync {
     /// The exponent k: the power is `R_accum 2^-k`.
     fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal;
 
-    /// The shift registers of the iterative form, where there are any.
+    /// The shift registers of the iterative form, if any.
     fn recurrence(&self) -> Option<&dyn Recurrence> {
         None
     }
 
-    /// Whether the result is the accumulator, rounded, whatever the output.
+    /// Whether the result is the rounded accumulator for every output format.
     fn is_bare(&self) -> bool {
         false
     }
@@ -94,21 +93,21 @@ pub(in crate::vector_unit) trait Recurrence: Sync {
     /// Types of `R_remain` and `R_accum`.
     fn registers(&self, exp: &ExpConfig, engine: &Engine) -> [Ty; 2];
 
-    /// Bits of the exponent's digits.
+    /// Width of the exponent's digits in bits.
     fn digits_width(&self, engine: &Engine) -> u32;
 
-    /// Bits of the power that a step resolves.
+    /// Bits of the power resolved by a step.
     fn radix_bits(&self) -> u32 {
         1
     }
 
-    /// The shift amount of the first step, in units of the radix.
+    /// Shift amount of the first step, in units of the radix.
     fn first(&self) -> u32 {
         1
     }
 
-    /// Whether the remainder is signed, neither sums nor the start are rounded, and the result is
-    /// the accumulator.
+    /// Whether the remainder is signed, sums and start are unrounded, and the result is the
+    /// accumulator.
     fn is_literal(&self) -> bool {
         false
     }

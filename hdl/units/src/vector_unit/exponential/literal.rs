@@ -1,4 +1,4 @@
-//! The recurrence as the paper prints it: on a signed power, nothing rounded, no digits.
+//! The recurrence as printed in the paper: a signed exponent, no rounding, no digits.
 
 use num_bigint::BigInt;
 use potamoi_formats::config::{Engine, ExpConfig};

@@ -11,19 +11,19 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use super::constants::ln_one_plus;
 use super::form::{State, Widths};
 
-/// A power of up to 16 that sigmoid or softplus starts an exponential from.
+/// An exponent of up to 16, from which sigmoid or softplus starts an exponential.
 #[derive(Clone, Copy)]
 pub(super) struct Size {
-    /// With the constants' fraction bits, one bit wider than `R_remain`.
+    /// The exponent with the constants' fraction bits, one bit wider than `R_remain`.
     pub(super) aligned: Signal,
-    /// It is 8 or more.
+    /// Whether it is at least 8.
     pub(super) large: Signal,
-    /// It is what the exponential starts from.
+    /// Whether the exponential starts from it.
     pub(super) given: Signal,
 }
 
 impl Size {
-    /// This where it is given, the operand of one-minus-exp elsewhere.
+    /// This exponent where given, otherwise the operand of one-minus-exp.
     pub(super) fn or(
         self,
         m: &mut ModuleBuilder,
@@ -39,23 +39,23 @@ impl Size {
     }
 }
 
-/// The logistic operations' orders to a lane.
+/// Control of a lane for the logistic operations.
 #[derive(Clone, Copy)]
 pub(super) struct Passes {
-    /// The operands are those of sigmoid or softplus.
+    /// Whether the operands are those of sigmoid or softplus.
     logistic: Signal,
-    /// The operands are those of sigmoid; none if only one of the two is built.
+    /// Whether the operands are those of sigmoid; `None` if only one of the two is built.
     sigmoid: Option<Signal>,
-    /// This cycle's steps are the logarithm's.
+    /// Whether this cycle's steps are the logarithm's.
     pub(super) log: Signal,
-    /// They are its first.
+    /// Whether they are the logarithm's first.
     pub(super) begin_log: Signal,
-    /// This cycle's steps are the first of sigmoid's second exponential.
+    /// Whether this cycle's steps are the first of sigmoid's second exponential.
     pub(super) begin_again: Option<Signal>,
 }
 
 impl Passes {
-    /// The ports, where the operations are built.
+    /// Declares the ports, where the operations are built.
     pub(super) fn declare(m: &mut ModuleBuilder, widths: &Widths) -> Option<Self> {
         let kinds = widths.kinds;
         if !kinds.logistic() {
@@ -80,8 +80,8 @@ impl Passes {
         })
     }
 
-    /// Holds `max(x, 0)`, `max(-x, 0)` for sigmoid, from `begin` on, and forms
-    /// the sum with the logarithm. Also gives what an exponential starts from.
+    /// Holds `max(x, 0)`, or `max(-x, 0)` for sigmoid, from `begin` on, and adds the logarithm.
+    /// Also returns the exponent from which an exponential starts.
     pub(super) fn sum(
         &self,
         m: &mut ModuleBuilder,
@@ -140,8 +140,8 @@ impl Passes {
         )
     }
 
-    /// `linear + ln(1 + e)` with the constants' fraction bits, signed: a unit or
-    /// so below 0 is possible.
+    /// `linear + ln(1 + e)` with the constants' fraction bits, signed: it may be about one unit
+    /// below 0.
     fn add(&self, m: &mut ModuleBuilder, widths: &Widths, linear: Signal, regs: State) -> Signal {
         let engine = widths.engine;
         // Half of R_accum: what it lacks of 2 is its own logarithm.
@@ -168,8 +168,7 @@ impl Passes {
 }
 
 impl Widths {
-    /// The logarithm's start: `1 + e` and the constant, from the power in the
-    /// registers.
+    /// Start of the logarithm: `1 + e` and the constant, from the power in the registers.
     pub(super) fn start_log(&self, m: &mut ModuleBuilder, power: Signal, digits: Signal) -> State {
         let width = self.accum.width;
         let e = m.slice(power, 1, width);
@@ -192,7 +191,7 @@ impl Widths {
         }
     }
 
-    /// What makes `LOG_START - constants + R_accum / 2` exactly 0 for e = 0.
+    /// The initial constant for which `LOG_START - constants + R_accum / 2` is exactly 0 at e = 0.
     fn log_start(&self) -> BigInt {
         let engine = self.engine;
         let one = BigInt::from(1) << engine.accumulator_bits;

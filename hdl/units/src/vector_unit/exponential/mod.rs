@@ -1,4 +1,4 @@
-//! The exponential engine: a file a form, and what they share.
+//! The exponential engine: one file for each form, and their common parts.
 //!
 //! `docs/adding/exponential.md` adds a form step by step.
 

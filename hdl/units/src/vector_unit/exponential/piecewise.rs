@@ -1,7 +1,7 @@
-//! `2^-v` from a table of straight pieces: one result a clock.
+//! `2^-v` from a piecewise linear table: one result a clock.
 //!
-//! `v = u log2 e = k + f`; the power is `2^-(k+1) y` with `y = 2^(1-f)` in (1, 2],
-//! on each piece a start less a slope times what of f lies within the piece.
+//! `v = u log2 e = k + f`. The power is `2^-(k+1) y` with `y = 2^(1-f)` in (1, 2]. On each piece, y
+//! is a start value minus a slope times the offset of f within the piece.
 
 use potamoi_formats::config::{Config, Engine, ExpConfig};
 use potamoi_formats::fixed::Rounding;
@@ -46,7 +46,7 @@ impl Form for Piecewise {
     }
 }
 
-/// The stages: the power of two, the pieces.
+/// Pipeline stages: exponent of two, and piece.
 fn pieces(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -> Powers {
     m.section("Exponential: power of two");
     let bits = widths.engine.constant_bits;
@@ -105,7 +105,7 @@ fn pieces(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) ->
     }
 }
 
-/// The operand, unsigned, and its fraction bits.
+/// The operand, unsigned, with its fraction bits.
 fn operand(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -> (Signal, u32) {
     let power = widths.operand(m, a);
     let frac = widths.exp.input.frac_bits();
@@ -121,7 +121,7 @@ fn operand(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -
     (m.name(operand, "operand"), bits)
 }
 
-/// `y`: the piece's start less its fall.
+/// `y`: the piece's start minus slope times offset.
 fn mantissa(m: &mut ModuleBuilder, widths: &Widths, power: Signal) -> Signal {
     let (engine, table) = (&widths.engine, widths.exp.piece_widths());
     let within = engine.constant_bits - table.index_bits;
@@ -154,7 +154,7 @@ fn mantissa(m: &mut ModuleBuilder, widths: &Widths, power: Signal) -> Signal {
     m.name(accum, "accum")
 }
 
-/// The same value in another width that holds it.
+/// The same value in another width that can hold it.
 fn fit(m: &mut ModuleBuilder, value: Signal, width: u32) -> Signal {
     if value.width() > width {
         m.truncate(value, width)

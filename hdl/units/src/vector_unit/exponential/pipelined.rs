@@ -1,4 +1,4 @@
-//! The engine's pipeline: a register stage for every clock's worth of steps.
+//! Pipelined engine: one register stage for each clock's steps.
 
 use potamoi_formats::config::Config;
 use potamoi_formats::timing::PowerStage;
@@ -8,7 +8,7 @@ use super::constants::{Step, steps};
 use super::form::{Place, Powers, Recurrence, State, Widths};
 use crate::vector_unit::orders::Orders;
 
-/// A register stage for every clock's worth of steps.
+/// Builds one register stage for each clock's steps.
 pub(super) fn pipelined(
     own: &dyn Recurrence,
     m: &mut ModuleBuilder,
@@ -70,7 +70,7 @@ pub(super) fn pipelined(
     }
 }
 
-/// A place of the shift registers whose constants stay.
+/// A position of the shift registers with fixed constants.
 fn literal_place(m: &mut ModuleBuilder, widths: &Widths, step: &Step) -> Place {
     let constants = step.constants.iter();
     Place {

@@ -1,4 +1,4 @@
-//! Radix 4: of three multiples the largest that fits.
+//! Radix 4: subtracts the largest of three multiples that fits.
 
 use num_bigint::BigInt;
 use potamoi_formats::config::{Engine, ExpConfig};
@@ -23,7 +23,7 @@ impl Recurrence for Radix4 {
         2
     }
 
-    /// Three times a rounded weight would be another number.
+    /// Three times a rounded constant would differ from the rounded triple.
     fn bias(&self, z: u32, bits: u32) -> BigInt {
         let digits = (0..16).map(|j| z & (3 << (2 * j)));
         digits
@@ -32,8 +32,8 @@ impl Recurrence for Radix4 {
             .sum()
     }
 
-    /// Compares with three constants, subtracts the largest that fits, and
-    /// adds the shifted multiple of the accumulator that goes with it.
+    /// Compares with three constants, subtracts the largest that fits, and adds the corresponding
+    /// shifted multiple of the accumulator.
     fn step(
         &self,
         m: &mut ModuleBuilder,
@@ -72,7 +72,7 @@ impl Recurrence for Radix4 {
     }
 }
 
-/// `R_accum (1 + d 2^-i)`, rounded by the dropped bit.
+/// `R_accum (1 + d 2^-i)`, rounded with the dropped bit.
 fn grown(
     m: &mut ModuleBuilder,
     widths: &Widths,

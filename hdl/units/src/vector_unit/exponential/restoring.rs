@@ -30,7 +30,7 @@ impl Recurrence for Restoring {
         digits.map(|j| ln_two_times(j, bits)).sum()
     }
 
-    /// The sum that decides for a logarithm stays below 2.
+    /// A step of a logarithm is taken where the sum stays below 2.
     fn step(
         &self,
         m: &mut ModuleBuilder,

@@ -1,4 +1,4 @@
-//! SR_sub and SR_mul: the constants and shift amounts, shared by all lanes.
+//! SR_sub and SR_mul: constants and shift amounts, shared by all lanes.
 
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 use super::constants::{multiples, steps};
 use super::form::{Recurrence, Widths};
 
-/// Builds `exp_constants`: two shift registers that rotate r places with every
-/// clock of steps, so that they stand at the start again after the last. With an
-/// early out they are put back there instead.
+/// Builds `exp_constants`: two shift registers that rotate r positions with every clock of steps,
+/// so that they return to the start after the last. With early termination they are reset to the
+/// start instead.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -68,7 +68,7 @@ pub(in crate::vector_unit) fn exp_constants(
     builder.finish()
 }
 
-/// Name of the constants of digit d: its ports end in the step's number.
+/// Name of the constants of digit d; the names of its ports end in the step's number.
 pub(in crate::vector_unit) fn sub_name(d: u32) -> String {
     match d {
         1 => "sub".to_owned(),
