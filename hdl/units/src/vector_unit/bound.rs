@@ -51,8 +51,8 @@ enum Method<'a> {
     Pieces(Pieces<'a>),
 }
 
-/// The bound of `exp` or `one-minus-exp`, or of `sigmoid` or `softplus` for operands from -16 to
-/// 16. `None` where the operation is not built, and outside this analysis: the literal form, and
+/// The bound of `exp` or `one-minus-exp`, or of `sigmoid` or `softplus` for operands from -16
+/// to 16. `None` where the operation is not built, and outside this analysis: the literal form, and
 /// results with an exponent.
 ///
 /// # Errors
