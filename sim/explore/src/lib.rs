@@ -11,14 +11,14 @@
 //! | [`synthesis`] | area, clock and power of units |
 //! | [`rendering`], [`verification`] | a picture by any arithmetic; workloads for the verification of hardware |
 //!
-//! A [`Setup`] is a scene with the configuration that renders it and the system around that. How far
-//! a study has come is told to a [`Progress`]; nothing here prints. Results serialise as the command
-//! line's reports have them.
+//! A [`Setup`] is a scene with the configuration that renders it and the system around that. A
+//! [`Progress`] receives the progress of a study; nothing here prints. Results serialise in the
+//! format of the command line's reports.
 //!
 //! # Example
 //!
-//! The exponential in 8 iterations against the default, on one frame: it takes less time, and its
-//! picture is farther from the model. Neither beats the other, so that both are on the front.
+//! The exponential in 8 iterations against the default, on one frame: it takes less time, with a
+//! larger error against the model. Neither dominates the other, so that both are on the front.
 //!
 //! ```
 //! use potamoi_explore::accuracy::{Bench, Paths, Place, Price, front, knobs};
