@@ -76,7 +76,7 @@ fn main() -> ExitCode {
             cli.common
                 .check(matches.subcommand_name().unwrap_or_default())
         })
-        .and_then(|()| roles::check(&matches))
+        .and_then(|()| roles::check(&matches, &arguments))
         .and_then(|()| run(&cli));
     if matches!(done, Ok(()) | Err(Failure::Check(_))) {
         scene::say_what_is_left_open();

@@ -39,6 +39,25 @@ pub(crate) fn accept(mut cli: Command) -> Command {
 
 /// One note for each old name among the arguments of `command`.
 pub(crate) fn notes(command: &str, arguments: &[OsString]) -> Vec<String> {
+    let used = used(command, arguments).into_iter();
+    used.map(|one| {
+        format!(
+            "--{} of potamoi {command} is now --{}; the old name goes with the next version",
+            one.old, one.new
+        )
+    })
+    .collect()
+}
+
+/// A flag of `command` by the name that the arguments give it, with its dashes.
+pub(crate) fn as_given(command: &str, name: &str, arguments: &[OsString]) -> String {
+    let used = used(command, arguments).into_iter();
+    let old = used.filter(|one| one.new == name).map(|one| one.old).next();
+    format!("--{}", old.unwrap_or(name))
+}
+
+/// The old names among the arguments of `command`.
+fn used(command: &str, arguments: &[OsString]) -> Vec<&'static Renamed> {
     let words: Vec<_> = arguments
         .iter()
         .map(|word| word.to_string_lossy())
@@ -53,13 +72,7 @@ pub(crate) fn notes(command: &str, arguments: &[OsString]) -> Vec<String> {
         // clap takes no value that begins with a dash, so that such a word is a flag.
         one.command == command && flags.contains(&one.old)
     });
-    used.map(|one| {
-        format!(
-            "--{} of potamoi {command} is now --{}; the old name goes with the next version",
-            one.old, one.new
-        )
-    })
-    .collect()
+    used.collect()
 }
 
 /// Commands, old names and new names, in Markdown.
@@ -109,5 +122,8 @@ mod tests {
         assert!(notes("emit", &["emit", "--out-dir", "out"]).is_empty());
         assert!(notes("render", &["render", "--out", "p.png"]).is_empty());
         assert_eq!(notes("cost", &["cost", "--unit", "exp"]).len(), 1);
+        let given = |words: [&str; 3]| as_given("estimate", "fit-to", &words.map(OsString::from));
+        assert_eq!(given(["estimate", "--grid", "g.json"]), "--grid");
+        assert_eq!(given(["estimate", "--fit-to", "g.json"]), "--fit-to");
     }
 }

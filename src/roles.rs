@@ -5,6 +5,7 @@
 
 mod reads;
 
+use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 use clap::ArgMatches;
 
 use crate::failure::Failure;
+use crate::renamed;
 use reads::{files_of, regular};
 
 /// Role of an argument.
@@ -43,11 +45,11 @@ pub(crate) fn is_output(argument: &str) -> bool {
     matches!(role(argument), Some(Role::Output | Role::Folder))
 }
 
-/// Refuses arguments that would destroy a file.
+/// Refuses arguments that would destroy a file. Flags are named as `arguments` name them.
 ///
 /// # Errors
 /// One file is named for two outputs, or an output is also an input.
-pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
+pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), Failure> {
     let Some((command, own)) = matches.subcommand() else {
         return Ok(());
     };
@@ -62,7 +64,8 @@ pub(crate) fn check(matches: &ArgMatches) -> Result<(), Failure> {
             continue;
         }
         for value in own.get_raw(id.as_str()).into_iter().flatten() {
-            let flag = format!("--{}", id.as_str().replace('_', "-"));
+            let name = id.as_str().replace('_', "-");
+            let flag = renamed::as_given(command, &name, arguments);
             let list = match role {
                 Role::Input => &mut inputs,
                 Role::Output => &mut outputs,

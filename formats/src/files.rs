@@ -4,7 +4,7 @@
 //! refused in the same words, and nothing waits for a pipe that nobody writes.
 
 use std::fs::{File, FileType};
-use std::io::{Error, Read as _, Result};
+use std::io::{Error, Read, Result};
 use std::path::Path;
 
 /// Opens a regular file.
@@ -27,6 +27,12 @@ pub fn open(path: &Path) -> Result<File> {
 pub fn read(path: &Path, most: u64) -> Result<Option<Vec<u8>>> {
     let file = open(path)?;
     let length = file.metadata()?.len();
+    read_of(file, length, most)
+}
+
+/// What comes of `length` bytes that a file says it has: memory for all of them is asked for before
+/// the first is read, so that a file that does not fit is refused at once.
+fn read_of(file: impl Read, length: u64, most: u64) -> Result<Option<Vec<u8>>> {
     if length > most {
         return Ok(None);
     }
@@ -99,7 +105,7 @@ fn too_much(length: u64) -> Error {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
+    #![allow(clippy::unwrap_used, clippy::expect_used)]
     use super::*;
 
     #[test]
@@ -114,6 +120,28 @@ mod tests {
         let error = read_text(&path, 9).unwrap_err().to_string();
         assert_eq!(error, "byte 1 is not UTF-8 text");
         std::fs::remove_file(&path).unwrap();
+    }
+
+    /// A reader that nothing may be read from.
+    struct Untouched;
+
+    impl Read for Untouched {
+        fn read(&mut self, _: &mut [u8]) -> Result<usize> {
+            Err(Error::other("it was read"))
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_in_memory_is_refused_before_it_is_read() {
+        // More than any machine has room for, and more than a number of bytes may be.
+        for length in [1 << 62, u64::MAX] {
+            let error = read_of(Untouched, length, u64::MAX).unwrap_err();
+            let said = format!("its {length} bytes do not fit in memory");
+            assert_eq!(error.to_string(), said);
+            assert_eq!(error.kind(), std::io::ErrorKind::OutOfMemory);
+        }
+        let error = read_of(Untouched, 3, u64::MAX).unwrap_err().to_string();
+        assert_eq!(error, "it was read");
     }
 
     #[test]
@@ -131,9 +159,14 @@ mod tests {
             let pipe = folder.join(format!("potamoi-fifo-{}", std::process::id()));
             let made = std::process::Command::new("mkfifo").arg(&pipe).status();
             assert!(made.unwrap().success());
-            // It would wait for ever where it were opened.
-            assert_eq!(said(&pipe), "a FIFO and not a regular file: name a file");
+            // One that is opened waits for ever.
+            let (done, told) = std::sync::mpsc::channel();
+            let path = pipe.clone();
+            std::thread::spawn(move || done.send(read(&path, 1000).map_err(|e| e.to_string())));
+            let found = told.recv_timeout(std::time::Duration::from_secs(20));
             std::fs::remove_file(&pipe).unwrap();
+            let error = found.expect("the pipe was opened").unwrap_err();
+            assert_eq!(error, "a FIFO and not a regular file: name a file");
         }
     }
 }

@@ -27,8 +27,10 @@ fn every_argument_that_names_a_file_has_a_role() {
 }
 
 fn said(arguments: &[&str]) -> Option<String> {
-    let matches = crate::cli::Cli::command().try_get_matches_from(arguments);
-    check(&matches.unwrap()).err().map(|e| e.to_string())
+    let cli = crate::renamed::accept(crate::cli::Cli::command());
+    let matches = cli.try_get_matches_from(arguments).unwrap();
+    let arguments: Vec<_> = arguments.iter().skip(1).map(OsString::from).collect();
+    check(&matches, &arguments).err().map(|e| e.to_string())
 }
 
 /// A folder to name files in, and what is said of commands that do.
@@ -96,6 +98,26 @@ fn inputs_are_kept() {
 }
 
 /// Folders that hold inputs: pictures of a sequence, and those that a path of cameras names.
+#[test]
+fn flags_are_named_as_they_are_given() {
+    let case = Case::new();
+    let grid = case.at("grid.json");
+    fs::write(&grid, "{}").unwrap();
+    for flag in ["--grid", "--fit-to"] {
+        let error = said(&["potamoi", "estimate", flag, &grid, "--json", &grid]);
+        let error = error.unwrap();
+        let given = format!("{flag} {grid}");
+        assert!(error.contains(&given), "{error}");
+        assert!(
+            ["--grid", "--fit-to"]
+                .iter()
+                .filter(|f| error.contains(**f))
+                .count()
+                == 1
+        );
+    }
+}
+
 #[test]
 fn frames_that_are_read_are_kept() {
     let case = Case::new();

@@ -7,7 +7,7 @@ use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
-use super::{Value, Wrong};
+use super::{Value, Wrong, foreign};
 
 /// Largest number of values in a document: half a gigabyte of memory at 32 bytes each.
 const MOST: usize = 1 << 24;
@@ -39,7 +39,7 @@ pub fn toml(bytes: &[u8]) -> Result<Value, Wrong> {
     let text = text(bytes)?;
     let no_toml = |e: toml::de::Error| {
         let at = e.span().map_or(0, |span| span.start);
-        let message = e.message().replace('\n', ", ");
+        let message = foreign(&e.message().replace('\n', ", "));
         Wrong::new(format!("{}: no TOML: {message}", place(&text, at)))
     };
     let reader = toml::Deserializer::parse(&text).map_err(no_toml)?;

@@ -136,12 +136,7 @@ impl<'de> Deserializer<'de> for &'de Value {
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
         let values = self.list().ok_or_else(|| wrong(self, LIST))?;
-        let mut left = List { values, next: 0 };
-        let made = visitor.visit_seq(&mut left)?;
-        match left.next == values.len() {
-            true => Ok(made),
-            false => Err(count(values.len(), left.next)),
-        }
+        visitor.visit_seq(&mut List { values, next: 0 })
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(

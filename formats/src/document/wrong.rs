@@ -148,6 +148,18 @@ fn kind(found: Unexpected<'_>) -> String {
     }
 }
 
+/// Characters of a value that are told.
+const SHOWN: usize = 60;
+
+/// A value, shortly: one of a damaged file may be long.
+fn short(found: &str) -> String {
+    let mut told: String = found.chars().take(SHOWN).collect();
+    if told.len() < found.len() {
+        told.push('\u{2026}');
+    }
+    told
+}
+
 /// Rewords the error of a lower reader, such as serde's for MessagePack.
 #[must_use]
 pub fn foreign(said: &str) -> String {
@@ -161,7 +173,11 @@ pub fn foreign(said: &str) -> String {
         .iter()
         .find_map(|start| said.strip_prefix(start)?.split_once(", expected "));
     if let Some((found, expected)) = both {
-        return format!("found {}, expected {}", plain(found), plain(expected));
+        return format!(
+            "found {}, expected {}",
+            short(&plain(found)),
+            plain(expected)
+        );
     }
     let lower = said.to_lowercase();
     let known = [
@@ -172,6 +188,12 @@ pub fn foreign(said: &str) -> String {
         ),
         ("out of range", "a number is out of range"),
         ("depth limit", "it is nested too deeply"),
+        ("recursion", "it is nested too deeply"),
+        ("recurse", "it is nested too deeply"),
+        (
+            "key with no value",
+            "a key has no value: expected `key = value`",
+        ),
         ("io error", "the data ends in the middle, or is damaged"),
         ("failed to", "the data ends in the middle, or is damaged"),
     ];
@@ -250,8 +272,21 @@ mod tests {
                 "the data ends in the middle, or is damaged",
             ),
             ("an empty list", "an empty list"),
+            (
+                "cannot recurse further; max recursion depth met",
+                "it is nested too deeply",
+            ),
+            (
+                "key with no value, expected `=`",
+                "a key has no value: expected `key = value`",
+            ),
         ] {
             assert_eq!(foreign(said), ours);
         }
+        let long = format!(
+            "invalid type: string \"{}\", expected byte array",
+            "x".repeat(9000)
+        );
+        assert!(foreign(&long).len() < 120, "{}", foreign(&long));
     }
 }

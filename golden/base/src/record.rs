@@ -37,6 +37,9 @@ use thiserror::Error;
 pub enum Fate {
     /// It is used. The reader refuses invalid values.
     Honoured,
+    /// It is one of a family of which every member is used, such as the layers of a
+    /// perceptron: one that the reader leaves is refused.
+    Whole,
     /// It changes the picture in a way that no renderer here supports. A reader may take it to
     /// accept a value without effect, such as a distortion of 0.
     Refused,
@@ -49,7 +52,7 @@ impl Fate {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Honoured => "honoured",
+            Self::Honoured | Self::Whole => "honoured",
             Self::Refused => "refused",
             Self::Listed => "listed",
         }
@@ -123,6 +126,17 @@ pub enum KeyError {
         value: Option<String>,
         /// The reason, and a remedy.
         why: &'static str,
+    },
+    /// It is one of a family of which every member is used, and it has no place there.
+    #[error(
+        "`{key}` has no place among the others of its kind ({about}): expected a model whose parts \
+         are numbered without a gap, each of them whole"
+    )]
+    Left {
+        /// The key.
+        key: String,
+        /// What the family is.
+        about: &'static str,
     },
     /// The format has no such key.
     #[error("`{key}` is no key of {format}: expected {expected}")]
@@ -328,6 +342,10 @@ impl<V> Record<V> {
                         why: row.about,
                     });
                 }
+                Some(row) if row.fate == Fate::Whole => {
+                    let about = row.about;
+                    return Err(KeyError::Left { key: told, about });
+                }
                 None if self.format.others == Fate::Refused => {
                     let names: Vec<_> = self.format.keys.iter().map(|row| row.name).collect();
                     return Err(KeyError::Unknown {
@@ -358,6 +376,7 @@ mod tests {
         key("rest_*", Fate::Honoured),
         key("k_*_end", Fate::Refused),
         key("note", Fate::Listed),
+        key("layer.*", Fate::Whole),
     ];
     static OPEN: Format = Format {
         name: "open",
@@ -389,13 +408,16 @@ mod tests {
             let (why, value) = ("a reason", None);
             let key = "k_7_end".to_owned();
             assert_eq!(error, KeyError::Refused { key, value, why });
+            let error = finished(format, &["layer.2"]).unwrap_err();
+            let (key, about) = ("layer.2".to_owned(), "a reason");
+            assert_eq!(error, KeyError::Left { key, about });
         }
         let record = Record::new(&OPEN, [("k_7_end".to_owned(), 7)]);
         let error = record.finish_valued(&mut Notes::default(), |v| Some(v.to_string()));
         let expected = "`k_7_end` cannot be honoured: a reason; its value is 7";
         assert_eq!(error.unwrap_err().to_string(), expected);
         let error = finished(&CLOSED, &["x", "new"]).unwrap_err().to_string();
-        let expected = "`new` is no key of closed: expected x, rest_*, k_*_end, note";
+        let expected = "`new` is no key of closed: expected x, rest_*, k_*_end, note, layer.*";
         assert_eq!(error, expected);
     }
 

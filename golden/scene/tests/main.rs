@@ -1,6 +1,7 @@
 //! Scenes and models, read and rendered. Mutants of files have a binary of their own, `mutants`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod field_contents;
 mod fields_bound;
 mod fields_dvgo;
 mod fields_fixed;

@@ -6,9 +6,6 @@ use ply_rs_bw::ply::{ElementDef, Encoding, PropertyType, ScalarType};
 
 use super::header::{Header, scalar_bytes};
 
-/// Maximum length of a line in messages, in characters.
-const SHOWN: usize = 40;
-
 /// Reads the rows of elements one after another.
 pub struct Rows<R> {
     reader: R,
@@ -147,24 +144,28 @@ impl<R: BufRead> Rows<R> {
             return Err("the file ends before it".to_owned());
         }
         let line = String::from_utf8_lossy(&self.buffer);
-        let line = line.trim();
-        let wrong = || {
-            let shown: String = line.chars().take(SHOWN).collect();
-            let count = layout.properties.len();
-            format!("its line is `{shown}`: expected {count} values, numbers as the header says")
-        };
-        let mut words = line.split_whitespace();
-        let mut next = || {
-            let word = words.next()?;
-            word.parse::<f64>().ok()
+        let mut words = line.split_whitespace().enumerate();
+        let mut next = |is_right: fn(f64) -> bool, expected: &str| match words.next() {
+            None => Err(format!("its line ends early: expected {expected}")),
+            Some((at, word)) => {
+                let value = word.parse::<f64>().ok().filter(|own| is_right(*own));
+                let place = at + 1;
+                value.ok_or_else(|| {
+                    format!(
+                        "value {place} of its line is `{}`: expected {expected}",
+                        shown(word)
+                    )
+                })
+            }
         };
         for (column, property) in layout.properties.iter().enumerate() {
             match property {
-                PropertyType::Scalar(_) => values.push(next().ok_or_else(wrong)?),
+                PropertyType::Scalar(_) => values.push(next(|_| true, "a number")?),
                 PropertyType::List(..) => {
-                    let length = next().filter(|n| *n >= 0.0 && n.fract() == 0.0);
-                    for _ in 0..length.ok_or_else(wrong)? as u64 {
-                        let item = next().ok_or_else(wrong)?;
+                    let is_count = |own: f64| own >= 0.0 && own.fract() == 0.0;
+                    let length = next(is_count, "the count of a list, from 0")?;
+                    for _ in 0..length as u64 {
+                        let item = next(|_| true, "a number of a list")?;
                         if layout.kept == Some(column) {
                             self.items.push(item);
                         }
@@ -175,7 +176,11 @@ impl<R: BufRead> Rows<R> {
         }
         match words.next() {
             None => Ok(()),
-            Some(_) => Err(wrong()),
+            Some((at, word)) => Err(format!(
+                "value {} of its line is `{}`: expected the line to end before it",
+                at + 1,
+                shown(word)
+            )),
         }
     }
 
@@ -195,6 +200,11 @@ impl<R: BufRead> Rows<R> {
             self.reader.consume(all);
         }
     }
+}
+
+/// A word of a line, shortly.
+fn shown(word: &str) -> String {
+    potamoi_base::record::told(word).escape_debug().to_string()
 }
 
 fn ended(error: std::io::Error) -> String {

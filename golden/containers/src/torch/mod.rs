@@ -122,7 +122,11 @@ impl Checkpoint {
             return Err(wrong(says.to_owned()));
         }
         let archive = ZipArchive::new(file);
-        let mut archive = archive.map_err(|e| wrong(format!("no ZIP archive ({e})")))?;
+        let mut archive = archive.map_err(|_| {
+            wrong(
+                "no ZIP archive, or one that is cut off: expected a file of torch.save".to_owned(),
+            )
+        })?;
         let again = potamoi_base::files::open(path).map_err(fail)?;
         let beside = archive::beside(&archive, BufReader::new(again)).map_err(fail)?;
         let prefix = members::prefix(&archive, &beside).map_err(wrong)?;

@@ -74,9 +74,9 @@ pub static FORMAT: Format = Format {
         key("rotation", Fate::Honoured, "codes, u1"),
         key("hash", Fate::Honoured, "tables of the colours' field, f2"),
         key(
-            "mlp",
-            Fate::Honoured,
-            "matrices of its perceptron, f2 (8192,)",
+            "mlp*",
+            Fate::Whole,
+            "matrices of its perceptron, one array, f2 (8192,)",
         ),
         key(
             "codebook_scale",

@@ -21,6 +21,8 @@ struct Axis {
     /// Field of view in degrees, focal length, field of view in radians: the first that is present
     /// counts.
     focal: [Option<f64>; 3],
+    /// Whether a frame says `focal`, and not the document for all.
+    of_frame: bool,
     centre: Option<f64>,
 }
 
@@ -90,6 +92,7 @@ impl Axis {
                 number(record, length, 1e-3, 1e9)?,
                 number(record, angle, 1e-3, most)?,
             ],
+            of_frame: false,
             centre: number(record, names.centre, -1e6, 1e6)?,
         })
     }
@@ -99,6 +102,7 @@ impl Axis {
         Self {
             side: self.side.or(common.side),
             focal: if says { self.focal } else { common.focal },
+            of_frame: says,
             centre: self.centre.or(common.centre),
         }
     }
@@ -133,8 +137,9 @@ impl Axis {
         for (name, other) in names.focal.iter().zip(all) {
             let off = other.map_or(0.0, |other| (other / chosen - 1.0).abs());
             if off > AGREEMENT {
+                let within = if self.of_frame { "frames[]." } else { "" };
                 notes.list(format!(
-                    "{name} (it contradicts the focal length that is used)"
+                    "{within}{name} (it contradicts the focal length that is used)"
                 ));
             }
         }

@@ -103,12 +103,10 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<PathFrame>, String> {
     record
         .finish_valued(notes, |value| Some(value.shown()))
         .map_err(|e| e.to_string())?;
-    let mut own = Notes::default();
     let frames = frames.into_vec().into_iter().enumerate();
     let frames: Result<Vec<_>, String> = frames
-        .map(|(i, value)| frame(value, &lens, &mut own).map_err(|e| format!("frames[{i}]: {e}")))
+        .map(|(i, value)| frame(value, &lens, notes).map_err(|e| format!("frames[{i}]: {e}")))
         .collect();
-    notes.extend(own.under("frames[]."));
     let frames = frames?;
     if !is_ordered(&frames) {
         notes.assume("order of frames: the file's, which is not that of their names");
@@ -141,9 +139,11 @@ fn frame(value: Value, common: &Lens, notes: &mut Notes) -> Result<PathFrame, St
     let matrix = matrix.ok_or("`transform_matrix` is missing")?;
     let world_to_camera = pose(&matrix).map_err(|e| format!("`transform_matrix` {e}"))?;
     let lens = Lens::take(&mut record)?.over(common);
+    let mut own = Notes::default();
     record
-        .finish_valued(notes, |value| Some(value.shown()))
+        .finish_valued(&mut own, |value| Some(value.shown()))
         .map_err(|e| e.to_string())?;
+    notes.extend(own.under("frames[]."));
     let camera = Camera {
         world_to_camera,
         ..lens.camera(notes)?

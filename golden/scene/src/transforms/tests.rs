@@ -159,6 +159,9 @@ fn focal_lengths_are_read_in_every_form() {
         );
     }
     let both = format!(r#"{{"w": 100, "fl_x": 90, "camera_angle_x": 1.0, "frames": [{ONE}]}}"#);
+    assert!(said(&both).not_used()[0].starts_with("camera_angle_x (it contradicts"));
+    let own = ONE.replacen('{', r#"{"fl_x": 90, "camera_angle_x": 1.0, "#, 1);
+    let both = format!(r#"{{"w": 100, "frames": [{own}]}}"#);
     assert!(said(&both).not_used()[0].starts_with("frames[].camera_angle_x (it contradicts"));
 }
 

@@ -75,6 +75,26 @@ fn numbers_that_are_none_and_boxes_that_are_none_are_refused() {
     }
 }
 
+/// What is found in the place of a number or of bytes, however long.
+#[test]
+fn another_kind_of_value_is_told_shortly() {
+    let long = "text".repeat(7000);
+    for (field, value, said) in [
+        (
+            "snapshot.version",
+            "1",
+            "found \"1\", expected a whole number",
+        ),
+        ("snapshot.params_binary", &*long, "found \"texttext"),
+    ] {
+        let error = load(&patched(|d| *at(d, field) = value.into()))
+            .err()
+            .unwrap();
+        assert!(error.contains(field) && error.contains(said), "{error}");
+        assert!(error.len() < 300, "{error}");
+    }
+}
+
 /// A number without a fraction is whole, however it is written.
 #[test]
 fn whole_numbers_may_have_a_point() {
@@ -181,6 +201,9 @@ fn what_does_not_fit_is_refused_by_name() {
         ("snapshot.nerf.dataset.n_extra_learnable_dims", 8.into()),
         ("encoding.otype", "DenseGrid".into()),
         ("encoding.interpolation", "Smoothstep".into()),
+        ("encoding.hash", "Prime".into()),
+        ("encoding.hash", "ReversedPrime".into()),
+        ("encoding.hash", "Rng".into()),
         ("encoding.n_levels", 0.into()),
         ("encoding.n_features_per_level", 3.into()),
         ("encoding.log2_hashmap_size", 60.into()),
@@ -218,4 +241,33 @@ fn what_does_not_fit_is_refused_by_name() {
     }
     let error = Ngp::load(Path::new("no.ingp")).unwrap_err().to_string();
     assert!(error.contains("cannot read snapshot no.ingp"), "{error}");
+}
+
+/// The hash that is computed has a name, in any letters; it is the same model.
+#[test]
+fn the_usual_hash_may_be_named() {
+    for name in ["CoherentPrime", "coherentprime"] {
+        let named = load(&patched(|d| *at(d, "encoding.hash") = name.into())).unwrap();
+        assert_eq!(named, load(&expanded()).unwrap());
+        assert!(!named.notes().not_used().join(" ").contains("hash"));
+    }
+}
+
+/// The first number that is none is told before anything is made of the others.
+#[test]
+fn parameters_that_are_no_numbers_are_refused_by_place() {
+    for (place, value, name) in [(3, f32::NAN, "NaN"), (3000, f32::INFINITY, "inf")] {
+        let changed = patched(|document| {
+            assert_eq!(at(document, "snapshot.params_type").as_str(), Some("float"));
+            let field = at(document, "snapshot.params_binary");
+            let mut all = field.as_slice().unwrap().to_vec();
+            all[4 * place..][..4].copy_from_slice(&value.to_le_bytes());
+            *field = rmpv::Value::Binary(all);
+        });
+        let error = load(&changed).err().unwrap();
+        let said = format!(
+            "`snapshot.params_binary` is {name} at number {place}; expected finite numbers alone"
+        );
+        assert!(error.contains(&said), "{error}");
+    }
 }

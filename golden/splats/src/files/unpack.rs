@@ -16,6 +16,8 @@ use potamoi_base::record::Record;
 use potamoi_base::sh;
 
 const MAGIC: &[u8; 4] = b"NGSP";
+/// What a gzip stream begins with.
+const GZIP: &[u8] = b"\x1f\x8b";
 /// Bytes of the header up to version 3, and of its part in version 4.
 const HEADER: usize = 16;
 /// Bytes of the header of version 4.
@@ -135,8 +137,14 @@ pub(super) fn unpack(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError
 
 fn gzip(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
     let mut reader = GzDecoder::new(bytes);
-    let mut arrays = body(&mut reader, bytes.len(), name)?;
-    let left = reader.into_inner().len();
+    let read = body(&mut reader, bytes.len(), name);
+    let rest = reader.into_inner();
+    if read.is_err() && rest.starts_with(GZIP) {
+        let problem = "it ends early, and another follows: pack all of it as one stream";
+        return Err(name.part("gzip stream", problem));
+    }
+    let mut arrays = read?;
+    let left = rest.len();
     if left > 0 {
         arrays
             .record

@@ -185,10 +185,10 @@ pub enum PlyError {
         /// The file.
         origin: String,
     },
-    /// A value is NaN or infinite where this is not allowed.
+    /// A value is NaN, infinite or beyond 32 bits where this is not allowed.
     #[error(
-        "{origin}: vertex {index}, property `{property}` is {value}: \
-         expected a finite number (`opacity` may be infinite, sizes minus infinity; \
+        "{origin}: vertex {index}, property `{property}` is {value:?}: \
+         expected a finite number from -3.4e38 to 3.4e38 (`opacity` may be infinite, sizes minus infinity; \
          `filter_3D` is not negative)"
     )]
     NotFinite {

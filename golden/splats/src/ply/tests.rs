@@ -153,7 +153,9 @@ fn values_that_are_no_numbers_are_named() {
     let mut bytes = text.into_bytes();
     bytes.extend_from_slice(&1e300f64.to_le_bytes());
     bytes.extend_from_slice(&[0; 13 * 4]);
-    assert!(refusal(&bytes).contains("`x` is 1"));
+    let said = refusal(&bytes);
+    let expected = "`x` is 1e300: expected a finite number from -3.4e38 to 3.4e38";
+    assert!(said.contains(expected), "{said}");
 }
 
 #[test]
@@ -206,7 +208,18 @@ fn text_files_with_bad_lines_are_refused() {
     let line = "1 ".repeat(13);
     for (body, expected) in [
         (format!("{line}1\n{line}\n"), "vertex` 1"),
-        (format!("{line}1\n{line}one\n"), "vertex` 1"),
+        (
+            format!("{line}1\n{line}one\n"),
+            "vertex` 1: value 14 of its line is `one`: expected a number",
+        ),
+        (
+            format!("{line}1\n1 2,5 {line}\n"),
+            "vertex` 1: value 2 of its line is `2,5`",
+        ),
+        (
+            format!("{line}1 7\n{line}1\n"),
+            "value 15 of its line is `7`: expected the line to end before it",
+        ),
         (
             format!("{line}nan\n{line}1\n"),
             "vertex 0, property `rot_3` is NaN",

@@ -2,7 +2,7 @@
 //! its `state_dict`). The keys of `DirectMPIGO` and `DirectContractedVoxGO` are included and
 //! refused.
 
-use potamoi_base::record::Fate::{Honoured, Listed, Refused};
+use potamoi_base::record::Fate::{Honoured, Listed, Refused, Whole};
 use potamoi_base::record::{Fate, Format, Key};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
@@ -95,7 +95,11 @@ pub static DVGO: Format = Format {
             Honoured,
             "factors of directions, 16 at most",
         ),
-        key("model_state_dict/rgbnet.*", Honoured, "the perceptron"),
+        key(
+            "model_state_dict/rgbnet.*",
+            Whole,
+            "layers of the perceptron, weight and bias",
+        ),
         key(
             "model_state_dict/mask_cache.mask",
             Honoured,

@@ -184,27 +184,49 @@ fn within(
     Err(file.field(keys, value.to_string(), expected).into())
 }
 
-/// Layers `rgbnet.0`, `rgbnet.2.0`, ..., `rgbnet.N`, as the authors' code nests them.
+/// The most places of layers that are looked at.
+const MAX_PLACES: usize = 16;
+
+/// Layers `rgbnet.0`, `rgbnet.2.0`, `rgbnet.3.0`, ..., `rgbnet.N`, as the authors' code nests them:
+/// a rectifier follows a layer in the place behind it, or is nested with it. The last layer has none.
+/// What is not reached so is left, and refused by [`Checkpoint::finish`].
 fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
+    let is_there = |file: &Checkpoint, name: &str| {
+        ["weight", "bias"].iter().any(|part| {
+            let key = format!("{name}.{part}");
+            file.has(&["model_state_dict", &key])
+        })
+    };
     let mut layers = vec![];
-    for i in 0..16 {
-        for name in [format!("rgbnet.{i}"), format!("rgbnet.{i}.0")] {
-            let weight = format!("{name}.weight");
-            if !file.has(&["model_state_dict", &weight]) {
-                continue;
-            }
-            let tensor = file.floats(&["model_state_dict", &weight])?;
-            let [outputs, inputs] = tensor.shape[..] else {
-                let found = format!("of shape {:?}", tensor.shape);
-                let keys = ["model_state_dict", weight.as_str()];
-                return Err(file.field(&keys, found, "[outputs, inputs]").into());
-            };
-            let bias = format!("{name}.bias");
-            let bias = file.floats_of(&["model_state_dict", &bias], &[outputs])?;
-            layers.push(Layer::new(inputs, tensor.values, bias.values)?);
+    let (mut place, mut is_last) = (0, false);
+    while place < MAX_PLACES {
+        let plain = format!("rgbnet.{place}");
+        let nested = format!("{plain}.0");
+        if !is_there(file, &plain) && is_there(file, &nested) {
+            layers.push(layer(file, &nested)?);
+            (place, is_last) = (place + 1, false);
+        } else if is_last && !is_there(file, &plain) {
+            break;
+        } else {
+            layers.push(layer(file, &plain)?);
+            // Whatever follows, a rectifier is between.
+            (place, is_last) = (place + 2, true);
         }
     }
     Mlp::new(layers)
+}
+
+fn layer(file: &mut Checkpoint, name: &str) -> Result<Layer, FieldError> {
+    let weight = format!("{name}.weight");
+    let keys = ["model_state_dict", weight.as_str()];
+    let tensor = file.floats(&keys)?;
+    let [outputs, inputs] = tensor.shape[..] else {
+        let found = format!("of shape {:?}", tensor.shape);
+        return Err(file.field(&keys, found, "[outputs, inputs]").into());
+    };
+    let bias = format!("{name}.bias");
+    let bias = file.floats_of(&["model_state_dict", &bias], &[outputs])?;
+    Layer::new(inputs, tensor.values, bias.values)
 }
 
 /// The mask. Its positions are relative to vertices of the grid, the first of which is at

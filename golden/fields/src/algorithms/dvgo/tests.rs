@@ -154,6 +154,10 @@ fn every_key_is_honoured_refused_or_listed() {
                 let none = load(with(&key, Made::Int(0)).save().path()).unwrap();
                 assert!(!none.notes.not_used().contains(&key), "{key}");
             }
+            (Fate::Whole, Err(error)) => {
+                let error = error.to_string();
+                assert!(error.contains(&format!("`{key}` has no place")), "{error}");
+            }
             (Fate::Listed, Ok(field)) => assert!(field.notes.not_used().contains(&key), "{key}"),
             (_, loaded) => unreachable!("{key}: {loaded:?}"),
         }
@@ -177,6 +181,64 @@ fn every_key_is_honoured_refused_or_listed() {
             .path(),
     );
     assert!(kept.is_ok());
+}
+
+/// `whole` with the layers of a perceptron of four, and with other keys of its `state_dict`
+/// in the place of some: from, and to; to nothing removes it.
+fn layered(names: [&str; 4], change: Option<(&str, Option<&str>)>) -> Made {
+    let Made::Dict(mut root) = whole() else {
+        unreachable!()
+    };
+    for (part, held) in &mut root {
+        let Made::Dict(items) = held else { continue };
+        if part != "model_state_dict" {
+            continue;
+        }
+        items.retain(|(key, _)| !key.starts_with("rgbnet."));
+        for (name, shape) in names.iter().zip([[6, 11], [6, 6], [6, 6], [3, 6]]) {
+            items.push((format!("{name}.weight"), Made::tensor(&shape)));
+            items.push((format!("{name}.bias"), Made::tensor(&shape[..1])));
+        }
+        let Some((from, to)) = change else { continue };
+        let at = items.iter().position(|(key, _)| key == from).unwrap();
+        let (_, value) = items.remove(at);
+        items.extend(to.map(|to| (to.to_owned(), value)));
+    }
+    Made::Dict(root)
+}
+
+/// Every layer is used, or the file is refused by the key that is missing or left.
+#[test]
+fn a_perceptron_is_whole_or_refused_by_key() {
+    let nested = ["rgbnet.0", "rgbnet.2.0", "rgbnet.3.0", "rgbnet.4"];
+    let plain = ["rgbnet.0", "rgbnet.2", "rgbnet.4", "rgbnet.6"];
+    for names in [nested, plain] {
+        let field = load(layered(names, None).save().path()).unwrap();
+        assert_eq!(field.mlp.layers().len(), 4);
+        for name in names {
+            for part in ["weight", "bias"] {
+                let key = format!("{name}.{part}");
+                let made = layered(names, Some((&key, None)));
+                let error = load(made.save().path()).unwrap_err().to_string();
+                let said = format!("`model_state_dict/{key}` is missing");
+                assert!(error.contains(&said), "{key}: {error}");
+            }
+        }
+    }
+    // Both parts of a layer are gone, or one is called otherwise.
+    let gap = ["rgbnet.0", "rgbnet.2.0", "rgbnet.4.0", "rgbnet.5"];
+    let twice = ["rgbnet.0", "rgbnet.2", "rgbnet.2.0", "rgbnet.4"];
+    for (names, said) in [
+        (gap, "`model_state_dict/rgbnet.3.weight` is missing"),
+        (twice, "`model_state_dict/rgbnet.2.0.weight` has no place"),
+    ] {
+        let error = load(layered(names, None).save().path())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(said), "{error}");
+    }
+    let more = layered(nested, Some(("rgbnet.4.bias", Some("rgbnet.4.scale"))));
+    assert!(load(more.save().path()).is_err());
 }
 
 /// Nothing but what Python takes for the wanted value passes: no other type, no other text.
@@ -310,6 +372,13 @@ fn numbers_out_of_range_are_refused_by_name() {
             "xyz_max",
             Made::Tensor(vec![3], vec![1.0, f32::INFINITY, 1.0]),
             "finite",
+        ),
+        // At the minimum.
+        (
+            "model_state_dict",
+            "xyz_max",
+            Made::Tensor(vec![3], vec![1.0, -1.0, 1.0]),
+            "finite and above xyz_min, [-1, -1, -1]",
         ),
         (
             "model_state_dict",

@@ -36,6 +36,8 @@ pub(super) struct Encoding {
     #[serde(default, deserialize_with = "maybe_whole")]
     pub(super) base_resolution: Option<u32>,
     pub(super) per_level_scale: Option<f32>,
+    /// How the entry of a vertex is found.
+    pub(super) hash: Option<String>,
     /// An extension of this project: what shares an entry of a hashed level.
     pub(super) hash_unit: Option<String>,
 }
@@ -165,6 +167,7 @@ impl<'de> Deserialize<'de> for Binary {
                 Ok(Binary(bytes))
             }
         }
-        deserializer.deserialize_byte_buf(Bytes)
+        // Whatever it is, so that another kind of value can be told.
+        deserializer.deserialize_any(Bytes)
     }
 }

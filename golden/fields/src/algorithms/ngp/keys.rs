@@ -22,6 +22,11 @@ pub static NGP: Format = Format {
             "HashGrid, or Grid with type Hash",
         ),
         key("encoding.type", Honoured, "Hash"),
+        key(
+            "encoding.hash",
+            Honoured,
+            "CoherentPrime, as where it is not said",
+        ),
         key("encoding.interpolation", Honoured, "Linear"),
         key("encoding.stochastic_interpolation", Honoured, "false"),
         key("encoding.n_levels", Honoured, "1 to 32"),

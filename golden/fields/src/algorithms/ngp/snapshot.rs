@@ -241,6 +241,10 @@ fn supported(document: &Document) -> Result<(), Wrong> {
     check(hashed, "encoding.otype", kind, expected)?;
     let found = encoding.kind.as_deref().unwrap_or_default();
     check(is(&encoding.kind, "Hash"), "encoding.type", found, "Hash")?;
+    // tiny-cuda-nn's others, Prime, ReversedPrime and Rng, find other entries.
+    let found = encoding.hash.as_deref().unwrap_or_default();
+    let usual = is(&encoding.hash, "CoherentPrime");
+    check(usual, "encoding.hash", found, "CoherentPrime")?;
     let linear = is(&encoding.interpolation, "Linear");
     let found = encoding.interpolation.as_deref().unwrap_or_default();
     check(linear, "encoding.interpolation", found, "Linear")?;

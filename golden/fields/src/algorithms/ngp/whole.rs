@@ -34,7 +34,8 @@ impl<'de> Deserialize<'de> for Whole {
                 Err(E::invalid_value(Unexpected::Float(value), &self))
             }
         }
-        deserializer.deserialize_u32(Numbers)
+        // Whatever it is, so that another kind of value can be told.
+        deserializer.deserialize_any(Numbers)
     }
 }
 

@@ -129,9 +129,50 @@ fn every_key_is_honoured_refused_or_listed() {
                     "{error}"
                 );
             }
+            (Fate::Whole, Err(error)) => {
+                let error = error.to_string();
+                assert!(error.contains(&format!("`{key}` has no place")), "{error}");
+            }
             (Fate::Listed, Ok(field)) => assert!(field.notes.not_used().contains(&key), "{key}"),
             (_, loaded) => unreachable!("{key}: {:?}", loaded.err()),
         }
+    }
+}
+
+/// Of planes, lines and layers each is used, or the file is refused by the key that is missing or
+/// left.
+#[test]
+fn a_model_is_whole_or_refused_by_key() {
+    let changed = |change: &dyn Fn(&mut Vec<(String, Made)>)| {
+        let Made::Dict(mut root) = whole() else {
+            unreachable!()
+        };
+        for (key, held) in &mut root {
+            if let ("state_dict", Made::Dict(items)) = (&**key, held) {
+                change(items);
+            }
+        }
+        let loaded = Tensorf::load(Made::Dict(root).save().path());
+        loaded.map(|_| ()).map_err(|error| error.to_string())
+    };
+    for layer in [0, 2, 4] {
+        for part in ["weight", "bias"] {
+            let name = format!("renderModule.mlp.{layer}.{part}");
+            let error = changed(&|items| items.retain(|(key, _)| *key != name));
+            let said = format!("`state_dict/{name}` is missing");
+            assert!(error.unwrap_err().contains(&said), "{name}");
+        }
+    }
+    for name in [
+        "renderModule.mlp.6.weight",
+        "renderModule.mlp.1.bias",
+        "basis_mat.bias",
+        "density_plane.3",
+        "app_line.3",
+    ] {
+        let error = changed(&|items| items.push((name.to_owned(), Made::tensor(&[3, 3]))));
+        let said = format!("`state_dict/{name}` has no place");
+        assert!(error.unwrap_err().contains(&said), "{name}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! Keys of TensoRF checkpoints, after the code that writes them (`TensorBase.get_kwargs`, `save`
 //! and the `state_dict` of each model).
 
-use potamoi_base::record::Fate::{Honoured, Listed, Refused};
+use potamoi_base::record::Fate::{Honoured, Listed, Refused, Whole};
 use potamoi_base::record::{Fate, Format, Key};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
@@ -69,16 +69,20 @@ pub static TENSORF: Format = Format {
             Listed,
             "of training: the mask is what follows from it",
         ),
-        key("state_dict/density_plane.*", Honoured, "planes of density"),
-        key("state_dict/density_line.*", Honoured, "lines of density"),
-        key("state_dict/app_plane.*", Honoured, "planes of appearance"),
-        key("state_dict/app_line.*", Honoured, "lines of appearance"),
+        key("state_dict/density_plane.*", Whole, "planes of density"),
+        key("state_dict/density_line.*", Whole, "lines of density"),
+        key("state_dict/app_plane.*", Whole, "planes of appearance"),
+        key("state_dict/app_line.*", Whole, "lines of appearance"),
         key(
-            "state_dict/basis_mat.weight",
-            Honoured,
-            "the matrix from products to features",
+            "state_dict/basis_mat.*",
+            Whole,
+            "the matrix from products to features, its weight alone",
         ),
-        key("state_dict/renderModule.mlp.*", Honoured, "the perceptron"),
+        key(
+            "state_dict/renderModule.mlp.*",
+            Whole,
+            "layers of the perceptron, weight and bias",
+        ),
     ],
     others: Listed,
 };

@@ -136,6 +136,12 @@ fn spz_headers() {
     );
     let cut = fixture("cloud.v3.spz");
     refused(spz_cloud, &cut[..cut.len() - 9], "gzip stream");
+    let (first, second) = three.split_at(three.len() / 2);
+    refused(
+        spz_cloud,
+        &[gzip(first), gzip(second)].concat(),
+        "gzip stream: it ends early, and another follows",
+    );
     other[0] = b'N';
     other[4] = 4;
     refused(

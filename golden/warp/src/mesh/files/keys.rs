@@ -21,6 +21,8 @@ pub static OBJ: Format = Format {
         key("f", Honoured, "a face of 3 corners or more"),
         key("weight of v", Listed, "of curves; 1 is accepted"),
         key("colour of v", Listed, LOOKS),
+        key("texture of f", Listed, LOOKS),
+        key("normal of f", Listed, LOOKS),
         key("vt", Listed, LOOKS),
         key("vn", Listed, LOOKS),
         key("g", Listed, LOOKS),

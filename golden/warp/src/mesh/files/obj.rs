@@ -18,12 +18,13 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 ///
 /// # Errors
 /// A vertex does not have three finite coordinates, a face has fewer than three corners or refers
-/// to a later vertex, there is no face, or a line describes the surface in a way that is not
-/// supported.
+/// to a vertex that the file does not have, there is no face, or a line describes the surface in
+/// a way that is not supported. Vertices may follow the faces that refer to them.
 pub fn read_obj(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> {
     let mut parts = Parts::default();
     let mut record = Record::new(&OBJ, []);
     let mut joined = vec![];
+    let mut farthest = None;
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let mut lines = lines(bytes).enumerate().peekable();
     while let Some((number, line)) = lines.next() {
@@ -38,8 +39,13 @@ pub fn read_obj(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> 
             origin,
             number: number + 1,
         };
-        line.take(&joined, &mut parts, &mut record)?;
+        line.take(&joined, &mut parts, &mut record, &mut farthest)?;
         joined.clear();
+    }
+    if let Some(ahead) = farthest.filter(|own| own.vertex as usize >= parts.vertices.len()) {
+        let (number, there) = (ahead.line, parts.vertices.len());
+        let expected = format!("the number of one of the {there} vertices");
+        return Err(Line { origin, number }.wrong(CORNER, ahead.word, &expected));
     }
     let notes = judged(record, origin)?;
     Ok((parts.finish(origin)?, notes))
@@ -66,6 +72,17 @@ fn list(record: &mut Record<()>, word: String) {
     }
 }
 
+/// What errors call a corner.
+const CORNER: &str = "vertex of a face";
+
+/// The last of the vertices that faces name before it is there.
+struct Ahead {
+    /// From 0.
+    vertex: u32,
+    line: usize,
+    word: String,
+}
+
 struct Line<'a> {
     origin: &'a str,
     number: usize,
@@ -78,6 +95,7 @@ impl Line<'_> {
         line: &[u8],
         parts: &mut Parts,
         record: &mut Record<()>,
+        farthest: &mut Option<Ahead>,
     ) -> Result<(), MeshError> {
         let mut halves = line.splitn(2, |b| *b == b'#');
         let mut words = halves
@@ -109,9 +127,16 @@ impl Line<'_> {
             }
             Some(b"f") => {
                 let there = parts.vertices.len();
-                let corners: Result<Vec<u32>, _> =
-                    words.map(|word| self.corner(word, there)).collect();
-                let corners = corners?;
+                let mut corners = vec![];
+                for word in words {
+                    let vertex = self.corner(word, there, record)?;
+                    let last = farthest.as_ref().map(|own| own.vertex);
+                    if vertex as usize >= there && last.is_none_or(|last| last < vertex) {
+                        let (line, word) = (self.number, shown(word));
+                        *farthest = Some(Ahead { vertex, line, word });
+                    }
+                    corners.push(vertex);
+                }
                 if corners.len() < 3 {
                     let found = format!("{} corners", corners.len());
                     return Err(self.wrong("face", found, "3 or more"));
@@ -145,20 +170,37 @@ impl Line<'_> {
         })
     }
 
-    /// The vertex of `7`, `7/1`, `7//3` or `7/1/3`; -1 is the last so far.
-    fn corner(&self, word: &[u8], vertices: usize) -> Result<u32, MeshError> {
-        let number = word.split(|b| *b == b'/').next().unwrap_or_default();
-        let parsed = std::str::from_utf8(number).ok();
-        let parsed = parsed.and_then(|w| w.parse::<i64>().ok());
-        let vertex = parsed.and_then(|n| match n {
-            1.. => usize::try_from(n - 1).ok(),
-            _ => vertices.checked_sub(usize::try_from(n.checked_neg()?).ok()?),
+    /// The vertex of `7`, `7/1`, `7//3` or `7/1/3`, from 0; -1 is the last of those `there`. It may
+    /// be one that comes later. The other numbers are of textures and normals.
+    fn corner(&self, word: &[u8], there: usize, record: &mut Record<()>) -> Result<u32, MeshError> {
+        let number = |part: &[u8]| std::str::from_utf8(part).ok()?.parse::<i64>().ok();
+        let mut parts = word.split(|b| *b == b'/');
+        let vertex = parts.next().and_then(number).and_then(|own| match own {
+            1.. => u32::try_from(own - 1).ok(),
+            _ => {
+                let back = usize::try_from(own.checked_neg()?).ok()?;
+                let vertex = there.checked_sub(back).filter(|own| *own < there)?;
+                u32::try_from(vertex).ok()
+            }
         });
-        let there = vertex.filter(|v| *v < vertices);
-        there.and_then(|v| u32::try_from(v).ok()).ok_or_else(|| {
-            let expected = format!("the number of one of the {vertices} vertices before");
-            self.wrong("vertex of a face", shown(word), &expected)
-        })
+        let vertex = vertex.ok_or_else(|| {
+            let expected = format!("the number of one of the {there} vertices before");
+            self.wrong(CORNER, shown(word), &expected)
+        })?;
+        let mut names = ["texture of f", "normal of f"].into_iter();
+        for part in parts {
+            let name = names.next();
+            // Nothing between two strokes says nothing.
+            let is_right = part.is_empty() || number(part).is_some_and(|own| own != 0);
+            let Some(name) = name.filter(|_| is_right) else {
+                let expected = "numbers of a vertex, a texture and a normal: 7, 7/1, 7//3 or 7/1/3";
+                return Err(self.wrong("corner of a face", shown(word), expected));
+            };
+            if !part.is_empty() {
+                list(record, name.to_owned());
+            }
+        }
+        Ok(vertex)
     }
 }
 

@@ -103,6 +103,23 @@ fn what_is_wrong_in_an_obj_is_said_with_its_line() {
             "vertex of a face is -92",
         ),
         ("f 2 3 5", "f 2 3 x", "vertex of a face is x"),
+        ("f 2 3 5", "f 2/x 3 5", "line 17, corner of a face is 2/x"),
+        ("f 2 3 5", "f 2//0 3 5", "line 17, corner of a face is 2//0"),
+        (
+            "f 2 3 5",
+            "f 2/1/1/1 3 5",
+            "corner of a face is 2/1/1/1: expected numbers of a vertex, a texture",
+        ),
+        (
+            "f 2 3 5",
+            "f 2 7 6",
+            "vertex of a face is 7: expected the number of one of the 5 vertices",
+        ),
+        (
+            "f 2 3 5",
+            "f 2 3 4294967297",
+            "vertex of a face is 4294967297",
+        ),
     ] {
         let error = refused(from, to);
         assert!(
@@ -202,6 +219,22 @@ fn ends_of_lines_and_marks_do_no_harm() {
 }
 
 #[test]
+fn vertices_may_come_behind_their_faces() {
+    let is_face = |line: &&str| line.starts_with('f') && !line.contains('-');
+    let whole = OBJ.replace("\\\n", " ").replace("f 1 2 -1", "f 1 2 5");
+    let whole = whole.replace("f -3 4 5", "f 3 4 5");
+    let (faces, others): (Vec<_>, Vec<_>) = whole.lines().partition(is_face);
+    assert_eq!(faces.len(), 5);
+    let turned = [faces.join("\n"), others.join("\n")].join("\n");
+    assert_eq!(read_obj(turned.as_bytes(), "t").unwrap().0, pyramid());
+    // Those told from the end are told from where the face stands.
+    let error = read_obj(b"f -3 -2 -1\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", "t").unwrap_err();
+    let said =
+        "t: line 1, vertex of a face is -3: expected the number of one of the 0 vertices before";
+    assert_eq!(error.to_string(), said);
+}
+
+#[test]
 fn what_is_not_used_is_listed_and_other_surfaces_are_refused() {
     let obj = |text: &str| read_obj(text.as_bytes(), "t.obj");
     let listed = |text: &str| obj(text).unwrap().1.not_used().to_vec();
@@ -213,6 +246,8 @@ fn what_is_not_used_is_listed_and_other_surfaces_are_refused() {
         "vn",
         "g",
         "usemtl",
+        "texture of f",
+        "normal of f",
         "s",
     ];
     assert_eq!(listed(OBJ), words);
