@@ -39,6 +39,8 @@ test-full: setup
 	@tools/setup fpga
 	@tools/setup oracles
 	@$(MAKE) --no-print-directory lint-only
+	$(call step,documentation and its links)
+	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --workspace
 	$(call step,tests with the exhaustive ones)
 	@tools/run-tests --include-ignored
 	$(call step,the memory model against DRAMsim3)

@@ -123,7 +123,7 @@ pub fn write(path: &Path, result: &impl Serialize) -> std::io::Result<()> {
     write_bytes(path, &serde_json::to_vec(result)?)
 }
 
-/// As [`write`], for text.
+/// As [`write()`], for text.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -65,7 +65,7 @@ impl Peer {
     /// Builds the model of `builder` and a C++ program that drives it by the input `clock`.
     ///
     /// # Errors
-    /// As [`ModelBuilder::build`], and as [`Model::clock`] for `clock`.
+    /// As [`ModelBuilder::build`], and as [`Model::clock`](crate::Model::clock) for `clock`.
     pub fn build(builder: ModelBuilder, tools: &Toolchain, clock: &str) -> Result<Self, Error> {
         let builder = builder.keep_objects();
         let library = builder.build(tools)?;
