@@ -213,6 +213,31 @@ impl Visit<'_> for Paths {
         syn::visit::visit_path(self, path);
     }
 
+    /// An import within a function.
+    fn visit_item_use(&mut self, import: &ItemUse) {
+        let mut leaves = vec![];
+        flatten(&import.tree, &mut vec![], &mut leaves);
+        let paths = leaves.into_iter().map(|(path, _)| path);
+        self.0.extend(paths.filter(|path| path.len() > 1));
+    }
+
+    /// Paths among the words of a macro, which are not parsed.
+    fn visit_macro(&mut self, invocation: &syn::Macro) {
+        let text = invocation.tokens.to_string();
+        let text = text.replace(" ::", "::").replace(":: ", "::");
+        let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));
+        for word in words.filter(|word| word.contains("::")) {
+            let parts: Vec<_> = word.split("::").map(str::to_owned).collect();
+            if parts
+                .iter()
+                .all(|part| !part.is_empty() && !part.contains(':'))
+            {
+                self.0.push(parts);
+            }
+        }
+        syn::visit::visit_macro(self, invocation);
+    }
+
     fn visit_item_mod(&mut self, _: &syn::ItemMod) {}
 }
 
@@ -304,8 +329,14 @@ fn circles_are_found() {
     );
     write("b.rs", "use crate::One;\npub struct Two(One);\n");
     assert_eq!(count(), 0);
-    write("a.rs", "pub struct One;\nfn f(_: crate::b::Two) {}\n");
-    assert_eq!(count(), 1);
+    for import in [
+        "fn f(_: crate::b::Two) {}",
+        "fn f() { use crate::b::Two; let _: Two; }",
+        "fn f() { vec![crate::b::Two::new()]; }",
+    ] {
+        write("a.rs", &format!("pub struct One;\n{import}\n"));
+        assert_eq!(count(), 1, "{import}");
+    }
     write("a.rs", "pub struct One;\n");
     write("b.rs", "mod c;\nmod d;\nuse c::C;\n");
     write("b/c.rs", "pub struct C;\nuse super::d::D;\n");
