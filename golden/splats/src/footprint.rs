@@ -1,8 +1,8 @@
 //! The 2D footprint of a projected Gaussian, computed without cancellation.
 //!
 //! The projected covariance is `M M^T + d I`, with the 2 x 3 factor `M` of the projection and the
-//! dilation `d`. Its determinant is the sum of the squared 2 x 2 minors of `M`, plus `d tr(M M^T)
-//! + d^2`. All terms are positive, whereas `xx yy - xy^2` loses every digit on needles. The
+//! dilation `d`. Its determinant is the sum of the squared 2 x 2 minors of `M`, plus
+//! `d tr(M M^T) + d^2`. All terms are positive, whereas `xx yy - xy^2` loses every digit on needles. The
 //! factors of the inverse follow from it without a subtraction, and the exponent, minus half a sum
 //! of two squares, cannot become positive.
 
