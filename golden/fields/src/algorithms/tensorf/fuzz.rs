@@ -139,11 +139,14 @@ fn every_key_is_honoured_refused_or_listed() {
     }
 }
 
+/// The tensors of a made file, by name.
+type Tensors = Vec<(String, Made)>;
+
 /// Of planes, lines and layers each is used, or the file is refused by the key that is missing or
 /// left.
 #[test]
 fn a_model_is_whole_or_refused_by_key() {
-    let changed = |change: &dyn Fn(&mut Vec<(String, Made)>)| {
+    let changed = |change: &dyn Fn(&mut Tensors)| {
         let Made::Dict(mut root) = whole() else {
             unreachable!()
         };
