@@ -77,8 +77,8 @@ pub(crate) struct EmitArgs {
     /// Replace files of the same names that were edited, or that this command did not write
     #[arg(long)]
     pub(crate) overwrite: bool,
-    /// Leave out of the configuration what no camera of this scene can use, and write what is left
-    /// beside the Verilog: a built-in scene, a model file or a description [default: the whole
+    /// Leave out of the configuration what no camera of this scene can use, and write the reduced
+    /// configuration beside the Verilog: a built-in scene, a model file or a description [default: the whole
     /// configuration]
     #[arg(long, value_name = "SCENE")]
     pub(crate) for_scene: Option<String>,

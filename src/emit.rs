@@ -120,8 +120,8 @@ fn refuse_own_configuration(common: &Common, args: &EmitArgs) -> Result<(), Fail
             && read == written
         {
             return Err(Failure::Usage(format!(
-                "--config {} would be replaced by what is left of it for {scene}: name another \
-                 folder with --out-dir",
+                "--config {} would be overwritten by its reduced configuration for {scene}: name \
+                 another folder with --out-dir",
                 config.display()
             )));
         }
@@ -134,7 +134,7 @@ fn print(report: &Report, stale: &[String], args: &EmitArgs) {
     if let Some(scene) = &report.for_scene {
         let path = args.out_dir.join(CONFIGURATION);
         say!(
-            "for {scene}, from any camera; what is left: {}",
+            "for {scene}, from any camera; reduced configuration: {}",
             path.display()
         );
         for part in &report.left_out {

@@ -29,11 +29,7 @@ pub(super) static PNG: Format = Format {
         key("fcTL", Listed, "the still picture of an animation is read"),
         key("fdAT", Listed, "the still picture of an animation is read"),
         key("eXIf", Listed, "pictures are taken as they lie"),
-        key(
-            BEHIND,
-            Listed,
-            "what is behind IEND is no part of the picture",
-        ),
+        key(BEHIND, Listed, "bytes behind IEND are not read"),
     ],
     others: Listed,
 };

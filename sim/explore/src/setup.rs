@@ -135,7 +135,7 @@ impl Setup {
         progress.now(self.scene.name());
         let step = || progress.advance(1);
         let found = store()?.path(&self.scene, &self.config, options, &step)?;
-        progress.now(&format!("{}: replaying what is read", self.scene.name()));
+        progress.now(&format!("{}: replaying memory accesses", self.scene.name()));
         self.replay(options)?;
         Ok(found)
     }

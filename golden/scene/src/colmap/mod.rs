@@ -53,9 +53,7 @@ pub fn read(folder: &Path, notes: &mut Notes) -> Result<Vec<PathFrame>, ColmapEr
     // What is no pinhole got here without an image.
     for (id, lens) in &cameras {
         if matches!(lens, Lens::Strange { .. }) {
-            notes.list(format!(
-                "cameras.txt: camera {id}, of which there is no image"
-            ));
+            notes.list(format!("cameras.txt: camera {id}, which no image uses"));
         }
     }
     frames.sort_by(|a, b| a.picture.cmp(&b.picture));

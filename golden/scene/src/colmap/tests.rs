@@ -87,7 +87,7 @@ fn strange_lenses_of_no_image_are_listed() {
     let mut notes = Notes::default();
     let frames = read(folder.path(), &mut notes).unwrap();
     assert_eq!(frames[0].camera.focal, DVec2::new(30.0, 31.0));
-    let listed = [3, 4].map(|id| format!("cameras.txt: camera {id}, of which there is no image"));
+    let listed = [3, 4].map(|id| format!("cameras.txt: camera {id}, which no image uses"));
     assert_eq!(notes.not_used(), listed);
     let images = IMAGE.replace(" 7 ", " 4 ");
     let error = read_texts(&cameras, &images).unwrap_err().to_string();

@@ -57,7 +57,7 @@ impl Bench {
         let done = scene.render_fixed(&config, &mut verifier);
         if verifier.failure().is_some() {
             return Err(ExploreError::Check(
-                "the Verilog of what was found differs from the golden models".to_owned(),
+                "the Verilog of the configuration found differs from the golden models".to_owned(),
             ));
         }
         done?;

@@ -47,7 +47,7 @@ impl Fidelity {
     /// As [`rungs`].
     pub fn of(setup: &Setup, progress: &dyn Progress) -> Result<Self, ExploreError> {
         let rungs = rungs(setup)?;
-        progress.now("replaying what it reads");
+        progress.now("replaying memory accesses");
         let scene = &setup.scene;
         let cache = setup.system.gpu.cache_bytes;
         Ok(Self {
