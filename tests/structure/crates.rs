@@ -1,7 +1,6 @@
 //! Crates along the data flow.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
@@ -39,7 +38,7 @@ const GENERATOR: [&str; 4] = ["verilated", "netlist", "units", "rust-hdl"];
 /// Of each crate, those of the workspace that it names: to be built, and to be tested.
 fn named() -> BTreeMap<String, [BTreeSet<String>; 2]> {
     let done = Command::new(env!("CARGO"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(super::root())
         .args([
             "metadata",
             "--locked",
@@ -119,7 +118,7 @@ fn picture(named: &BTreeMap<String, [BTreeSet<String>; 2]>) -> String {
     for name in FLOW.into_iter().chain(["potamoi"]) {
         let own: BTreeSet<&str> = match named.get(name) {
             Some([built, _]) => built.iter().map(String::as_str).collect(),
-            None => root(),
+            None => command_line(),
         };
         let mut all = own.clone();
         let indirect: BTreeSet<&str> = own.iter().flat_map(|o| below[o].clone()).collect();
@@ -133,9 +132,8 @@ fn picture(named: &BTreeMap<String, [BTreeSet<String>; 2]>) -> String {
 }
 
 /// What the command line builds on.
-fn root() -> BTreeSet<&'static str> {
-    let manifest =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"));
+fn command_line() -> BTreeSet<&'static str> {
+    let manifest = std::fs::read_to_string(super::root().join("Cargo.toml"));
     let manifest: toml::Table = manifest.unwrap().parse().unwrap();
     let own = manifest["dependencies"].as_table().unwrap();
     FLOW.into_iter()
@@ -146,7 +144,7 @@ fn root() -> BTreeSet<&'static str> {
 /// `POTAMOI_REFRESH=1 cargo test --test structure picture` draws it again.
 #[test]
 fn the_picture_of_the_crates_is_drawn_from_cargo() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/ARCHITECTURE.md");
+    let page = super::root().join("docs/ARCHITECTURE.md");
     let text = std::fs::read_to_string(&page).unwrap();
     let (begin, end) = (
         "<!-- crates: drawn by tests/structure -->\n",

@@ -1,7 +1,6 @@
 //! Every dependency has its reason, and every reason its dependency.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 /// Names before the reasons in `deny.toml`: `# name, name   why`.
 fn with_reasons(text: &str) -> BTreeSet<String> {
@@ -17,7 +16,7 @@ fn with_reasons(text: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_dependency_has_a_reason() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = super::root();
     let read = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
     let workspace: toml::Table = read("Cargo.toml").parse().unwrap();
     let all = workspace["workspace"]["dependencies"].as_table().unwrap();

@@ -290,11 +290,7 @@ fn circles(edges: &Edges) -> Vec<String> {
 fn no_modules_beside_each_other_import_each_other() {
     let mut found = vec![];
     let mut manifests = vec![];
-    super::files(
-        Path::new(env!("CARGO_MANIFEST_DIR")),
-        "Cargo.toml",
-        &mut manifests,
-    );
+    super::files(super::root(), "Cargo.toml", &mut manifests);
     for manifest in manifests {
         let folder = manifest.parent().unwrap();
         for root in ["src/lib.rs", "src/main.rs"].map(|r| folder.join(r)) {
