@@ -1,8 +1,11 @@
 //! Links lead to files and headings that exist, and every page is in the book once, under one of
 //! its four kinds.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
+
+use pulldown_cmark::{BrokenLink, Event, LinkType, Options, Parser, Tag, TagEnd};
 
 use super::{name, pages, pages_in, read, root};
 
@@ -21,64 +24,95 @@ const AT_THE_TOP: [(&str, &str); 2] = [
 /// The book's own front page and table of contents.
 const FRONT: [&str; 2] = ["README.md", "SUMMARY.md"];
 
-/// The text without code, in which links are none: blocks are blank, spans of code are gone.
-fn prose(text: &str) -> String {
-    let mut inside = false;
-    let mut out = String::new();
-    for line in text.lines() {
-        if line.trim_start().starts_with("```") {
-            inside = !inside;
-        } else if !inside {
-            for (n, part) in line.split('`').enumerate() {
-                // Odd parts are code, unless the span goes on in the next line.
-                if n % 2 == 0 {
-                    out.push_str(part);
+/// What a page's Markdown and HTML lead to and what leads into it.
+#[derive(Default)]
+struct Page {
+    /// Targets of links and pictures: inline, by reference, and in attributes of HTML.
+    links: Vec<String>,
+    /// Names of references, as in `[text][name]`, that no line defines.
+    undefined: Vec<String>,
+    /// Anchors of headings, as GitHub and mdBook make them, and of `id` in HTML.
+    anchors: BTreeSet<String>,
+}
+
+fn parsed(text: &str) -> Page {
+    let undefined = RefCell::new(vec![]);
+    let note = |link: BrokenLink<'_>| {
+        // Brackets alone, `[text]`, are usually no link.
+        if !matches!(link.link_type, LinkType::Shortcut) {
+            undefined.borrow_mut().push(link.reference.to_string());
+        }
+        None
+    };
+    let mut page = Page::default();
+    let (mut html, mut heading) = (String::new(), None::<String>);
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    for event in Parser::new_with_broken_link_callback(text, Options::ENABLE_TABLES, Some(note)) {
+        match event {
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                page.links.push(dest_url.into_string());
+            }
+            Event::Html(part) | Event::InlineHtml(part) => html += &part,
+            Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+            Event::Text(part) | Event::Code(part) => {
+                heading.iter_mut().for_each(|heading| *heading += &part);
+            }
+            Event::End(TagEnd::Heading(_)) => {
+                let anchor = anchor(&heading.take().unwrap_or_default());
+                let count = seen.entry(anchor.clone()).or_default();
+                page.anchors.insert(match *count {
+                    0 => anchor,
+                    n => format!("{anchor}-{n}"),
+                });
+                *count += 1;
+            }
+            _ => {}
+        }
+    }
+    page.links.extend(attributes(&html, &["href", "src"]));
+    page.anchors.extend(attributes(&html, &["id", "name"]));
+    page.undefined = undefined.into_inner();
+    page
+}
+
+/// The anchor of a heading with this text.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim().chars().filter_map(|c| match c {
+        ' ' => Some('-'),
+        c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c.to_ascii_lowercase()),
+        _ => None,
+    });
+    kept.collect()
+}
+
+/// Values of these attributes in tags of HTML, comments excluded.
+fn attributes(html: &str, names: &[&str]) -> Vec<String> {
+    let mut text = String::new();
+    for (n, part) in html.split("<!--").enumerate() {
+        let shown = match n {
+            0 => part,
+            _ => part.split_once("-->").map_or("", |(_, after)| after),
+        };
+        text += shown;
+    }
+    let mut found = vec![];
+    for tag in text.split('<').skip(1) {
+        let tag = tag.split('>').next().unwrap_or_default();
+        for name in names {
+            let parts = tag.split(&format!("{name}=")).collect::<Vec<_>>();
+            for pair in parts.windows(2) {
+                // A name that ends so is another attribute.
+                if !pair[0].ends_with(char::is_whitespace) {
+                    continue;
                 }
+                let quote = pair[1].chars().next().filter(|c| "\"'".contains(*c));
+                let value = match quote {
+                    Some(quote) => pair[1][1..].split(quote).next(),
+                    None => pair[1].split_whitespace().next(),
+                };
+                found.push(value.unwrap_or_default().trim().to_owned());
             }
         }
-        out.push('\n');
-    }
-    out
-}
-
-/// Targets of the links of a page.
-fn links(text: &str) -> Vec<String> {
-    let text = prose(text);
-    let mut found = vec![];
-    for (at, _) in text.match_indices("](") {
-        let rest = &text[at + 2..];
-        if let Some(end) = rest.find(')') {
-            found.push(rest[..end].trim().to_owned());
-        }
-    }
-    found
-}
-
-/// The anchors of a page's headings, as GitHub and mdBook make them.
-fn anchors(text: &str) -> BTreeSet<String> {
-    let mut inside = false;
-    let mut found = BTreeSet::new();
-    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
-    for line in text.lines() {
-        if line.starts_with("```") {
-            inside = !inside;
-        }
-        let heading = line.trim_start_matches('#');
-        if inside || heading.len() == line.len() || !heading.starts_with(' ') {
-            continue;
-        }
-        let kept = heading.trim().chars().filter_map(|c| match c {
-            ' ' => Some('-'),
-            c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c.to_ascii_lowercase()),
-            _ => None,
-        });
-        let anchor: String = kept.collect();
-        let count = seen.entry(anchor.clone()).or_default();
-        found.insert(match *count {
-            0 => anchor,
-            n => format!("{anchor}-{n}"),
-        });
-        *count += 1;
     }
     found
 }
@@ -98,31 +132,74 @@ fn plain(path: &Path) -> PathBuf {
     out
 }
 
+/// What is wrong with the links of a page, and their count, those to other sites excluded.
+fn broken(page: &Path, text: &str) -> (Vec<String>, usize) {
+    let own = parsed(text);
+    let undefined = own.undefined.iter();
+    let mut wrong: Vec<_> = undefined
+        .map(|link| format!("{}: [{link}]: no such reference", name(page)))
+        .collect();
+    let local = |link: &&String| !link.contains("://") && !link.starts_with("mailto:");
+    let links: Vec<_> = own.links.iter().filter(local).collect();
+    for link in &links {
+        let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+        let target = match file {
+            "" => page.to_owned(),
+            file => plain(&page.parent().unwrap().join(file)),
+        };
+        let is_page = target.extension().is_some_and(|e| e == "md");
+        if !target.exists() || !target.starts_with(root()) {
+            wrong.push(format!("{}: {link}: no such file", name(page)));
+        } else if !heading.is_empty() && is_page {
+            let anchors = match file {
+                "" => own.anchors.clone(),
+                _ => parsed(&read(&target)).anchors,
+            };
+            if !anchors.contains(heading) {
+                wrong.push(format!("{}: {link}: no such heading", name(page)));
+            }
+        }
+    }
+    (wrong, links.len())
+}
+
 #[test]
 fn links_lead_to_files_and_headings_that_exist() {
     let mut wrong = vec![];
     let mut count = 0;
     for page in pages() {
-        for link in links(&read(&page)) {
-            if link.contains("://") || link.starts_with("mailto:") {
-                continue;
-            }
-            count += 1;
-            let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
-            let target = match file {
-                "" => page.clone(),
-                file => plain(&page.parent().unwrap().join(file)),
-            };
-            let is_page = target.extension().is_some_and(|e| e == "md");
-            if !target.exists() || !target.starts_with(root()) {
-                wrong.push(format!("{}: {link}: no such file", name(&page)));
-            } else if !anchor.is_empty() && is_page && !anchors(&read(&target)).contains(anchor) {
-                wrong.push(format!("{}: {link}: no such heading", name(&page)));
-            }
-        }
+        let (own, links) = broken(&page, &read(&page));
+        wrong.extend(own);
+        count += links;
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
     assert!(count > 100, "{count} links: are they found?");
+}
+
+/// A broken link of every kind is found, and none in code or in a comment.
+#[test]
+fn broken_links_of_every_kind_are_found() {
+    let page = root().join("docs/README.md");
+    let text = "# Here\n[a](no.md) ![b](no.png) [c](#nowhere) [d][one] [e][] [f][none]\n\
+                <a class='x' href=\"no.html\">g</a> <img src='no.svg'>\n\
+                `[h](no.md)` <!-- [i](no.md) <img src='no.svg'> --> [j] \
+                [k](#here) <https://example.invalid> [l](ARCHITECTURE.md#crates)\n\n\
+                ```\n[m](no.md)\n```\n\n[one]: none.md\n[e]: none.md#x\n";
+    let (wrong, count) = broken(&page, text);
+    let page = "docs/README.md";
+    let expected = [
+        ("[none]", "reference"),
+        ("no.md", "file"),
+        ("no.png", "file"),
+        ("#nowhere", "heading"),
+        ("none.md", "file"),
+        ("none.md#x", "file"),
+        ("no.html", "file"),
+        ("no.svg", "file"),
+    ];
+    let expected = expected.map(|(link, what)| format!("{page}: {link}: no such {what}"));
+    assert_eq!(wrong, expected);
+    assert_eq!(count, 9);
 }
 
 /// Emitted Verilog names the page that its errors are told on. The name is part of the text that
@@ -164,7 +241,7 @@ fn every_page_is_in_the_book_once_under_its_kind() {
         if let Some(title) = line.strip_prefix("# ") {
             part = title.to_owned();
         }
-        for link in links(line) {
+        for link in parsed(line.trim_start()).links {
             let before = listed.insert(link.clone(), part.clone());
             assert!(before.is_none(), "SUMMARY.md lists {link} twice");
         }
@@ -194,7 +271,10 @@ fn every_page_is_in_the_book_once_under_its_kind() {
 #[test]
 fn the_front_page_of_the_book_leads_to_every_page() {
     let book = root().join("docs");
-    let front: BTreeSet<String> = links(&read(&book.join("README.md"))).into_iter().collect();
+    let front: BTreeSet<String> = parsed(&read(&book.join("README.md")))
+        .links
+        .into_iter()
+        .collect();
     for page in pages_in(&book) {
         let own = page
             .strip_prefix(&book)
@@ -210,8 +290,9 @@ fn the_front_page_of_the_book_leads_to_every_page() {
 
 #[test]
 fn links_and_anchors_are_told_from_code() {
-    let text = "# A `b` c\n[x](y.md) `[n](o.md)`\n```\n[n](o.md)\n# no\n```\n## A b c\n";
-    assert_eq!(links(text), ["y.md"]);
-    let all: Vec<_> = anchors(text).into_iter().collect();
-    assert_eq!(all, ["a-b-c", "a-b-c-1"]);
+    let text = "# A `b` c\n[x](y.md) `[n](o.md)`\n```\n[n](o.md)\n# no\n```\n## A b c\n<a id=\"own\"></a>\n";
+    let page = parsed(text);
+    assert_eq!(page.links, ["y.md"]);
+    let all: Vec<_> = page.anchors.iter().collect();
+    assert_eq!(all, ["a-b-c", "a-b-c-1", "own"]);
 }
