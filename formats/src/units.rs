@@ -105,9 +105,6 @@ impl OpCode {
     }
 }
 
-/// Width of the operation field in bits, from the lowest: code 4, shift 6, rounding 2.
-pub const OP_BITS: u32 = 12;
-
 /// One operation, the same for all lanes of a vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct VectorOp {

@@ -52,10 +52,4 @@ impl<S: Copy + PartialEq> Pipeline<S> {
         let at = self.stages.iter().position(|s| *s == stage)?;
         self.stages.get(at.checked_sub(1)?).copied()
     }
-
-    /// The first of these stages that is built.
-    #[must_use]
-    pub fn first_of<const N: usize>(&self, stages: [S; N]) -> Option<S> {
-        stages.into_iter().find(|stage| self.has(*stage))
-    }
 }

@@ -164,26 +164,6 @@ impl ExactExponential {
         off as f64 * 2f64.powi(-ERROR_BITS)
     }
 
-    /// Relative error of the result `mantissa * 2^(exponent - output_bits)`.
-    /// `mantissa` is below 2^(output_bits + 2), `output_bits` at most 24.
-    #[must_use]
-    pub fn relative_error(&self, code: i32, mantissa: u32, exponent: i32, output_bits: u32) -> f64 {
-        // Both in units of 2^-100 of the reference's power of two.
-        let (exact, power) = self.value(code);
-        let exact = (exact >> (MANTISSA_BITS - 100)) as i128;
-        let shift = 100 - output_bits.min(24) as i32 + exponent - power;
-        if !(0..=102).contains(&shift) {
-            return f64::INFINITY;
-        }
-        let found = i128::from(mantissa) << shift.min(90);
-        let found = if shift > 90 {
-            found << (shift - 90)
-        } else {
-            found
-        };
-        (found - exact) as f64 / exact as f64
-    }
-
     /// Measures `output` against the reference. It is called once for every code, smallest first.
     /// An unsigned input format caps the reference at `2^output_bits - 1`: 1 saturates.
     pub fn measure(&self, output_bits: u32, mut output: impl FnMut(i32) -> i32) -> ExpError {

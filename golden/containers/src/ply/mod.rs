@@ -5,11 +5,9 @@ pub mod header;
 pub mod rows;
 
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use ply_rs_bw::parser::Parser;
-use ply_rs_bw::ply::{ElementDef, Encoding, PropertyAccess};
 use thiserror::Error;
 
 /// A file that is not valid PLY.
@@ -81,26 +79,4 @@ pub fn open(path: &Path) -> Result<(BufReader<File>, u64), PlyFileError> {
     let file = potamoi_base::files::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     Ok((BufReader::with_capacity(1 << 16, file), length))
-}
-
-/// Reads one element; the error is one line.
-pub fn read_element<E: PropertyAccess>(
-    parser: &Parser<E>,
-    reader: &mut impl BufRead,
-    encoding: Encoding,
-    element: &ElementDef,
-) -> Result<E, String> {
-    let read = match encoding {
-        Encoding::BinaryLittleEndian => parser.read_little_endian_element(reader, element),
-        Encoding::BinaryBigEndian => parser.read_big_endian_element(reader, element),
-        Encoding::Ascii => {
-            let mut line = String::new();
-            match reader.read_line(&mut line) {
-                Ok(0) => return Err("the file ends before it".to_owned()),
-                Ok(_) => parser.read_ascii_element(&line, element),
-                Err(e) => Err(e),
-            }
-        }
-    };
-    read.map_err(|_| "it has not the values that the header declares".to_owned())
 }

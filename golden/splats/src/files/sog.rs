@@ -166,14 +166,6 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     Ok(raw)
 }
 
-/// Reads a cloud from a folder with a `meta.json`.
-///
-/// # Errors
-/// Those of [`parse`], or a file is missing.
-pub fn read_folder(folder: &Path) -> Result<Loaded, FileError> {
-    Ok(raw_folder(folder, &folder.display().to_string())?.turned(None))
-}
-
 pub(super) fn raw_folder(folder: &Path, origin: &str) -> Result<Raw, FileError> {
     decode(Origin(origin), |member, limit| {
         limited(&folder.join(member), limit)
