@@ -3,6 +3,7 @@
 
 mod crates;
 mod dependencies;
+mod module_files;
 mod modules;
 
 use std::path::Path;

@@ -188,5 +188,4 @@ pub fn logistic_budget(of: Logistic, config: &ExpConfig) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "logistic_tests.rs"]
 mod tests;

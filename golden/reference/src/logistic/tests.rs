@@ -74,7 +74,7 @@ fn values_agree_with_floating_point() {
 /// Every code from -16 to 16 of the table in `docs/reference/vector-unit.md`.
 #[test]
 fn every_sigmoid_and_softplus() {
-    let fields = include_str!("../../../configs/fields.toml");
+    let fields = include_str!("../../../../configs/fields.toml");
     let fields = Config::from_toml(fields, "fields").unwrap().vu.exp;
     let rows = [
         (ExpConfig::default(), [1.127, 0.832]),

@@ -310,7 +310,7 @@ mod tests {
     use super::*;
     use std::process::ExitCode;
 
-    const PAPER: &str = include_str!("../synth/paper-asap7.json");
+    const PAPER: &str = include_str!("../../synth/paper-asap7.json");
     const BOTH: [UnitKind; 2] = [UnitKind::Gathering, UnitKind::Vector];
 
     fn read(text: &str) -> SynthReport {

@@ -324,5 +324,4 @@ impl Geometry for Images {
 }
 
 #[cfg(test)]
-#[path = "images_tests.rs"]
 mod tests;

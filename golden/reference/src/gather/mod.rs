@@ -367,5 +367,4 @@ impl GatherTwin {
 }
 
 #[cfg(test)]
-#[path = "gather_tests.rs"]
 mod tests;
