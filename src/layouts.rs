@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use potamoi_cycles::layouts::{Layout, Layouts};
 use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use serde::Serialize;
 
@@ -81,7 +81,7 @@ pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
     let scene = args.scene.open()?;
     let spinner = progress::spinner("gathering a frame in every organisation");
     let mut layouts = Layouts::new(Layout::all(&config));
-    let mut twins = Twins::new(&config);
+    let mut twins = ReferenceUnits::new(&config);
     let mut units = Observed::new(&mut twins, &config).by(&mut layouts);
     scene.render_fixed(&config, &mut units)?;
     spinner.finish_and_clear();

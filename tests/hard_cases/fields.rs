@@ -16,7 +16,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_march::{Head, Lanes, MarchError, Opacities};
 use potamoi_reference::bounds::VectorBounds;
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::{Model, Scene};
 
@@ -366,7 +366,7 @@ pub(crate) fn cases() -> Vec<Case> {
     let one = |(name, field): (&'static str, Toy)| Case {
         name,
         camera: camera(),
-        picture: through(&field, &mut Twins::new(&config())),
+        picture: through(&field, &mut ReferenceUnits::new(&config())),
         step: None,
         config: config(),
         model: Model::Field(AnyField::new(field)),
@@ -378,7 +378,7 @@ pub(crate) fn cases() -> Vec<Case> {
 
 pub(crate) fn shown() -> Vec<Shown> {
     let one = |scene, case, form, field: Toy, naive: Picture| {
-        let mut twins = Twins::new(&config());
+        let mut twins = ReferenceUnits::new(&config());
         let ours = through(&field, &mut twins);
         assert_eq!(twins.gather_flags(), 0, "{scene}");
         let float = render_float(&field, &camera(), [0.0; 3]).unwrap().picture;
@@ -395,7 +395,7 @@ pub(crate) fn shown() -> Vec<Shown> {
         }
     };
     let by_row = Obvious::WeightPerRow;
-    let mut twins = Twins::new(&config());
+    let mut twins = ReferenceUnits::new(&config());
     vec![
         one(
             "hashed",
@@ -418,7 +418,7 @@ pub(crate) fn shown() -> Vec<Shown> {
 fn the_hardware_shows_the_same_fields() {
     let mut rtl = RtlUnits::new(&config());
     for field in [hashed(), wide(false)] {
-        let expected = through(&field, &mut Twins::new(&config()));
+        let expected = through(&field, &mut ReferenceUnits::new(&config()));
         assert_eq!(through(&field, &mut rtl), expected);
     }
     assert_eq!(rtl.gather_flags(), 0);
@@ -428,7 +428,7 @@ fn the_hardware_shows_the_same_fields() {
 #[test]
 fn colours_by_themselves_move_a_pixel_within_its_bound() {
     let off = |field: &Toy| {
-        let ours = through(field, &mut Twins::new(&config()));
+        let ours = through(field, &mut ReferenceUnits::new(&config()));
         let float = render_float(field, &camera(), [0.0; 3]).unwrap().picture;
         farthest(&ours, &float, bounds(field).into_iter())
     };
@@ -464,7 +464,7 @@ fn what_only_one_of_the_two_leaves_out_is_within_the_bound() {
                 let mut least = LEAST;
                 least[which] = limit * factor;
                 let field = even(density, least);
-                let ours = through(&field, &mut Twins::new(&config()));
+                let ours = through(&field, &mut ReferenceUnits::new(&config()));
                 let float = render_float(&field, &camera(), [0.0; 3]).unwrap().picture;
                 let off = farthest(&ours, &float, bounds(&field).into_iter());
                 apart[side] += u32::from(off > 0.01);
@@ -491,7 +491,7 @@ fn an_added_field_is_told_like_the_others() {
     );
     scene.set_size(Some(16), Some(16)).unwrap();
     let float = scene.render_float().unwrap().picture;
-    let mut twins = Twins::new(&config());
+    let mut twins = ReferenceUnits::new(&config());
     let fixed = scene.render_fixed(&config(), &mut twins).unwrap().picture;
     let off = fixed.rgb.iter().flatten().zip(float.rgb.iter().flatten());
     let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);

@@ -10,7 +10,7 @@ use potamoi_fields::voxels::{
 use potamoi_formats::config::Config;
 use potamoi_march::FixedFrame;
 use potamoi_reference::bounds::VectorBounds;
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::Model;
 
@@ -107,7 +107,9 @@ pub(crate) fn cases() -> Vec<Case> {
     let one = |scene: Scene| Case {
         name: scene.name,
         camera: camera(size),
-        picture: scene.through(size, &mut Twins::new(&scene.config)).picture,
+        picture: scene
+            .through(size, &mut ReferenceUnits::new(&scene.config))
+            .picture,
         step: Some(scene.step),
         config: scene.config,
         model: Model::Voxels(Box::new(scene.grid)),
@@ -118,7 +120,7 @@ pub(crate) fn cases() -> Vec<Case> {
 /// Of each scene what the obvious form, ours and floats show.
 pub(crate) fn shown() -> Vec<Shown> {
     let one = |scene: Scene| {
-        let mut twins = Twins::new(&scene.config);
+        let mut twins = ReferenceUnits::new(&scene.config);
         let options = FloatOptions {
             step: scene.step,
             ..FloatOptions::default()
@@ -158,7 +160,7 @@ fn the_hardware_shows_the_same_fog() {
     let size = [5, 4];
     for scene in &all() {
         let mut rtl = RtlUnits::new(&scene.config);
-        let expected = scene.through(size, &mut Twins::new(&scene.config));
+        let expected = scene.through(size, &mut ReferenceUnits::new(&scene.config));
         assert!(expected.stats.samples > 3000, "{:?}", expected.stats);
         assert_eq!(scene.through(size, &mut rtl), expected, "{}", scene.name);
         assert_eq!(rtl.gather_flags(), 0);

@@ -5,7 +5,7 @@ use glam::DVec3;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_formats::config::Config;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model as Shown, Scene};
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised};
@@ -45,7 +45,7 @@ fn pictures_of_samples_are_modelled() {
             .into_iter()
             .for_each(|step| scene.set_step(step).unwrap());
         let config = &case.config;
-        let mut twins = Twins::new(config);
+        let mut twins = ReferenceUnits::new(config);
         let counted =
             FrameWork::rendered(&scene, config, Array::PAPER, CACHE, None, &mut twins).unwrap();
         assert_eq!(counted.rendered.picture, case.picture, "{name}");

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
 
 /// Which operation, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Obvious {
 
 pub(crate) struct ObviousUnits {
     form: Obvious,
-    twins: Twins,
+    twins: ReferenceUnits,
     weight_bits: u32,
     /// Of samples whose transmittance is known and whose colour is not yet: the weight as it is,
     /// and cut off.
@@ -44,7 +44,7 @@ impl ObviousUnits {
     pub(crate) fn new(form: Obvious, config: &Config) -> Self {
         Self {
             form,
-            twins: Twins::new(config),
+            twins: ReferenceUnits::new(config),
             weight_bits: config.gu.weight_bits,
             weights: VecDeque::new(),
         }

@@ -2,7 +2,7 @@
 
 use potamoi_base::picture::Picture;
 use potamoi_formats::config::Config;
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_splats::{
     FixedFrame, FixedOptions, FloatFrame, FloatOptions, Profile, View, render_fixed, render_float,
@@ -78,7 +78,7 @@ fn bound(scene: &Scene, float: &FloatFrame, fixed: &FixedFrame) -> f64 {
 
 pub(crate) fn measure(scene: &Scene) -> Measured {
     let float = in_floats(scene);
-    let mut twins = Twins::new(&Config::paper());
+    let mut twins = ReferenceUnits::new(&Config::paper());
     let fixed = through(scene, &mut twins);
     assert_eq!(twins.gather_flags(), 0, "{}", scene.name);
     assert!(float.stats.drawn > 50, "{}: {:?}", scene.name, float.stats);
@@ -102,7 +102,7 @@ pub(crate) fn measure(scene: &Scene) -> Measured {
 /// The obvious form, ours and 64-bit floats, a scene each.
 pub(crate) fn columns() -> Vec<[Picture; 3]> {
     let column = |scene: &Scene| {
-        let fixed = through(scene, &mut Twins::new(&Config::paper()));
+        let fixed = through(scene, &mut ReferenceUnits::new(&Config::paper()));
         [
             render(&scene.gaussians, scene.form),
             fixed.picture,
@@ -149,7 +149,8 @@ fn any_order_of_the_file_gives_the_same_pictures() {
         let n = other.gaussians.len();
         other.gaussians.rotate_left(n / 3);
         assert_eq!(in_floats(&other), in_floats(&scene), "{}", scene.name);
-        let [a, b] = [&other, &scene].map(|s| through(s, &mut Twins::new(&Config::paper())));
+        let [a, b] =
+            [&other, &scene].map(|s| through(s, &mut ReferenceUnits::new(&Config::paper())));
         assert_eq!(a, b, "{}", scene.name);
     }
 }
@@ -163,7 +164,7 @@ fn the_hardware_renders_the_same_pictures() {
         let found = through(&scene, &mut rtl);
         assert_eq!(
             found,
-            through(&scene, &mut Twins::new(&config)),
+            through(&scene, &mut ReferenceUnits::new(&config)),
             "{}",
             scene.name
         );

@@ -5,13 +5,13 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::weights::trilinear;
-use potamoi_reference::{GatherTask, Twins, Units};
+use potamoi_reference::{GatherTask, ReferenceUnits, Units};
 use potamoi_rtl::{EngineKind, RtlUnits};
 
 /// Computes on both and gives what they agree on.
 fn agreed(rtl: &mut RtlUnits, op: VectorOp, a: &[i32], b: &[i32]) -> Vec<i32> {
     let mut expected = vec![0; a.len()];
-    let mut twins = Twins::new(&Config::paper());
+    let mut twins = ReferenceUnits::new(&Config::paper());
     twins.vector(op, a, b, &mut expected).unwrap();
     let mut found = vec![0; a.len()];
     rtl.vector(op, a, b, &mut found).unwrap();
@@ -136,7 +136,7 @@ fn tasks() -> Vec<GatherTask> {
 #[test]
 fn extremes_and_collisions_are_gathered_alike() {
     let config = Config::paper();
-    let (mut twins, mut rtl) = (Twins::new(&config), RtlUnits::new(&config));
+    let (mut twins, mut rtl) = (ReferenceUnits::new(&config), RtlUnits::new(&config));
     let (mut expected, mut found) = (vec![], vec![]);
     twins.gather(&tasks(), &mut expected).unwrap();
     rtl.gather(&tasks(), &mut found).unwrap();
@@ -160,7 +160,7 @@ fn arbitrary_words_are_gathered_alike() {
     for (i, entry) in work[0].entries.iter_mut().enumerate() {
         entry.weights = [[u16::MAX; 8], [0; 8], [1 << 15; 8]][i % 3];
     }
-    let mut twins = Twins::new(&config);
+    let mut twins = ReferenceUnits::new(&config);
     let mut rtl = RtlUnits::on(EngineKind::Interpreter, &config);
     let (mut expected, mut found) = (vec![], vec![]);
     twins.gather(&work, &mut expected).unwrap();

@@ -10,7 +10,7 @@ use potamoi_fields::voxels::{
 use potamoi_formats::config::Config;
 use potamoi_march::FixedFrame;
 use potamoi_reference::bounds::VectorBounds;
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::Model;
 
@@ -59,7 +59,7 @@ fn options() -> FixedOptions {
 pub(crate) fn cases() -> Vec<Case> {
     let one = |camera: Camera| Case {
         name: "voxels",
-        picture: fixed(&camera, &mut Twins::new(&Config::paper())).picture,
+        picture: fixed(&camera, &mut ReferenceUnits::new(&Config::paper())).picture,
         camera,
         step: Some(STEP),
         config: Config::paper(),
@@ -149,7 +149,7 @@ pub(crate) fn measure() -> Measured {
         assert!(same > 120.0, "{same}");
         least.divided = least.divided.min(psnr(&obvious(&camera, |_| 1.0, false)));
         least.owned_twice = least.owned_twice.min(psnr(&obvious(&camera, each, true)));
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         let ours = fixed(&camera, &mut twins).picture;
         least.fixed = least.fixed.min(psnr(&ours));
         let bounds = error_bounds(
@@ -192,7 +192,7 @@ fn the_hardware_samples_the_same_faces() {
     for camera in cameras() {
         assert_eq!(
             fixed(&camera, &mut rtl),
-            fixed(&camera, &mut Twins::new(&Config::paper()))
+            fixed(&camera, &mut ReferenceUnits::new(&Config::paper()))
         );
     }
     assert_eq!(rtl.gather_flags(), 0);

@@ -218,7 +218,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use potamoi_march::Work;
-    use potamoi_reference::Twins;
+    use potamoi_reference::ReferenceUnits;
 
     fn config() -> Config {
         let path =
@@ -232,7 +232,7 @@ mod tests {
     fn alphas(curve: Curve, interval: f64, numbers: &[i32]) -> Vec<f64> {
         let config = config();
         let opacity = Opacity::new(curve, interval, &config).unwrap();
-        let (mut units, mut work) = (Twins::new(&config), Work::default());
+        let (mut units, mut work) = (ReferenceUnits::new(&config), Work::default());
         let mut lanes = Lanes {
             units: &mut units,
             work: &mut work,
@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn products_are_rounded_half_to_even() {
         let config = config();
-        let (mut units, mut work) = (Twins::new(&config), Work::default());
+        let (mut units, mut work) = (ReferenceUnits::new(&config), Work::default());
         let mut lanes = Lanes {
             units: &mut units,
             work: &mut work,

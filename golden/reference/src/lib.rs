@@ -1,10 +1,10 @@
-//! The arithmetic that the renderers compute with: the [`Units`] trait, and bit-exact Rust models
-//! ("twins") of the hardware units.
+//! The arithmetic that the renderers compute with: the [`Units`] trait, and the reference units,
+//! bit-exact Rust models of the hardware.
 //!
 //! ```
 //! use potamoi_formats::config::Config;
 //! use potamoi_formats::rit::{RitEntry, Vertices};
-//! use potamoi_reference::{GatherTask, Twins, Units, weights};
+//! use potamoi_reference::{GatherTask, ReferenceUnits, Units, weights};
 //!
 //! // Eight vertices with one channel each; a sample in the middle of their cell.
 //! let config = Config::paper();
@@ -19,17 +19,15 @@
 //!     }],
 //! };
 //! let mut features = vec![];
-//! Twins::new(&config).gather(&[task], &mut features).unwrap();
+//! ReferenceUnits::new(&config).gather(&[task], &mut features).unwrap();
 //! assert_eq!(features, [40]);
 //! ```
 
-mod altered;
+mod ablation;
 pub mod bounds;
 pub mod exact_exponential;
-pub mod exp;
-#[cfg(test)]
-mod exp_tests;
-pub mod gather;
+pub mod exponential;
+pub mod gathering_unit;
 mod logarithms;
 pub mod logistic;
 pub mod observer;
@@ -37,15 +35,15 @@ pub mod one_minus;
 pub mod reference_units;
 pub mod streams;
 pub mod trace_recorder;
-pub mod vu;
+pub mod vector_unit;
 pub mod weights;
 pub mod widths;
 
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::VectorOp;
 
-pub use altered::Altered;
-pub use reference_units::{Twins, UnitCounts};
+pub use ablation::AblatedUnits;
+pub use reference_units::{ReferenceUnits, UnitCounts};
 
 /// The gathering unit's work for one MVoxel: the loaded rows, and the entries that read them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

@@ -8,10 +8,10 @@
 //! use potamoi_formats::units::{OpCode, VectorOp};
 //! use potamoi_reference::observer::Observed;
 //! use potamoi_reference::trace_recorder::{Limits, Recorder};
-//! use potamoi_reference::{Twins, Units};
+//! use potamoi_reference::{ReferenceUnits, Units};
 //!
 //! let config = Config::paper();
-//! let mut twins = Twins::new(&config);
+//! let mut twins = ReferenceUnits::new(&config);
 //! let mut recorder = Recorder::new(Limits::NONE);
 //! let mut units = Observed::new(&mut twins, &config).by(&mut recorder);
 //! let mut out = [0; 2];
@@ -24,7 +24,7 @@
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
 
-use super::gather::Reducer;
+use super::gathering_unit::Reducer;
 use super::{GatherTask, Product, UnitError, Units};
 
 /// A gather call, with `channels` results for every entry of every task, in order.
@@ -178,7 +178,7 @@ mod tests {
     use potamoi_formats::units::OpCode;
 
     use super::*;
-    use crate::Twins;
+    use crate::ReferenceUnits;
     use crate::trace_recorder::{Limits, Recorder};
 
     fn task(code: i16) -> GatherTask {
@@ -196,7 +196,7 @@ mod tests {
 
     /// Observed units return the same results as on their own, and every observer sees them.
     fn seen(config: &Config) -> [Recorder; 2] {
-        let [mut alone, mut twins] = [(); 2].map(|()| Twins::new(config));
+        let [mut alone, mut twins] = [(); 2].map(|()| ReferenceUnits::new(config));
         let mut recorders = [(); 2].map(|()| Recorder::new(Limits::NONE));
         let [first, second] = &mut recorders;
         let mut units = Observed::new(&mut twins, config).by(first).by(second);
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn an_observer_that_fails_ends_the_call() {
         let config = Config::paper();
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         let mut refuses = Refuses;
         let mut units = Observed::new(&mut twins, &config).by(&mut refuses);
         let error = units.gather(&[task(1)], &mut vec![]).unwrap_err();

@@ -110,7 +110,7 @@ fn multiply(a: u128, b: u128) -> u128 {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::exp::ExpTwin;
+    use crate::exponential::ReferenceExponential;
     use crate::widths::budget;
     use potamoi_formats::config::ExpConfig;
 
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn every_one_minus_exp_of_the_default_engine() {
         let config = ExpConfig::default();
-        let (twin, f) = (ExpTwin::new(&config), config.output_bits);
+        let (twin, f) = (ReferenceExponential::new(&config), config.output_bits);
         let reference = OneMinusReference::new(config.one_minus_frac_bits).unwrap();
         assert_eq!((twin.one_minus_exp(0), reference.scaled(0, f)), (0, 0));
         let octaves = reference.by_octave(f, |s| twin.one_minus_exp(s));

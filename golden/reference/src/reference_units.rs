@@ -1,4 +1,4 @@
-//! Both twins behind the [`Units`] trait, with counts of their work.
+//! Both reference units behind the [`Units`] trait, with counts of their work.
 
 use std::collections::BTreeMap;
 
@@ -6,8 +6,8 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 use thiserror::Error;
 
-use super::gather::{GatherError, GatherTwin};
-use super::vu::VectorTwin;
+use super::gathering_unit::{GatherError, ReferenceGatheringUnit};
+use super::vector_unit::ReferenceVectorUnit;
 use super::{GatherTask, Product, UnitError, Units};
 
 /// Work that the units did.
@@ -30,23 +30,23 @@ struct TaskError {
     source: GatherError,
 }
 
-/// The twins of the gathering unit and the vector unit.
+/// The reference gathering unit and the reference vector unit.
 #[derive(Debug, Clone)]
-pub struct Twins {
-    gather: GatherTwin,
-    vector: VectorTwin,
+pub struct ReferenceUnits {
+    gather: ReferenceGatheringUnit,
+    vector: ReferenceVectorUnit,
     counts: UnitCounts,
     flags: u8,
 }
 
-impl Twins {
+impl ReferenceUnits {
     /// The units that `config` describes, which must have passed the rules of
     /// `potamoi_formats::config`.
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
-            gather: GatherTwin::new(config),
-            vector: VectorTwin::new(&config.vu),
+            gather: ReferenceGatheringUnit::new(config),
+            vector: ReferenceVectorUnit::new(&config.vu),
             counts: UnitCounts::default(),
             flags: 0,
         }
@@ -66,24 +66,24 @@ impl Twins {
 
     /// The gathering unit.
     #[must_use]
-    pub fn gather_twin(&self) -> &GatherTwin {
+    pub fn gather_twin(&self) -> &ReferenceGatheringUnit {
         &self.gather
     }
 
     /// The vector unit.
     #[must_use]
-    pub fn vector_twin(&self) -> &VectorTwin {
+    pub fn vector_twin(&self) -> &ReferenceVectorUnit {
         &self.vector
     }
 }
 
-impl Twins {
+impl ReferenceUnits {
     /// Appends the results of `one` for every task, or nothing if any task is refused.
     fn each<T>(
         &mut self,
         tasks: &[GatherTask],
         out: &mut Vec<T>,
-        one: impl Fn(&GatherTwin, &GatherTask, &mut Vec<T>) -> Result<u8, GatherError>,
+        one: impl Fn(&ReferenceGatheringUnit, &GatherTask, &mut Vec<T>) -> Result<u8, GatherError>,
     ) -> Result<(), UnitError> {
         let begin = out.len();
         let mut flags = 0;
@@ -108,14 +108,14 @@ impl Twins {
     }
 }
 
-impl Units for Twins {
+impl Units for ReferenceUnits {
     /// Nothing is appended if any task is refused.
     fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
-        self.each(tasks, features, GatherTwin::gather)
+        self.each(tasks, features, ReferenceGatheringUnit::gather)
     }
 
     fn sums(&mut self, tasks: &[GatherTask], sums: &mut Vec<i32>) -> Result<(), UnitError> {
-        self.each(tasks, sums, GatherTwin::sums)
+        self.each(tasks, sums, ReferenceGatheringUnit::sums)
     }
 
     fn vector(

@@ -4,7 +4,7 @@ use potamoi_formats::config::{ExpConfig, ExpForm};
 use rayon::prelude::*;
 
 use super::exact_exponential::{ExactError, ExactExponential};
-use super::exp::ExpTwin;
+use super::exponential::ReferenceExponential;
 
 /// The accuracy that the widths must reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -162,7 +162,7 @@ pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, Exa
                         offset: Some(offset),
                         ..config.clone()
                     };
-                    let twin = ExpTwin::new(&widths);
+                    let twin = ReferenceExponential::new(&widths);
                     let max_ulp = largest(&reference, &twin, f, target)?;
                     Some(Found {
                         accumulator_bits,
@@ -184,7 +184,12 @@ pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, Exa
 }
 
 /// The largest error; `None` if it misses the target or the results are not monotone.
-fn largest(reference: &ExactExponential, twin: &ExpTwin, f: u32, target: Target) -> Option<f64> {
+fn largest(
+    reference: &ExactExponential,
+    twin: &ReferenceExponential,
+    f: u32,
+    target: Target,
+) -> Option<f64> {
     let falls = !reference.input().is_signed();
     let (mut worst, mut before) = (0.0f64, None);
     for code in reference.codes() {
@@ -218,7 +223,7 @@ mod tests {
 
     /// Error of the default widths of a configuration.
     fn error(config: &ExpConfig) -> super::super::exact_exponential::ExpError {
-        let twin = ExpTwin::new(config);
+        let twin = ReferenceExponential::new(config);
         let reference = ExactExponential::of(config.input).unwrap();
         reference.measure(config.output_bits, |code| twin.exp(code))
     }

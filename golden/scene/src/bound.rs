@@ -128,7 +128,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use potamoi_reference::Twins;
+    use potamoi_reference::ReferenceUnits;
 
     /// Colours and opacities beyond their formats saturate; a bound without this effect would be a
     /// hundred times too small.
@@ -157,7 +157,7 @@ mod tests {
         let config = Config::paper();
         let bounds = scene.error_bounds(&config).unwrap().unwrap();
         let float = scene.render_float().unwrap().picture;
-        let fixed = scene.render_fixed(&config, &mut Twins::new(&config));
+        let fixed = scene.render_fixed(&config, &mut ReferenceUnits::new(&config));
         let fixed = fixed.unwrap().picture;
         let mut most = 0f64;
         for ((a, b), bound) in fixed.rgb.iter().zip(&float.rgb).zip(&bounds) {
@@ -188,7 +188,7 @@ mod tests {
             );
         }
         let config = Config::paper();
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         let mut shown = |alpha_min| {
             scene.precision = cut_off(alpha_min);
             let float = scene.render_float().unwrap().picture;

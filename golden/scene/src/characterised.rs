@@ -12,7 +12,7 @@ use potamoi_base::mask::Mask;
 use potamoi_fields::Size;
 use potamoi_fields::voxels::{self, MVoxels, Placement, StoredField, Volume, stored};
 use potamoi_fields::{Field, FieldError, FixedField, Stops};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_splats::{Cloud, View};
 
 /// Memory behaviour of a frame in both orders, and time of its stages.
@@ -55,7 +55,8 @@ impl Scene {
                 };
                 let traffic = || {
                     let (camera, options) = (&self.camera, self.voxel_options());
-                    let stops = voxels::stops(&volume, camera, &options, &mut Twins::new(config))?;
+                    let stops =
+                        voxels::stops(&volume, camera, &options, &mut ReferenceUnits::new(config))?;
                     traffic(&volume, camera, &options, &stops, sides)
                 };
                 self.of_field(&field, capacity, full, traffic)
@@ -119,7 +120,7 @@ impl Scene {
     ) -> Result<Vec<Traffic>, FieldError> {
         let stopping = self.stopping(field);
         let (able, made) = able(config, |config| FixedField::new(&stopping, config))?;
-        let stops = made.stops(&self.camera, &mut Twins::new(&able))?;
+        let stops = made.stops(&self.camera, &mut ReferenceUnits::new(&able))?;
         let Some(own) = made.volume() else {
             return table_traffic(field, &self.camera, &stops, config, sides);
         };
@@ -196,7 +197,7 @@ fn able<T>(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use potamoi_reference::Twins;
+    use potamoi_reference::ReferenceUnits;
 
     /// Reads and bytes of the colours of Compact-3DGS are counted as the renderer
     /// counts them: every stream, MVoxels and entries.
@@ -209,7 +210,7 @@ mod tests {
         let mut scene = crate::tests::opened("cairn:compact");
         scene.set_size(Some(64), Some(48)).unwrap();
         let found = scene.characterise(&config, 1 << 21, &[64], false).unwrap();
-        let mut units = Twins::new(&config);
+        let mut units = ReferenceUnits::new(&config);
         let rendered = scene.render_fixed(&config, &mut units).unwrap().counts;
         let [traffic] = found.traffic[..] else {
             unreachable!("one side")

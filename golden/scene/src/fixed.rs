@@ -11,7 +11,7 @@ use potamoi_fields::voxels::{self, MVoxels, Placement, Volume};
 use potamoi_fields::{self as fields, Field, FixedField, Stopping};
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::Halo;
-use potamoi_reference::Altered;
+use potamoi_reference::AblatedUnits;
 use potamoi_reference::Units;
 use potamoi_splats::{self as splats, Cells, Cloud};
 
@@ -51,10 +51,10 @@ impl Scene {
         units: &mut dyn Units,
     ) -> Result<Rendered, SceneError> {
         let rendered = self.powers_of_e(config).and_then(|()| {
-            if !Altered::is_asked_for(self.choices) {
+            if !AblatedUnits::is_asked_for(self.choices) {
                 return self.through(config, only, units);
             }
-            let mut altered = Altered::new(units, config, self.choices);
+            let mut altered = AblatedUnits::new(units, config, self.choices);
             self.through(config, only, &mut altered)
         });
         rendered.map_err(|e| e.of(&self.name))

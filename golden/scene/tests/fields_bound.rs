@@ -4,7 +4,7 @@ use std::path::Path;
 
 use potamoi_base::precision::Precision;
 use potamoi_formats::config::Config;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_scene::Scene;
 
@@ -48,7 +48,9 @@ fn config(more: &str) -> Config {
 fn used(scene: &Scene, bounded: &Config, shown: &Config) -> [f64; 3] {
     let bounds = scene.error_bounds(bounded).unwrap().unwrap();
     let float = scene.render_float().unwrap().picture;
-    let fixed = scene.render_fixed(shown, &mut Twins::new(shown)).unwrap();
+    let fixed = scene
+        .render_fixed(shown, &mut ReferenceUnits::new(shown))
+        .unwrap();
     let mut most = [0f64; 3];
     for ((a, b), bound) in fixed.picture.rgb.iter().zip(&float.rgb).zip(&bounds) {
         let channels = a.iter().zip(b);
@@ -121,7 +123,9 @@ fn rays_that_stop_elsewhere_are_in_the_bound() {
         };
         sooner.set_precision(precision).unwrap();
         for [fixed, float] in [[&sooner, &rules], [&rules, &sooner]] {
-            let shown = fixed.render_fixed(&own, &mut Twins::new(&own)).unwrap();
+            let shown = fixed
+                .render_fixed(&own, &mut ReferenceUnits::new(&own))
+                .unwrap();
             let float_picture = float.render_float().unwrap().picture;
             let beside = fixed.error_bounds_beside(&own, float.precision(), &powers);
             let beside = beside.unwrap().unwrap();

@@ -9,7 +9,7 @@ use potamoi_fields::algorithms::dvgo::Dvgo;
 use potamoi_fields::{FixedField, FixedOptions, render_float};
 use potamoi_formats::config::Config;
 use potamoi_march::tiling::Halo;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_scene::transforms;
 
 fn shared() -> Option<PathBuf> {
@@ -95,7 +95,7 @@ fn a_split_halo_changes_no_bit_of_lego() {
                 group_side: Some(side),
                 ..FixedOptions::default()
             };
-            let mut units = Twins::new(&config);
+            let mut units = ReferenceUnits::new(&config);
             let frame = made.render(&camera, &options, &mut units).unwrap();
             assert_eq!(frame.stats.split_entries > 0, halo == Halo::Split);
             let bits = (frame.picture, frame.transmittance);
@@ -137,7 +137,7 @@ fn fixed_against_float(side: u32) {
         ..FixedOptions::default()
     };
     let fixed = made
-        .render(&camera, &options, &mut Twins::new(&config))
+        .render(&camera, &options, &mut ReferenceUnits::new(&config))
         .unwrap();
     let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();
     let covered = fixed

@@ -9,7 +9,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_march::tiling::Halo;
 use potamoi_march::{FixedFrame, FixedStats};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model, Scene};
 
 /// A checkpoint of TensoRF and two snapshots of Instant-NGP, which other
@@ -64,7 +64,7 @@ fn render(scene: &Scene, config: &Config, options: &FixedOptions) -> FixedFrame 
 
 fn render_with(scene: &Scene, config: &Config, options: &FixedOptions, halo: Halo) -> FixedFrame {
     let made = FixedField::with_halo(field(scene), config, halo).unwrap();
-    let mut twins = Twins::new(config);
+    let mut twins = ReferenceUnits::new(config);
     let frame = made.render(scene.camera(), options, &mut twins).unwrap();
     assert_eq!(twins.gather_flags(), 0);
     frame
@@ -80,7 +80,7 @@ fn pictures_stay_next_to_float_ones() {
         let scene = scene(name, 64);
         let float = scene.render_float().unwrap();
         let fixed = scene
-            .render_fixed(&config, &mut Twins::new(&config))
+            .render_fixed(&config, &mut ReferenceUnits::new(&config))
             .unwrap();
         let psnr = fixed
             .picture
@@ -357,7 +357,7 @@ fn configurations_that_do_not_fit_are_refused_by_field() {
     let ngp = scene("ngp/cube.ingp", 8);
     let refused = |scene: &Scene, text: &str| {
         let config = Config::from_toml(text, "test").unwrap();
-        let rendered = scene.render_fixed(&config, &mut Twins::new(&config));
+        let rendered = scene.render_fixed(&config, &mut ReferenceUnits::new(&config));
         rendered.unwrap_err().to_string()
     };
     let error = refused(&ngp, "");

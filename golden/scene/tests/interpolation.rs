@@ -10,7 +10,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_reference::weights::trilinear;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -150,7 +150,7 @@ fn the_unit_gives_the_same_sums() {
     let samples = samples(2);
     for (bits, weight_bits) in [(8, 4), (12, 8), (16, 8), (16, 15)] {
         let text = format!("[gu]\nfeature_bits = {bits}\nweight_bits = {weight_bits}");
-        let twin = GatherTwin::new(&Config::from_toml(&text, "test").unwrap());
+        let twin = ReferenceGatheringUnit::new(&Config::from_toml(&text, "test").unwrap());
         let (peak, offset) = (((1i64 << bits) - 1) as f64, 1i64 << (bits - 1));
         for sample in samples.iter().take(2000) {
             let codes = sample.field.map(|f| (f * peak).round() as i64);

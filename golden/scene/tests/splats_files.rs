@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
 use potamoi_splats::{Cloud, files};
 
@@ -137,7 +137,7 @@ fn opacities_of_one_pass_through_the_units() {
     scene.set_size(Some(100), None).unwrap();
     let config = Config::paper();
     let float = scene.render_float().unwrap();
-    let fixed = scene.render_fixed(&config, &mut Twins::new(&config));
+    let fixed = scene.render_fixed(&config, &mut ReferenceUnits::new(&config));
     let fixed = fixed.unwrap();
     assert_eq!(fixed.counts.splats.unwrap().saturated, 198);
     let decibels = fixed.picture.psnr(&float.picture, |_| true).unwrap();

@@ -10,7 +10,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
-use super::exponents::Exponents;
+use super::exponential::Exponents;
 use super::rounds::Rounds;
 use super::split::{SplitRun, check_no_turns};
 use super::vector_unit::VectorTiming;

@@ -269,7 +269,7 @@ impl Observer for Layouts {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use potamoi_reference::Twins;
+    use potamoi_reference::ReferenceUnits;
     use potamoi_reference::observer::Observed;
     use potamoi_scene::Scene;
 
@@ -287,7 +287,7 @@ mod tests {
         scene.set_size(Some(16), Some(16)).unwrap();
         let config = Config::from_toml("[gu]\nsums = \"exact\"\n", "test").unwrap();
         let mut layouts = Layouts::new(Layout::all(&config));
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         let mut units = Observed::new(&mut twins, &config).by(&mut layouts);
         scene.render_fixed(&config, &mut units).unwrap();
         assert_eq!(layouts.samples, twins.counts().feature_vectors);

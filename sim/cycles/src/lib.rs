@@ -29,7 +29,7 @@
 mod beat_words;
 pub mod closed;
 pub mod drive;
-pub mod exponents;
+pub mod exponential;
 pub mod feature_major;
 mod gather_work;
 pub mod gathering_unit;
@@ -51,7 +51,7 @@ pub use closed::{
     ClosedVector, GatherCycles, VectorCycles, gather_cycles, split_cycles, vector_cycles,
 };
 pub use drive::{CycleLog, run_gather, run_gather_watched, run_split};
-pub use exponents::Exponents;
+pub use exponential::Exponents;
 pub use feature_major::{FeatureMajorModel, LaneRun, feature_major_cycles};
 pub use gather_work::{GatherWork, Group, StreamError, runs};
 pub use gathering_unit::{GatherInputs, GatherModel, GatherOutputs};

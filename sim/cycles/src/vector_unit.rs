@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use potamoi_formats::config::{Config, rules};
 use potamoi_formats::units::OpCode;
 
-use super::exponents::{self, MOST_EXPONENT};
+use super::exponential::{self, MOST_EXPONENT};
 use super::work::WorkError;
 
 /// Inputs of one cycle.
@@ -63,7 +63,7 @@ impl VectorTiming {
             return Err(WorkError::Config(breaches.to_string()));
         }
         let exp = &config.vu.exp;
-        let interval = exponents::clocks(exp);
+        let interval = exponential::clocks(exp);
         let mut clocks = [1; 16];
         for op in &config.vu.ops {
             clocks[usize::from(op.code() & 15)] = match op {
@@ -77,7 +77,7 @@ impl VectorTiming {
             pipelined: exp.pipelined,
             room: u64::from(config.vu.fifo_depth) + stages,
             clocks,
-            by_exponent: exponents::clocks_by_exponent(exp),
+            by_exponent: exponential::clocks_by_exponent(exp),
         })
     }
 

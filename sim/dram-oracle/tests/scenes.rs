@@ -10,7 +10,7 @@ use common::agree;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
 use potamoi_scene::Scene;
-use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
 use potamoi_system::soc::dram::Access;
 
 const BURST: u64 = 32;
@@ -19,10 +19,10 @@ const MOST: usize = 200_000;
 /// Reads that wait in all queues at once, more or less.
 const WAITING: usize = 512;
 
-/// Twins, and the rows that were loaded: MVoxels with the same rows are the same, and lie one
+/// ReferenceUnits, and the rows that were loaded: MVoxels with the same rows are the same, and lie one
 /// behind the other as they come up.
 struct Loads {
-    twins: Twins,
+    twins: ReferenceUnits,
     places: HashMap<Vec<i16>, u64>,
     end: u64,
     accesses: Vec<Access>,
@@ -79,7 +79,7 @@ fn accesses_of_scenes() {
         let mut scene = Scene::open(name).unwrap();
         scene.set_size(Some(128), Some(128)).unwrap();
         let mut units = Loads {
-            twins: Twins::new(&config),
+            twins: ReferenceUnits::new(&config),
             places: HashMap::new(),
             end: 0,
             accesses: vec![],

@@ -4,7 +4,7 @@ use potamoi_analysis::Hardware;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_formats::config::Config;
-use potamoi_reference::{Twins, UnitCounts};
+use potamoi_reference::{ReferenceUnits, UnitCounts};
 use potamoi_rtl::{RtlCycles, RtlUnits};
 use potamoi_scene::{FrameCounts, Rendered, Scene};
 use serde::Serialize;
@@ -83,7 +83,7 @@ pub fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot,
             Shot::of(scene.render_float()?)
         }
         Numerics::Fixed => {
-            let mut twins = Twins::new(config);
+            let mut twins = ReferenceUnits::new(config);
             let picture = scene.render_fixed(config, &mut twins)?;
             Shot {
                 picture,

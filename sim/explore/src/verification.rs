@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::{Config, Sums};
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::verify::Verifier;
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;
@@ -55,7 +55,9 @@ impl Work {
     pub fn counts(&self, config: &Config) -> Result<[u64; 2], ExploreError> {
         match self {
             Self::Scene(scene) => {
-                let frame = scene.render_fixed(config, &mut Twins::new(config))?.counts;
+                let frame = scene
+                    .render_fixed(config, &mut ReferenceUnits::new(config))?
+                    .counts;
                 Ok([frame.feature_vectors, frame.elements.values().sum()])
             }
             Self::Trace(_, trace) => {

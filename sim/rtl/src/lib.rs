@@ -13,7 +13,7 @@
 //! ```
 //! use potamoi_formats::config::Config;
 //! use potamoi_formats::units::{OpCode, VectorOp};
-//! use potamoi_reference::{Twins, Units};
+//! use potamoi_reference::{ReferenceUnits, Units};
 //! use potamoi_rtl::{EngineKind, RtlUnits};
 //!
 //! let config = Config::preset("small").unwrap();
@@ -23,7 +23,7 @@
 //! let exp = VectorOp::new(OpCode::Exp);
 //! let [mut found, mut expected] = [[0; 3]; 2];
 //! hardware.vector(exp, &u, &unused, &mut found)?;
-//! Twins::new(&config).vector(exp, &u, &unused, &mut expected)?;
+//! ReferenceUnits::new(&config).vector(exp, &u, &unused, &mut expected)?;
 //! assert_eq!(found, expected);
 //! assert!(hardware.cycles().vector > 0);
 //! # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())

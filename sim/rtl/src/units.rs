@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use potamoi_cycles::{Stalls, runs};
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
-use potamoi_reference::gather::Reducer;
+use potamoi_reference::gathering_unit::Reducer;
 use potamoi_reference::{GatherTask, Product, UnitCounts, UnitError, Units};
 
 use super::engine::EngineKind;

@@ -21,8 +21,8 @@ use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_netlist::{Header, Module, verilog};
 use potamoi_reference::observer::Observed;
-use potamoi_reference::vu::VectorTwin;
-use potamoi_reference::{GatherTask, Twins, Units};
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
+use potamoi_reference::{GatherTask, ReferenceUnits, Units};
 use potamoi_rtl::{Check, EngineKind, GatherUnit, RtlError, VectorBatch, VectorUnit};
 use potamoi_synth::{
     Library, Sampler, SynthError, Tools, UnitKind, Verified, cell_functions, default_library,
@@ -135,7 +135,7 @@ fn gather(
 
 fn sampled(config: &Config, tasks: &[GatherTask]) -> Sampler {
     let mut sampler = Sampler::new(config);
-    let mut twins = Twins::new(config);
+    let mut twins = ReferenceUnits::new(config);
     let mut units = Observed::new(&mut twins, config).by(&mut sampler);
     units.gather(tasks, &mut vec![]).unwrap();
     sampler
@@ -200,7 +200,7 @@ fn exponentials(config: &Config, count: usize) -> [Vec<i32>; 3] {
         .map(|_| random.random_range(0..1 << 16))
         .collect();
     let (b, mut out) = (vec![0; count], vec![0; count]);
-    let twin = VectorTwin::new(&config.vu);
+    let twin = ReferenceVectorUnit::new(&config.vu);
     twin.slice(VectorOp::new(OpCode::Exp), &a, &b, &mut out)
         .unwrap();
     [a, b, out]
@@ -228,7 +228,7 @@ fn a_lane_computes_the_same_in_cells() {
     let mut sampler = Sampler::new(&cells.config);
     let [a, b, _] = exponentials(&cells.config, 64);
     let op = VectorOp::new(OpCode::Exp);
-    let mut twins = Twins::new(&cells.config);
+    let mut twins = ReferenceUnits::new(&cells.config);
     let mut units = Observed::new(&mut twins, &cells.config).by(&mut sampler);
     units.vector(op, &a, &b, &mut [0; 64]).unwrap();
     let own = cells.own(&sampler).unwrap();

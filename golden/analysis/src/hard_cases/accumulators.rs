@@ -7,7 +7,7 @@ use super::{Case, Draws, Worst, cases};
 use potamoi_fields::mac::MacMlp;
 use potamoi_fields::{Layer, Mlp};
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_reference::weights::trilinear;
 
 cases!(
@@ -20,7 +20,7 @@ cases!(
 const LSB: &str = "ulp of a 16-bit feature";
 
 pub(super) fn gathered(config: &str, codes: &[i16; 8], weights: [u16; 8]) -> i16 {
-    let twin = GatherTwin::new(&Config::from_toml(config, "hard case").unwrap());
+    let twin = ReferenceGatheringUnit::new(&Config::from_toml(config, "hard case").unwrap());
     let task = GatherTask {
         vertices: Vertices::Eight,
         channels: 1,

@@ -9,8 +9,8 @@ use super::exact::exact;
 use super::{Case, Draws, Worst, cases};
 use potamoi_base::camera::Camera;
 use potamoi_fields::voxels::{self, Grid, Layout, MVoxels};
-use potamoi_reference::Twins;
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::ReferenceUnits;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_splats::{
     Cloud, FixedFrame, FixedOptions, FloatOptions, Limits, Profile, render_fixed, render_float,
     sigmoid,
@@ -28,7 +28,7 @@ cases!(
 const ONE: f64 = 1_048_576.0;
 const SAMPLES: usize = 65_536;
 
-fn transmittance(unit: &VectorTwin, t: i32, alpha: i32) -> i32 {
+fn transmittance(unit: &ReferenceVectorUnit, t: i32, alpha: i32) -> i32 {
     let op = VectorOp {
         code: OpCode::Multiply,
         shift: 16,
@@ -38,7 +38,7 @@ fn transmittance(unit: &VectorTwin, t: i32, alpha: i32) -> i32 {
 }
 
 fn long_transmittances() -> Case {
-    let unit = VectorTwin::new(&Config::paper().vu);
+    let unit = ReferenceVectorUnit::new(&Config::paper().vu);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for alpha in [1, 2, 3, 16, 257, 655] {
         let factor = exact(f64::from(65_536 - alpha) / 65_536.0);
@@ -84,7 +84,7 @@ fn sums_of_4096_weights() -> Case {
         background: [0.5; 3],
         ..voxels::FixedOptions::default()
     };
-    let mut units = Twins::new(&config);
+    let mut units = ReferenceUnits::new(&config);
     let frame = voxels::render_fixed(&grid, &mvoxels, &camera, &options, &mut units).unwrap();
     assert!(frame.stats.composited > 4 * 4000, "{:?}", frame.stats);
     // All weights and what is left, times one colour: that colour where they sum to 1.
@@ -147,7 +147,7 @@ fn layers(logits: Vec<f32>) -> Cloud {
 }
 
 fn fixed(cloud: &Cloud, profile: Profile) -> FixedFrame {
-    let mut units = Twins::new(&Config::paper());
+    let mut units = ReferenceUnits::new(&Config::paper());
     render_fixed(
         cloud,
         &camera(),

@@ -7,7 +7,7 @@ use potamoi_formats::fixed::Format;
 
 use super::{Case, Worst, cases};
 use potamoi_reference::exact_exponential::ExactExponential;
-use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::widths::budget;
 
 cases!(
@@ -22,8 +22,8 @@ cases!(
 
 const ULP: &str = "ulp of U0.16";
 
-fn twin() -> ExpTwin {
-    ExpTwin::new(&ExpConfig::default())
+fn twin() -> ReferenceExponential {
+    ReferenceExponential::new(&ExpConfig::default())
 }
 
 fn reference() -> Arc<ExactExponential> {
@@ -82,7 +82,7 @@ fn negative_powers() -> Case {
         output_bits: 14,
         ..ExpConfig::default()
     };
-    let (printed, ours) = (ExpTwin::new(&literal), twin());
+    let (printed, ours) = (ReferenceExponential::new(&literal), twin());
     let unit = 2f64.powi(-16);
     // -1 to 0 in steps of both formats.
     let codes = || 0..=8192;
@@ -172,7 +172,7 @@ fn multiples_of_ln_2() -> Case {
 
 /// Code 15967 lies 2^-16.1 units from a midpoint, closer than 32-bit floats tell.
 fn hardest_to_round() -> Case {
-    let fine = ExpTwin::new(&ExpConfig {
+    let fine = ReferenceExponential::new(&ExpConfig {
         iterations: 27,
         ..ExpConfig::default()
     });

@@ -7,7 +7,7 @@ use super::exact::exact;
 use super::{Case, Worst, cases};
 use potamoi_base::camera::Camera;
 use potamoi_fields::voxels::{FloatOptions, Grid, Layout, render_float};
-use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::widths::budget;
 
 cases!(thin_fog_in_floats, thin_fog_in_codes);
@@ -56,7 +56,7 @@ fn thin_fog_in_floats() -> Case {
 
 fn thin_fog_in_codes() -> Case {
     let config = ExpConfig::default();
-    let twin = ExpTwin::new(&config);
+    let twin = ReferenceExponential::new(&config);
     let bits = config.one_minus_frac_bits;
     let exact = |a: i32| -(-f64::from(a) * 2f64.powi(-(bits as i32))).exp_m1() * 65_536.0;
     let codes = || (0..1 << 15).chain((1 << 15..16 << bits).step_by(997));

@@ -9,13 +9,13 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 use super::{Case, Draws, Worst, cases};
 use potamoi_fields::Table;
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_reference::weights::trilinear;
 
 cases!(forced_collisions);
 
 fn forced_collisions() -> Case {
-    let twin = GatherTwin::new(&Config::paper());
+    let twin = ReferenceGatheringUnit::new(&Config::paper());
     let mut draws = Draws(3);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     let mut shared = 0;

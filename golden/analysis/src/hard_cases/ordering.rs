@@ -5,7 +5,7 @@ use potamoi_formats::config::Config;
 
 use super::{Case, Worst, cases};
 use potamoi_base::camera::Camera;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_splats::{Cloud, FixedOptions, FloatOptions, Profile, render_fixed, render_float};
 
 cases!(depth_ties, near_ties);
@@ -60,7 +60,7 @@ fn depth_ties() -> Case {
     let both = |cloud: &Cloud| {
         let options = FloatOptions::default();
         let float = render_float(cloud, &camera(), Profile::Inria, &options).unwrap();
-        let (options, mut units) = (FixedOptions::default(), Twins::new(&config));
+        let (options, mut units) = (FixedOptions::default(), ReferenceUnits::new(&config));
         let fixed = render_fixed(cloud, &camera(), Profile::Inria, &options, &mut units);
         (float, fixed.unwrap())
     };

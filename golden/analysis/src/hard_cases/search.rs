@@ -10,7 +10,7 @@ use super::exact::exact;
 use super::projection::turned;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::weights::trilinear;
 use potamoi_splats::{
     Cloud, FixedOptions, FloatOptions, Footprint, Profile, View, render_fixed, render_float,
@@ -91,7 +91,7 @@ proptest! {
         );
         for profile in Profile::ALL {
             let float = render_float(&cloud, &camera(), profile, &float).unwrap();
-            let mut units = Twins::new(&Config::paper());
+            let mut units = ReferenceUnits::new(&Config::paper());
             let fixed = render_fixed(&cloud, &camera(), profile, &fixed, &mut units).unwrap();
             prop_assert_eq!(units.gather_flags(), 0);
             prop_assert!(fixed.transmittance.iter().all(|t| *t <= 1 << 20), "{}", AGAIN);

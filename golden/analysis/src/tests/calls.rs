@@ -82,7 +82,7 @@ fn one_void_voxel_calls_for_the_void_test() {
     let gathered = |scene: &Scene| {
         let config = fitting(scene);
         let rendered = scene
-            .render_fixed(&config, &mut Twins::new(&config))
+            .render_fixed(&config, &mut ReferenceUnits::new(&config))
             .unwrap();
         (rendered.counts.feature_vectors, rendered.picture)
     };
@@ -130,7 +130,7 @@ fn nothing_to_see_calls_for_no_unit() {
         let config = fitting(scene);
         let hardware = Hardware::of(scene, &config).unwrap();
         assert_eq!([hardware.gathers, hardware.computes], [seen; 2]);
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         let rendered = scene.render_fixed(&config, &mut twins).unwrap();
         assert_eq!(rendered.counts.feature_vectors > 0, seen);
         assert_eq!(twins.counts().elements.is_empty(), !seen);

@@ -40,12 +40,12 @@ proptest! {
         let mut all = scene.clone();
         all.set_choices(Choices::all());
         let config = fitting(&scene);
-        let rendered = all.render_fixed(&config, &mut Twins::new(&config)).unwrap();
+        let rendered = all.render_fixed(&config, &mut ReferenceUnits::new(&config)).unwrap();
         let lost = scene.lost_a_sample(&config).unwrap();
         if !scene.facts().thickness.can_stop(lost) {
             let mut without = scene.clone();
             without.set_choices(Choices::default().leave_out(Effect::EarlyTermination));
-            let own = without.render_fixed(&config, &mut Twins::new(&config)).unwrap();
+            let own = without.render_fixed(&config, &mut ReferenceUnits::new(&config)).unwrap();
             prop_assert_eq!(own.picture, rendered.picture);
             // In floating point too, which stops elsewhere.
             let floats = [&all, &without].map(|scene| scene.render_float().unwrap().picture);

@@ -6,7 +6,7 @@ use super::*;
 fn operations_are_declared(name: &str) {
     let scene = opened(name, 16);
     let config = fitting(&scene);
-    let mut twins = Twins::new(&config);
+    let mut twins = ReferenceUnits::new(&config);
     scene.render_fixed(&config, &mut twins).unwrap();
     let mut declared = scene.operations(&config).unwrap();
     declared.sort();
@@ -24,7 +24,9 @@ fn hardware_renders(name: &str, modes: Modes) {
     assert_eq!(own.gu.modes, modes, "{name}");
     assert!(!hardware.left_out.is_empty(), "{name}");
     let shot = |config: &Config| {
-        let rendered = scene.render_fixed(config, &mut Twins::new(config)).unwrap();
+        let rendered = scene
+            .render_fixed(config, &mut ReferenceUnits::new(config))
+            .unwrap();
         (rendered.picture, rendered.counts)
     };
     assert!(shot(&config) == shot(own), "{name}");

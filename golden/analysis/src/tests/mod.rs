@@ -19,7 +19,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::effects::*;
 use potamoi_base::precision::Precision;
 use potamoi_fields::voxels::{Grid, Layout};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_scene::{BUILTIN, Model, Rendered, Representation, Scene};
@@ -65,7 +65,7 @@ fn calls(scene: &Scene, effect: Effect) -> bool {
 /// Everything that a frame gives: pictures in both arithmetics bit by bit, counts, and the trace.
 fn everything(scene: &Scene, config: &Config) -> impl PartialEq + use<> {
     let float = scene.render_float().unwrap();
-    let mut twins = Twins::new(config);
+    let mut twins = ReferenceUnits::new(config);
     let mut recorder = Recorder::new(Limits::NONE);
     let mut units = Observed::new(&mut twins, config).by(&mut recorder);
     let fixed = scene.render_fixed(config, &mut units).unwrap();

@@ -35,7 +35,7 @@ fn skipping_changes_no_decision_in_frames_of_any_width() {
         forced.set_choices(Choices::all());
         let [plain, all] = [&scene, &forced].map(|s| s.render_float().unwrap());
         assert!(plain == all, "{width}");
-        let fixed = scene.render_fixed(&config, &mut Twins::new(&config));
+        let fixed = scene.render_fixed(&config, &mut ReferenceUnits::new(&config));
         let flips = fixed.unwrap().flips(&plain).unwrap();
         assert!(flips.skip <= 2 && flips.stop == 0, "{width}: {flips:?}");
     }

@@ -12,7 +12,7 @@ use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, rescale};
 use crate::{Layer, Mlp, softplus};
 use potamoi_march::{Lanes, Work};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::bounds::VectorBounds;
 
 fn with_lanes<T>(run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
@@ -20,7 +20,7 @@ fn with_lanes<T>(run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
 }
 
 fn with_lanes_of<T>(config: &Config, run: impl FnOnce(&mut Lanes<'_>) -> T) -> T {
-    let (mut units, mut work) = (Twins::new(config), Work::default());
+    let (mut units, mut work) = (ReferenceUnits::new(config), Work::default());
     run(&mut Lanes {
         units: &mut units,
         work: &mut work,

@@ -24,7 +24,7 @@ use super::{FieldError, HashUnit, Table};
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::Halo;
 use potamoi_march::{FixedStats, MarchError, gather};
-use potamoi_reference::gather::Reducer;
+use potamoi_reference::gathering_unit::Reducer;
 use potamoi_reference::{Units, weights};
 
 pub use blocks::BlockTable;

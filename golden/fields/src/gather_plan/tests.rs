@@ -9,7 +9,7 @@ use super::*;
 use crate::Nodes;
 use potamoi_march::streams::Streams;
 use potamoi_march::tiling::Tiling;
-use potamoi_reference::{Twins, Units as _};
+use potamoi_reference::{ReferenceUnits, Units as _};
 
 /// Lines, planes, a volume, and hashed ones, of components of their own.
 fn tables(random: &mut Pcg64Mcg) -> Vec<Table> {
@@ -87,7 +87,7 @@ fn twins_gather_what_floats_do() {
                 (each.len(), gathers.samples.len()),
                 (samples.len(), samples.len())
             );
-            let mut twins = Twins::new(&config);
+            let mut twins = ReferenceUnits::new(&config);
             let mut codes = vec![];
             twins.gather(&gathers.tasks, &mut codes).unwrap();
             assert_eq!(twins.gather_flags(), 0);
@@ -239,7 +239,7 @@ fn units_that_cannot_gather_are_refused_by_field() {
 fn carried_out(coded: &CodedTable, gathers: &Gathers, samples: usize, config: &Config) -> Vec<i16> {
     let width = coded.channels();
     let mut found = vec![None; samples];
-    let mut units = Twins::new(config);
+    let mut units = ReferenceUnits::new(config);
     let mut stats = FixedStats::default();
     coded
         .carry_out(gathers, &mut units, &mut stats, |sample, codes| {

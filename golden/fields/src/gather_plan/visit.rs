@@ -12,7 +12,7 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 
 use potamoi_march::streams::Visit;
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::Reducer;
+use potamoi_reference::gathering_unit::Reducer;
 
 /// Gathering tasks of one table.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -276,7 +276,7 @@ mod tests {
         let centres = [DVec3::ZERO, DVec3::new(0.3, -2.0, 5.0)];
         for field in made {
             let fixed = FixedColour::new(&field, &centres, &config).unwrap();
-            let mut units = potamoi_reference::Twins::new(&config);
+            let mut units = potamoi_reference::ReferenceUnits::new(&config);
             let mut stats = potamoi_march::FixedStats::default();
             let found = fixed.seen_from(
                 DVec3::Z * 9.0,

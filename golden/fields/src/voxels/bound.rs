@@ -177,8 +177,8 @@ mod tests {
     use super::*;
     use glam::DVec3;
     use potamoi_reference::GatherTask;
-    use potamoi_reference::exp::ExpTwin;
-    use potamoi_reference::gather::GatherTwin;
+    use potamoi_reference::exponential::ReferenceExponential;
+    use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
     use potamoi_reference::weights::trilinear;
 
     fn config(text: &str) -> Config {
@@ -201,7 +201,7 @@ mod tests {
         ] {
             let config = config(text);
             let formats = Formats::new(&grid, &config).unwrap();
-            let twin = ExpTwin::new(&config.vu.exp);
+            let twin = ReferenceExponential::new(&config.vu.exp);
             let step = 0.5;
             let off = |i: i32| {
                 let density = 3.0 * f64::from(i) / 20_000.0;
@@ -229,7 +229,7 @@ mod tests {
             ("[gu]\nfeature_bits = 8", 0.25),
         ] {
             let config = config(text);
-            let twin = GatherTwin::new(&config);
+            let twin = ReferenceGatheringUnit::new(&config);
             let mut most = 0f64;
             for _ in 0..400 {
                 let corners: [f32; 8] =

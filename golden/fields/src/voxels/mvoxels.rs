@@ -8,7 +8,7 @@ use super::grid::Grid;
 use potamoi_march::MarchError;
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::{Halo, Place, Tiling, edges};
-use potamoi_reference::gather::Reducer;
+use potamoi_reference::gathering_unit::Reducer;
 
 /// A volume of quantised features, cut into MVoxels.
 #[derive(Debug, Clone, PartialEq)]

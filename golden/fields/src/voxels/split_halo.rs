@@ -4,7 +4,7 @@
 //! added and rounded once, which equals the result of one entry of all eight vertices. If the unit
 //! returns unrounded sums (`gu.sums = "exact"`), all entries go through it, and an absent vertex
 //! has weight 0. Otherwise only entries with all their vertices do, and the others are computed by
-//! its arithmetic in Rust ([`Reducer`](potamoi_reference::gather::Reducer)).
+//! its arithmetic in Rust ([`Reducer`](potamoi_reference::gathering_unit::Reducer)).
 //!
 //! MVoxels are visited by distance, as with a shared halo. A sample is complete after the farthest
 //! of its MVoxels, but this order is not the order along a ray: near the camera a later sample can

@@ -15,8 +15,8 @@ use super::*;
 use potamoi_base::camera::Camera;
 use potamoi_march::tiling::Halo;
 use potamoi_march::{FixedFrame, FixedStats, MarchError};
-use potamoi_reference::gather::GatherTwin;
-use potamoi_reference::{GatherTask, Twins, weights};
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
+use potamoi_reference::{GatherTask, ReferenceUnits, weights};
 
 /// A blob in a box that is not a whole number of MVoxels on a side.
 fn blob(points: [usize; 3], layout: Layout) -> Grid {
@@ -49,7 +49,14 @@ fn config(text: &str) -> Config {
 
 fn fixed(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -> FixedFrame {
     let mvoxels = MVoxels::new(grid, config).unwrap();
-    render_fixed(grid, &mvoxels, camera, options, &mut Twins::new(config)).unwrap()
+    render_fixed(
+        grid,
+        &mvoxels,
+        camera,
+        options,
+        &mut ReferenceUnits::new(config),
+    )
+    .unwrap()
 }
 
 #[test]
@@ -201,7 +208,7 @@ fn a_constant_field_comes_back_exactly() {
                 entries: entries.collect(),
             };
             let mut features = vec![];
-            let flags = GatherTwin::new(config)
+            let flags = ReferenceGatheringUnit::new(config)
                 .gather(&task, &mut features)
                 .unwrap();
             let off = features.iter().map(|f| 32_767 - i32::from(*f)).max();
@@ -229,7 +236,7 @@ fn fixed_is_float_within_its_formats() {
         assert!(psnr > 80.0, "{layout:?}: {psnr} dB");
         let coarse = Config::from_toml("[gu]\nfeature_bits = 8\nweight_bits = 4", "test").unwrap();
         let mvoxels = MVoxels::new(&grid, &coarse).unwrap();
-        let mut twins = Twins::new(&coarse);
+        let mut twins = ReferenceUnits::new(&coarse);
         let rough = render_fixed(
             &grid,
             &mvoxels,
@@ -326,7 +333,7 @@ fn what_cannot_be_rendered_is_refused_by_field() {
     let option = |grid: &Grid, change: fn(&mut FixedOptions)| {
         let mut options = FixedOptions::default();
         change(&mut options);
-        let units = &mut Twins::new(&config(""));
+        let units = &mut ReferenceUnits::new(&config(""));
         let error = render_fixed(grid, &mvoxels, &camera(4, 4), &options, units).unwrap_err();
         let listed = tasks(grid, &mvoxels, &camera(4, 4), &options, 1).unwrap_err();
         assert_eq!(listed.to_string(), error.to_string());

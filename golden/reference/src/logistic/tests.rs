@@ -2,14 +2,14 @@
 use std::sync::LazyLock;
 
 use super::*;
-use crate::exp::ExpTwin;
+use crate::exponential::ReferenceExponential;
 use potamoi_formats::config::Config;
 
 const BOTH: [Logistic; 2] = [Logistic::Sigmoid, Logistic::Softplus];
 static REFERENCE: LazyLock<LogisticReference> =
     LazyLock::new(|| LogisticReference::new(13).unwrap());
 
-fn compute(twin: &ExpTwin, of: Logistic, code: i32) -> i32 {
+fn compute(twin: &ReferenceExponential, of: Logistic, code: i32) -> i32 {
     match of {
         Logistic::Sigmoid => twin.sigmoid(code),
         Logistic::Softplus => twin.softplus(code),
@@ -86,7 +86,7 @@ fn every_sigmoid_and_softplus() {
         (engine(14, false, (15, 15, 0), 8), [0.6, 0.6]),
     ];
     for (config, limits) in rows {
-        let (twin, f) = (ExpTwin::new(&config), config.output_bits);
+        let (twin, f) = (ReferenceExponential::new(&config), config.output_bits);
         for (of, limit) in BOTH.into_iter().zip(limits) {
             let found = REFERENCE.measure(of, f, |x| compute(&twin, of, x));
             let e = config.engine();
@@ -124,7 +124,7 @@ fn more_engines_finer_than_the_input_are_monotone() {
 /// Of result bits, and iterations with or without tail.
 fn finer_engines_are_monotone(results: &[u32], engines: &[(u32, bool)]) {
     let monotone = |config: &ExpConfig| {
-        let twin = ExpTwin::new(config);
+        let twin = ReferenceExponential::new(config);
         BOTH.map(|of| {
             let found = REFERENCE.measure(of, config.output_bits, |x| compute(&twin, of, x));
             found.monotone
@@ -157,7 +157,7 @@ fn ends_are_exact() {
         engine(27, false, (40, 40, 3), 20),
         engine(4, false, (8, 13, -1), 8),
     ] {
-        let (twin, f) = (ExpTwin::new(&config), config.output_bits);
+        let (twin, f) = (ReferenceExponential::new(&config), config.output_bits);
         for x in [16, 17, 100, 5000] {
             let code = x << 13;
             assert_eq!(
@@ -184,7 +184,7 @@ fn errors_stay_within_their_budgets() {
             for tail in [false, true] {
                 let widths = (f + guard_a, (f + guard_c).max(n + 1), n as i32 % 3 - 1);
                 let config = engine(n, tail, widths, f);
-                let twin = ExpTwin::new(&config);
+                let twin = ReferenceExponential::new(&config);
                 for (of, closest) in BOTH.into_iter().zip(&mut closest) {
                     let found = REFERENCE.measure(of, f, |x| compute(&twin, of, x)).max_ulp;
                     let limit = logistic_budget(of, &config);
@@ -218,7 +218,7 @@ fn naive_forms_fail() {
     });
     assert!(other.max_ulp > 1.4, "{other:?}");
     // Without the split at 0, of the engine's own exponentials: they end at 1.
-    let twin = ExpTwin::new(&ExpConfig::default());
+    let twin = ReferenceExponential::new(&ExpConfig::default());
     let own = |x: i32| ((f64::from(twin.exp(-x)) / 65_536.0).ln_1p() * 65_536.0).round() as i32;
     let naive = REFERENCE.measure(Logistic::Softplus, 16, own);
     assert!(naive.max_ulp > 1_000_000.0, "{naive:?}");
@@ -232,7 +232,7 @@ fn naive_forms_fail() {
 #[test]
 fn densities_become_opacities() {
     let config = ExpConfig::default();
-    let twin = ExpTwin::new(&config);
+    let twin = ReferenceExponential::new(&config);
     let mut worst = 0.0f64;
     for d in (-16 << 13..16 << 13).step_by(37) {
         for interval in [1i64, 1 << 14, 40_000, 65_536] {

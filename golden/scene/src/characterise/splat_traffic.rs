@@ -73,7 +73,7 @@ mod tests {
     use super::*;
     use crate::{Model, Scene};
     use potamoi_march::streams::UnitStreams;
-    use potamoi_reference::Twins;
+    use potamoi_reference::ReferenceUnits;
     use potamoi_splats::render_fixed;
 
     /// Stream for stream and in total what the renderer counts, which holds few
@@ -104,7 +104,7 @@ mod tests {
             for (side, found) in sides.into_iter().zip(&counted) {
                 let tiles = side.div_ceil(TILE);
                 options.schedule.group_tiles = Some([tiles; 2]);
-                let mut units = Twins::new(&config);
+                let mut units = ReferenceUnits::new(&config);
                 let frame = render_fixed(cloud, camera, profile, &options, &mut units).unwrap();
                 let stats = &frame.stats;
                 assert_eq!((found.mvoxels, found.entries), (stats.tasks, stats.gathers));

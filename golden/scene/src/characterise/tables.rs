@@ -173,7 +173,7 @@ mod tests {
 
     use crate::{Model, Scene};
     use potamoi_fields::{FixedField, FixedOptions};
-    use potamoi_reference::Twins;
+    use potamoi_reference::ReferenceUnits;
 
     /// Opens a built-in scene, or a file among the fixtures.
     fn open(name: &str, width: u32) -> Scene {
@@ -227,7 +227,9 @@ mod tests {
             let (field, camera) = (field(&scene), scene.camera());
             let halos = [Halo::Shared, Halo::Split];
             let made = halos.map(|halo| FixedField::with_halo(field, &config, halo).unwrap());
-            let known = made[0].stops(camera, &mut Twins::new(&config)).unwrap();
+            let known = made[0]
+                .stops(camera, &mut ReferenceUnits::new(&config))
+                .unwrap();
             let small = BatchSize {
                 samples: 3,
                 entries: 5000,
@@ -253,7 +255,7 @@ mod tests {
                         batch: size,
                         ..FixedOptions::default()
                     };
-                    let mut twins = Twins::new(&config);
+                    let mut twins = ReferenceUnits::new(&config);
                     let frame = made.render(camera, &options, &mut twins).unwrap();
                     let what = format!("{name}, {side}, {terminate}, {halo:?}");
                     assert_eq!(frame.stops, stops, "{what}");
@@ -287,7 +289,9 @@ mod tests {
             let scene = open(name, 48);
             let (field, camera) = (field(&scene), scene.camera());
             let made = FixedField::new(field, &config).unwrap();
-            let stops = made.stops(camera, &mut Twins::new(&config)).unwrap();
+            let stops = made
+                .stops(camera, &mut ReferenceUnits::new(&config))
+                .unwrap();
             let sides = [8, 16, 48];
             let found = table_traffic(field, camera, &stops, &config, &sides).unwrap();
             let own: Vec<&Traffic> = found

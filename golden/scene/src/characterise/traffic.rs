@@ -101,7 +101,7 @@ mod tests {
     use crate::{Model, Scene};
     use potamoi_fields::FixedField;
     use potamoi_fields::voxels::{self, MVoxels, Placement, render_volume, stored};
-    use potamoi_reference::Twins;
+    use potamoi_reference::ReferenceUnits;
 
     /// Every stream and count is the renderer's, with both halos, where rays stop
     /// and where none does; where the table is read several times, too.
@@ -157,7 +157,7 @@ mod tests {
         segments: usize,
     ) -> u64 {
         let all = FixedOptions::default();
-        let known = voxels::stops(volume, camera, &all, &mut Twins::new(config)).unwrap();
+        let known = voxels::stops(volume, camera, &all, &mut ReferenceUnits::new(config)).unwrap();
         let mut stopped = 0;
         for (side, terminate) in [(8, true), (40, true), (16, false)] {
             let stops = match terminate {
@@ -175,7 +175,7 @@ mod tests {
                     mvoxels: &volume.mvoxels.with_halo(halo),
                     ..*volume
                 };
-                let mut units = Twins::new(config);
+                let mut units = ReferenceUnits::new(config);
                 let frame = render_volume(&volume, camera, &options, &mut units).unwrap();
                 assert_eq!(frame.stops, stops, "{side} {halo:?}");
                 let stats = &frame.stats;

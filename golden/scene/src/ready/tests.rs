@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 
 use crate::{Representation, Scene};
 use potamoi_analytic::Analytic;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 
 /// Decibels, in the order of [`Representation::ALL`].
 const FLOORS: [f64; 7] = [41.2, 40.5, 40.2, 43.3, 19.5, 30.4, 20.1];
@@ -152,7 +152,7 @@ fn the_dvgo_model_is_rendered_in_codes() {
     let config =
         Config::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml"))
             .unwrap();
-    let mut units = Twins::new(&config);
+    let mut units = ReferenceUnits::new(&config);
     let fixed = scene.render_fixed(&config, &mut units).unwrap().picture;
     let float = scene.render_float().unwrap().picture;
     let psnr = fixed.psnr(&float, |_| true).unwrap();

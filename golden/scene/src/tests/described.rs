@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
 
 use super::super::*;
-use potamoi_reference::{GatherTask, Product, Twins, UnitError, Units};
+use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
 
 #[test]
 fn descriptions_name_model_camera_and_rules() {
@@ -177,7 +177,7 @@ fn a_halo_changes_no_bit_of_a_described_scene() {
     let [shared, split] = ["shared", "split"].map(|halo| {
         let mut scene = open("lantern", halo).unwrap();
         scene.set_size(Some(48), None).unwrap();
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         scene.render_fixed(&config, &mut twins).unwrap()
     });
     assert_eq!(shared.picture, split.picture);
@@ -203,7 +203,7 @@ fn a_halo_changes_no_bit_of_a_described_scene() {
 }
 
 /// Counts the bytes of the entries that the gathering unit gets.
-struct Entries(Twins, usize);
+struct Entries(ReferenceUnits, usize);
 
 fn bytes(tasks: &[GatherTask]) -> usize {
     tasks
@@ -258,7 +258,7 @@ fn exact_sums_of_every_table_change_no_bit() {
                  iterations_per_clock = 2\naccumulator_bits = 20\nconstant_bits = 20\n"
             );
             let config = Config::from_toml(&text, "test").unwrap();
-            let mut units = Entries(Twins::new(&config), 0);
+            let mut units = Entries(ReferenceUnits::new(&config), 0);
             let frame = scene.render_fixed(&config, &mut units).unwrap();
             (frame, units.1 as u64)
         });
@@ -284,7 +284,7 @@ fn approximate_order_counts_its_inversions() {
         fs::write(&path, text).unwrap();
         let mut scene = Scene::open(path.to_str().unwrap()).unwrap();
         scene.set_size(Some(100), None).unwrap();
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         scene.render_fixed(&config, &mut twins).unwrap()
     });
     let counts = exact.counts.splats.unwrap();

@@ -3,20 +3,20 @@
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
-use potamoi_reference::{Product, Twins, UnitCounts, UnitError, Units};
+use potamoi_reference::{Product, ReferenceUnits, UnitCounts, UnitError, Units};
 
 use potamoi_reference::GatherTask;
 
-/// Twins, and the multiplications that they were told of.
+/// ReferenceUnits, and the multiplications that they were told of.
 struct Told {
-    twins: Twins,
+    twins: ReferenceUnits,
     operations: u64,
 }
 
 impl Told {
     fn new(config: &Config) -> Self {
         Self {
-            twins: Twins::new(config),
+            twins: ReferenceUnits::new(config),
             operations: 0,
         }
     }
@@ -97,7 +97,7 @@ fn some_pixels_are_rendered_as_in_the_whole_frame() {
         assert!(units.operations > 0, "{name}");
 
         let other = Mask::new([20, 24], |_| true);
-        let refused = scene.render_fixed_masked(&config, &other, &mut Twins::new(&config));
+        let refused = scene.render_fixed_masked(&config, &other, &mut ReferenceUnits::new(&config));
         let said = refused.unwrap_err().to_string();
         assert!(said.contains("mask"), "{said}");
     }

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use potamoi_formats::config::Config;
 
 use super::*;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 
 /// A scene that is opened once in this process and shared by copies: building a model of an
 /// analytic scene takes up to seconds.
@@ -38,7 +38,7 @@ fn built_in_scenes_hold_their_formats_promise() {
             .set_size(Some(if own { 160 } else { 80 }), None)
             .unwrap();
         let float = scene.render_float().unwrap();
-        let mut units = Twins::new(&config);
+        let mut units = ReferenceUnits::new(&config);
         let fixed = scene.render_fixed(&config, &mut units).unwrap();
         let frame = fixed.picture.psnr(&float.picture, |_| true).unwrap();
         let covered = fixed.picture.psnr(&float.picture, |i| float.covered[i]);
@@ -89,7 +89,7 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
         ),
     ] {
         let config = Config::from_toml(text, "test").unwrap();
-        let mut units = Twins::new(&config);
+        let mut units = ReferenceUnits::new(&config);
         let error = scene.render_fixed(&config, &mut units).unwrap_err();
         assert!(error.to_string().contains(field), "{error}");
     }
@@ -101,7 +101,7 @@ fn errors_of_fields_name_their_scene() {
     let config = Config::paper();
     for name in ["moons:dvgo", "moons:tensorf", "moons:ngp"] {
         let scene = opened(name);
-        let mut units = Twins::new(&config);
+        let mut units = ReferenceUnits::new(&config);
         let error = scene.render_fixed(&config, &mut units).unwrap_err();
         let error = error.to_string();
         let words = [name, "`vu.ops`", "use --config fields"];
@@ -177,7 +177,7 @@ fn a_compact_3dgs_model_is_a_scene() {
     for azimuth in [30, 200] {
         let scene = open(azimuth, "exact");
         let float = scene.render_float().unwrap();
-        let mut units = Twins::new(&config);
+        let mut units = ReferenceUnits::new(&config);
         let fixed = scene.render_fixed(&config, &mut units).unwrap();
         let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();
         println!("azimuth {azimuth}: {psnr:.1} dB");
@@ -186,7 +186,7 @@ fn a_compact_3dgs_model_is_a_scene() {
         assert!(fixed.flips(&float).is_some());
         assert!(scene.octree(64).is_some());
     }
-    let mut units = Twins::new(&config);
+    let mut units = ReferenceUnits::new(&config);
     let any = open(30, "approximate");
     let any = any.render_fixed(&config, &mut units).unwrap();
     let psnr = any.picture.psnr(&shown.picture, |_| true).unwrap();
@@ -243,7 +243,7 @@ fn a_tensorf_checkpoint_is_a_scene() {
     let psnr = finer.picture.psnr(&shown.picture, |_| true).unwrap();
     assert!((20.0..60.0).contains(&psnr), "{psnr} dB");
     let config = Config::paper();
-    let error = open("1").render_fixed(&config, &mut Twins::new(&config));
+    let error = open("1").render_fixed(&config, &mut ReferenceUnits::new(&config));
     let error = error.unwrap_err().to_string();
     assert!(
         error.contains("vu.ops") && error.contains("\"sigmoid\" among the operations"),

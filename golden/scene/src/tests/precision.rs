@@ -5,7 +5,7 @@ use potamoi_base::effects::Effect;
 use potamoi_base::precision::Precision;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_formats::units::OpCode;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 
 fn small(name: &str) -> Scene {
     let mut scene = crate::tests::opened(name);
@@ -42,7 +42,7 @@ fn stop_sooner(name: &str, stops: [f64; 3]) {
         _ => Config::from_toml(fields.1, "fields").unwrap(),
     };
     let shown = |scene: &Scene| {
-        let rendered = scene.render_fixed(&config, &mut Twins::new(&config));
+        let rendered = scene.render_fixed(&config, &mut ReferenceUnits::new(&config));
         let rendered = rendered.unwrap();
         let work: u64 = rendered.counts.elements.values().sum();
         (work, rendered.picture)
@@ -75,7 +75,7 @@ fn cut_offs_of_splats_leave_work_out() {
     let shown = |precision: Precision| {
         let mut scene = scene.clone();
         scene.set_precision(precision).unwrap();
-        let rendered = scene.render_fixed(&config, &mut Twins::new(&config));
+        let rendered = scene.render_fixed(&config, &mut ReferenceUnits::new(&config));
         let rendered = rendered.unwrap();
         (rendered.counts.elements, rendered.picture)
     };
@@ -112,7 +112,7 @@ fn hashed_levels_are_left_out_from_the_finest() {
         scene.set_size(Some(12), Some(12)).unwrap();
         let shown = |scene: &Scene| {
             let found = scene
-                .render_fixed(&config, &mut Twins::new(&config))
+                .render_fixed(&config, &mut ReferenceUnits::new(&config))
                 .unwrap();
             (found.counts.feature_vectors, found.picture)
         };

@@ -5,7 +5,7 @@ use potamoi_formats::config::{Config, Layer};
 use crate::Scene;
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::precision::Precision;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::bounds::VectorBounds;
 
 /// Largest part of its bound that a pixel takes, and the bounds' mean square, of bounds and a
@@ -17,7 +17,7 @@ fn used(bounded: (&Scene, &Config), shown: (&Scene, &Config)) -> (f64, f64) {
     assert_eq!(without.error_bounds(bounded.1).unwrap(), None);
     let float = bounded.0.render_float().unwrap().picture;
     let (scene, config) = shown;
-    let mut twins = Twins::new(config);
+    let mut twins = ReferenceUnits::new(config);
     let fixed = scene.render_fixed(config, &mut twins).unwrap().picture;
     let off = |i: usize| {
         let both = fixed.rgb[i].iter().zip(float.rgb[i]);
@@ -121,7 +121,7 @@ fn sooner_stops_and_fainter_gaussians_have_bounds() {
         let powers = VectorBounds::by_formula(&config.vu.exp);
         let bounds = own.error_bounds_beside(&config, scene.precision(), &powers);
         let bounds = bounds.unwrap().unwrap();
-        let fixed = own.render_fixed(&config, &mut Twins::new(&config));
+        let fixed = own.render_fixed(&config, &mut ReferenceUnits::new(&config));
         let fixed = fixed.unwrap().picture;
         let most = |bounds: &[f64]| {
             let pixels = fixed.rgb.iter().zip(&float.rgb).zip(bounds);

@@ -32,7 +32,7 @@ use potamoi_base::files;
 use potamoi_base::record::told;
 use potamoi_reference::observer::Observed;
 use potamoi_reference::trace_recorder::{Computed, Gathered, Limits, Recorder};
-use potamoi_reference::{GatherTask, Twins};
+use potamoi_reference::{GatherTask, ReferenceUnits};
 
 pub use error::TraceError;
 
@@ -77,7 +77,7 @@ impl Trace {
     /// # Errors
     /// Those of [`Scene::render_fixed`].
     pub fn record(scene: &Scene, config: &Config, limits: Limits) -> Result<Self, SceneError> {
-        let mut twins = Twins::new(config);
+        let mut twins = ReferenceUnits::new(config);
         let mut recorder = Recorder::new(limits);
         let mut units = Observed::new(&mut twins, config).by(&mut recorder);
         scene.render_fixed(config, &mut units)?;

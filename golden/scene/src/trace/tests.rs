@@ -44,7 +44,7 @@ fn exact_sums_are_recorded_too() {
     scene.set_size(Some(16), Some(16)).unwrap();
     let config = Config::from_toml("[gu]\nsums = \"exact\"\n", "test").unwrap();
     let trace = Trace::record(&scene, &config, Limits::NONE).unwrap();
-    let mut twins = Twins::new(&config);
+    let mut twins = ReferenceUnits::new(&config);
     scene.render_fixed(&config, &mut twins).unwrap();
     let counts = twins.counts();
     let tasks: Vec<_> = trace.gathered.iter().map(|g| g.task.clone()).collect();

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::{Config, PRESETS, rules};
 use potamoi_reference::trace_recorder::Limits;
-use potamoi_reference::{GatherTask, Twins, Units as _};
+use potamoi_reference::{GatherTask, ReferenceUnits, Units as _};
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;
 use potamoi_warp::mesh;
@@ -94,7 +94,7 @@ fn config(path: &Path) -> Verdict {
         };
         let mut codes = vec![];
         // A task may be one that its unit refuses.
-        let _ = Twins::new(&config).gather(&[task], &mut codes);
+        let _ = ReferenceUnits::new(&config).gather(&[task], &mut codes);
         if config.hash().len() != 12 {
             return Err(format!("its hash is {}", config.hash()));
         }

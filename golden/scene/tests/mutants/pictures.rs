@@ -2,7 +2,7 @@
 
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::{Config, PRESETS};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model, Scene};
 
 use crate::frame::{Files, is_thorough};
@@ -43,7 +43,7 @@ pub(crate) fn picture(mut scene: Scene) -> Result<(), String> {
         .find(|(name, _)| *name == preset)
         .expect("a preset");
     let config = Config::from_toml(text, preset).expect("a preset");
-    match scene.render_fixed(&config, &mut Twins::new(&config)) {
+    match scene.render_fixed(&config, &mut ReferenceUnits::new(&config)) {
         Ok(fixed) => check(&fixed.picture.rgb, "fixed"),
         Err(error) => {
             let error = error.to_string();

@@ -3,7 +3,7 @@
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3};
 use potamoi_base::sh;
 use potamoi_formats::config::Config;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 
 use super::write::{Ply, Shape, Spz, archive, members};
 use super::*;
@@ -189,7 +189,7 @@ fn records_hold_what_is_left_of_opacities() {
     let config = Config::paper();
     let bounds = scene.error_bounds(&config).unwrap().unwrap();
     let float = scene.render_float().unwrap().picture;
-    let fixed = scene.render_fixed(&config, &mut Twins::new(&config));
+    let fixed = scene.render_fixed(&config, &mut ReferenceUnits::new(&config));
     let fixed = fixed.unwrap().picture;
     for ((a, b), bound) in fixed.rgb.iter().zip(&float.rgb).zip(&bounds) {
         for (a, b) in a.iter().zip(b) {

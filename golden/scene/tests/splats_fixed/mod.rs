@@ -7,7 +7,7 @@ use potamoi_base::camera::Camera;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_march::streams::UnitStreams;
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_scene::{camera_file, garden};
 use potamoi_splats::{
     Cells, Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
@@ -129,7 +129,7 @@ fn playbot_stays_within_the_formats_promise() {
         let cloud = ply::read(&data.join(format!("splats/{name}.ply")))
             .unwrap()
             .cloud;
-        let mut units = Twins::new(&config);
+        let mut units = ReferenceUnits::new(&config);
         hold_to_float(name, &cloud, &camera, Profile::Inria, &mut units);
         assert_eq!(units.gather_flags(), 0);
     }

@@ -14,7 +14,7 @@ use crate::profile::Profile;
 use crate::records::record;
 use crate::{Footprint, Saturations};
 use potamoi_reference::bounds::VectorBounds;
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 
 fn with(toml: &str) -> Config {
     let layer = Layer { derived: &[], toml };
@@ -47,7 +47,12 @@ fn any_splat(random: &mut Pcg64Mcg, size: f64, round: bool) -> Projected {
 }
 
 /// The alpha that the units compute, before cap and skip.
-fn alpha_of_units(splat: &Projected, conic_bits: u32, config: &Config, twins: &mut Twins) -> f64 {
+fn alpha_of_units(
+    splat: &Projected,
+    conic_bits: u32,
+    config: &Config,
+    twins: &mut ReferenceUnits,
+) -> f64 {
     let record = record(splat, 0, conic_bits, &mut Saturations::default());
     let half = 1 << 11;
     let [p, q] = Forms::new(&record, [half, half]).at(8, 8);
@@ -111,7 +116,7 @@ fn each_part_of_an_alphas_bound_is_needed() {
         let mut without = off;
         leave_out(&mut without);
         let limits = Limits::new(&rules);
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         let mut random = Pcg64Mcg::seed_from_u64(7);
         let (mut beyond, mut most) = (0u32, 0f64);
         for _ in 0..200_000 {

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use potamoi_base::effects::Choices;
 use potamoi_base::picture::Picture;
 use potamoi_formats::config::{Config, Layer};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
 use potamoi_system::soc::work::{Counted, FrameWork, PathOptions};
 use potamoi_system::soc::{Frames, Gathering, Model, Scenario, Variant};
@@ -176,7 +176,7 @@ impl Bench {
         });
         let system = &self.setup.system;
         let (array, cache) = (system.array(), system.gpu.cache_bytes);
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         let Counted { work, rendered, .. } =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
         let own = self.setup.costs_of(&scene, &config).ok();

@@ -1,6 +1,6 @@
 //! Verification of settings: their Verilog against the golden models.
 
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
 
@@ -35,7 +35,7 @@ impl Bench {
     ) -> Result<Proof, ExploreError> {
         let (config, scene) = self.apply(settings)?;
         let counts = scene
-            .render_fixed(&config, &mut Twins::new(&config))?
+            .render_fixed(&config, &mut ReferenceUnits::new(&config))?
             .counts;
         let total = [counts.feature_vectors, counts.elements.values().sum()];
         let [gather_every, vector_every] = Extent::Share(AIM).every(total);

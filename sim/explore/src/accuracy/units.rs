@@ -8,8 +8,8 @@ use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::OpCode;
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_reference::exact_exponential::ExactExponential;
-use potamoi_reference::exp::ExpTwin;
-use potamoi_reference::gather::Reducer;
+use potamoi_reference::exponential::ReferenceExponential;
+use potamoi_reference::gathering_unit::Reducer;
 use potamoi_reference::logistic::{Logistic, LogisticReference, logistic_budget};
 use potamoi_reference::weights::{FRACTION_BITS, trilinear};
 use potamoi_reference::widths::budget;
@@ -175,7 +175,7 @@ fn exponential(config: &Config, known: &Known) -> Option<UnitError> {
         return None;
     }
     let reference = ExactExponential::in_base(exp.input, exp.base).ok()?;
-    let twin = ExpTwin::new(exp);
+    let twin = ReferenceExponential::new(exp);
     let error = reference.measure(exp.output_bits, |u| twin.exp(u));
     Some(UnitError {
         max_ulp: error.max_ulp,
@@ -193,7 +193,7 @@ fn even(n: u32, prime: u32) -> f64 {
 
 fn one_minus_exp(config: &Config, known: &Known) -> UnitError {
     let exp = &config.vu.exp;
-    let twin = ExpTwin::new(exp);
+    let twin = ReferenceExponential::new(exp);
     let bits = exp.one_minus_frac_bits as i32;
     let (code, ulps) = (2f64.powi(bits), 2f64.powi(exp.output_bits as i32));
     let errors = (0..SAMPLES).map(|n| {
@@ -221,7 +221,7 @@ fn logistic(scene: &Scene, config: &Config, known: &Known, of: Logistic) -> Opti
         return None;
     }
     let reference = known.logistic(exp.input.frac_bits())?;
-    let twin = ExpTwin::new(exp);
+    let twin = ReferenceExponential::new(exp);
     let error = reference.measure(of, exp.output_bits, |code| match of {
         Logistic::Sigmoid => twin.sigmoid(code),
         Logistic::Softplus => twin.softplus(code),

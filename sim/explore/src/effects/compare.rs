@@ -3,7 +3,7 @@
 use potamoi_analysis::{Finding, Hardware};
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::picture::Picture;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::{Rendered, Scene};
 use potamoi_system::effects::{Digest, EffectCycles, EffectMeter};
@@ -22,7 +22,7 @@ struct Outcome {
 
 impl Outcome {
     fn of(watch: &Stopwatch<'_>, scene: &Scene) -> Result<Self, ExploreError> {
-        let mut twins = Twins::new(watch.config);
+        let mut twins = ReferenceUnits::new(watch.config);
         let mut meter = EffectMeter::new(watch.config);
         let mut digest = Digest::default();
         let mut units = Observed::new(&mut twins, watch.config)
@@ -79,7 +79,7 @@ impl Forced {
         ];
         // The hardware without what is not called for, by its own cycle model.
         let reduced = {
-            let mut twins = Twins::new(&hardware.config);
+            let mut twins = ReferenceUnits::new(&hardware.config);
             let mut meter = EffectMeter::new(&hardware.config);
             let mut units = Observed::new(&mut twins, &hardware.config).by(&mut meter);
             watch.scene.render_fixed(watch.config, &mut units)?;
@@ -93,7 +93,7 @@ impl Forced {
         let timed = |with: bool| {
             let scene = if with { &scene } else { watch.scene };
             scene.render_float()?;
-            scene.render_fixed(watch.config, &mut Twins::new(watch.config))?;
+            scene.render_fixed(watch.config, &mut ReferenceUnits::new(watch.config))?;
             if warps {
                 watch.warped(watch.scene, with)?;
             }

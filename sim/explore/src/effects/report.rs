@@ -3,7 +3,7 @@
 use potamoi_analysis::{Analysis, Finding, Hardware, LeftOut, Surroundings};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::{Choices, Effect};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_system::effects::EffectMeter;
@@ -130,7 +130,7 @@ impl EffectsStudy<'_> {
         let (scene, config) = (self.scene, &self.chosen.config);
         progress.now("counting cycles");
         let (cycles, counts) = {
-            let mut twins = Twins::new(config);
+            let mut twins = ReferenceUnits::new(config);
             let mut meter = EffectMeter::new(config);
             let mut units = Observed::new(&mut twins, config).by(&mut meter);
             let rendered = scene.render_fixed(config, &mut units)?;

@@ -6,7 +6,7 @@ use potamoi_analysis::{Hardware, Holes};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_formats::config::Config;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_rtl::{RtlCycles, RtlUnits};
 use potamoi_scene::Scene;
 use potamoi_warp::{Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper};
@@ -177,7 +177,7 @@ impl Stopwatch<'_> {
             let scene = &scenes[usize::from(!with)];
             match of {
                 FLOAT => drop(scene.render_float()?),
-                _ => drop(scene.render_fixed(self.config, &mut Twins::new(self.config))?),
+                _ => drop(scene.render_fixed(self.config, &mut ReferenceUnits::new(self.config))?),
             }
             Ok(())
         })?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use potamoi_formats::config::Config;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_synth::{
@@ -76,7 +76,7 @@ impl ActivityScenes {
         let mut work = BTreeMap::new();
         for (name, scene) in self.0 {
             let mut sampler = Sampler::new(config);
-            let mut twins = Twins::new(config);
+            let mut twins = ReferenceUnits::new(config);
             let mut units = Observed::new(&mut twins, config).by(&mut sampler);
             scene.render_fixed(config, &mut units)?;
             work.insert(name, sampler);

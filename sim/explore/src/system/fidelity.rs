@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_system::soc::Gathering;
 use potamoi_system::soc::work::{Counted, FrameWork, Replay};
@@ -76,7 +76,7 @@ pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
         sums,
         modelled,
         ..
-    } = count(&mut Twins::new(config))?;
+    } = count(&mut ReferenceUnits::new(config))?;
     let counted_s = begun.elapsed().as_secs_f64();
     // What all of them use is made once.
     model.frame(&work, Gathering::Unit)?;

@@ -15,8 +15,8 @@ use potamoi_base::files::{self, Unfinished};
 use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
-use potamoi_reference::gather::GatherTwin;
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_reference::{GatherTask, Product, UnitError, Units};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -78,8 +78,8 @@ struct Stopped(Mismatch);
 pub struct Verifier<'p> {
     config: Config,
     settings: Settings,
-    gather_twin: GatherTwin,
-    vector_twin: VectorTwin,
+    gather_twin: ReferenceGatheringUnit,
+    vector_twin: ReferenceVectorUnit,
     gather_unit: Option<GatherUnit>,
     vector_unit: Option<VectorUnit>,
     gather: GatherReport,
@@ -106,8 +106,8 @@ impl<'p> Verifier<'p> {
         Self {
             config: config.clone(),
             settings,
-            gather_twin: GatherTwin::new(config),
-            vector_twin: VectorTwin::new(&config.vu),
+            gather_twin: ReferenceGatheringUnit::new(config),
+            vector_twin: ReferenceVectorUnit::new(&config.vu),
             gather_unit: None,
             vector_unit: None,
             gather: GatherReport::default(),

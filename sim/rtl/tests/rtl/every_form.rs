@@ -3,12 +3,12 @@
 //!
 //! A form that is added to the registries is tested here as well.
 
-use potamoi_cycles::exponents::Exponents;
+use potamoi_cycles::exponential::Exponents;
 use potamoi_cycles::vector_unit::{VectorInputs, VectorModel};
 use potamoi_formats::config::{Config, ExpForm};
 use potamoi_formats::units::OpCode;
 use potamoi_netlist::Interpreter;
-use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_units::vector_unit::vector_unit;
 
 /// Operands of a form, spread over its input.
@@ -60,7 +60,7 @@ fn every_form_is_its_reference_unit_and_its_cycle_model() {
 
 fn follow(config: &Config, name: &str) {
     let exp = &config.vu.exp;
-    let (reference, exponents) = (ExpTwin::new(exp), Exponents::of(config));
+    let (reference, exponents) = (ReferenceExponential::new(exp), Exponents::of(config));
     let (low, high) = (exp.input.min() as i64, exp.input.max() as i64);
     let last = (OPERANDS - 1) as i64;
     let operands: Vec<i32> = (0..=last)

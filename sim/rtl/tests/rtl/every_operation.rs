@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_netlist::Interpreter;
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_units::vector_unit::vector_unit;
 
 /// Operands at the ends and around 0, and some between.
@@ -31,7 +31,7 @@ fn every_operation_is_its_reference_unit() {
         config.vu.ops = vec![op];
         let module = vector_unit(&config).unwrap();
         let mut run = Interpreter::new(&module, 7);
-        let reference = VectorTwin::new(&config.vu);
+        let reference = ReferenceVectorUnit::new(&config.vu);
         let ports: Vec<_> = module.ports().into_iter().filter(|p| !p.output).collect();
         let set = |run: &mut Interpreter, name: &str, value: u64| {
             let port = run.port(name).unwrap();

@@ -3,9 +3,9 @@
 use potamoi_cycles::{Exponents, Stalls, vector_cycles};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::exact_exponential::ExactExponential;
-use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::observer::Observed;
 use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_reference::widths::budget;
@@ -78,7 +78,7 @@ fn every_input_of_every_form() {
             b: &zeros,
         };
         let run = unit.run(&[batch], &Stalls::NONE, 0).unwrap();
-        let twin = ExpTwin::new(exp);
+        let twin = ReferenceExponential::new(exp);
         for (u, y) in codes.iter().zip(&run.results) {
             let expected = twin.exp(*u);
             assert_eq!(
@@ -204,7 +204,7 @@ fn both_scenes_pass(forms: &[&str]) {
 #[test]
 fn an_early_out_on_splats() {
     let early = config("[vu.exp]\nearly_out = true");
-    let mut twins = Twins::new(&early);
+    let mut twins = ReferenceUnits::new(&early);
     let mut recorder = Recorder::new(Limits::NONE);
     let mut units = Observed::new(&mut twins, &early).by(&mut recorder);
     garden_through(&mut units, 96).unwrap();
@@ -255,7 +255,7 @@ fn the_netlist_loses_no_more_than_the_formula_allows() {
                 ));
                 let exp = &config.vu.exp;
                 let bound = error_bound(&config, OpCode::Exp).unwrap().unwrap();
-                let twin = ExpTwin::new(exp);
+                let twin = ReferenceExponential::new(exp);
                 let reference = ExactExponential::in_base(exp.input, exp.base).unwrap();
                 let error = reference.measure(exp.output_bits, |u| twin.exp(u)).max_ulp;
                 let limit = budget(exp);
@@ -287,7 +287,7 @@ fn one_minus_exp_is_within_its_netlists_bound() {
         ));
         let exp = &config.vu.exp;
         let bound = error_bound(&config, OpCode::OneMinusExp).unwrap().unwrap();
-        let (twin, bits) = (ExpTwin::new(exp), exp.one_minus_frac_bits);
+        let (twin, bits) = (ReferenceExponential::new(exp), exp.one_minus_frac_bits);
         let one = 2f64.powi(exp.output_bits as i32);
         let worst = (0..1i32 << 20)
             .map(|i| {

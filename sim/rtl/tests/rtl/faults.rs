@@ -7,8 +7,8 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT, VectorOp};
 use potamoi_netlist::{Change, Fault};
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::GatherTwin;
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_rtl::{Check, EngineKind, GatherUnit, RtlError, VectorBatch, VectorUnit};
 use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::vector_unit::vector_unit;
@@ -74,7 +74,7 @@ fn tasks() -> Vec<GatherTask> {
 }
 
 fn gathered(tasks: &[GatherTask]) -> Vec<i16> {
-    let twin = GatherTwin::new(&config());
+    let twin = ReferenceGatheringUnit::new(&config());
     let mut features = vec![];
     for task in tasks {
         assert_eq!(twin.gather(task, &mut features), Ok(0));
@@ -252,7 +252,7 @@ fn compute_on(
     // The last vector of a batch has one element of three lanes.
     let a: Vec<i32> = (0..31).map(|i| i * 2111).collect();
     let b: Vec<i32> = (0..31).map(|i| 1000 - i * 77).collect();
-    let twin = VectorTwin::new(&config.vu);
+    let twin = ReferenceVectorUnit::new(&config.vu);
     let mut results = vec![];
     for batch in batches(&a, &b) {
         let from = results.len();
@@ -296,7 +296,7 @@ fn passes(knobs: &str, fault: Option<&Fault>) -> Option<String> {
         b: &b,
     })
     .collect();
-    let twin = VectorTwin::new(&config.vu);
+    let twin = ReferenceVectorUnit::new(&config.vu);
     let mut results = vec![];
     for batch in &batches {
         let from = results.len();

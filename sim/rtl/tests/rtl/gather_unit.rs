@@ -4,7 +4,7 @@ use potamoi_cycles::Stalls;
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::{FLAG_ROW, FLAG_SUM, FLAG_WEIGHT, GatherTwin};
+use potamoi_reference::gathering_unit::{FLAG_ROW, FLAG_SUM, FLAG_WEIGHT, ReferenceGatheringUnit};
 use potamoi_rtl::{Check, EngineKind, GatherTotals, GatherUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -242,7 +242,7 @@ fn broken_promises_of_entries_are_flagged_and_the_rest_stays_right() {
         );
         let config = Config::from_toml(&text, "test").unwrap();
         let unit = GatherUnit::build(&config).unwrap();
-        let twin = GatherTwin::new(&config);
+        let twin = ReferenceGatheringUnit::new(&config);
         let mut seen = 0;
         for seed in 0..12 {
             let mut random = Pcg64Mcg::seed_from_u64(seed);

@@ -5,7 +5,7 @@ use potamoi_cycles::{Stalls, vector_cycles};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::logistic::{Logistic, LogisticReference, logistic_budget};
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_rtl::{VectorBatch, VectorUnit};
 use potamoi_units::vector_unit::error_bound;
 
@@ -30,7 +30,7 @@ fn every_sigmoid_and_softplus_of_the_unit() {
     ] {
         let config = Config::from_toml(&format!("{ops}{knobs}"), "test").unwrap();
         let unit = VectorUnit::build(&config).unwrap();
-        let twin = VectorTwin::new(&config.vu);
+        let twin = ReferenceVectorUnit::new(&config.vu);
         let zeros = vec![0; codes.len()];
         for (i, (of, code)) in [
             (Logistic::Softplus, OpCode::Softplus),

@@ -8,8 +8,8 @@ use potamoi_formats::config::Config;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::exact_exponential::ExactExponential;
-use potamoi_reference::exp::ExpTwin;
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::exponential::ReferenceExponential;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_reference::widths::{budget, target};
 use potamoi_rtl::{Check, EngineKind, VectorBatch, VectorUnit};
 use rand::{Rng, SeedableRng};
@@ -84,7 +84,7 @@ fn every_exponential(rows: &[(u32, bool, u32, bool, u32, u32)]) {
         );
         let config = config(&text);
         let (results, cycles) = sweep(&config, OpCode::Exp, &codes);
-        let twin = ExpTwin::new(&config.vu.exp);
+        let twin = ReferenceExponential::new(&config.vu.exp);
         for (u, y) in codes.iter().zip(&results) {
             let expected = twin.exp(*u);
             assert_eq!(
@@ -416,7 +416,7 @@ fn units_of_any_sort(seeds: std::ops::Range<u64>) {
 
 /// One run of random work under random stalls.
 fn agrees(config: &Config, unit: &VectorUnit, seed: u64) {
-    let twin = VectorTwin::new(&config.vu);
+    let twin = ReferenceVectorUnit::new(&config.vu);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let (mut work, mut results) = (vec![], vec![]);
     for _ in 0..40 {

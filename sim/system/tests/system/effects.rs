@@ -3,7 +3,7 @@ use potamoi_analysis::Hardware;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
 use potamoi_formats::config::Config;
-use potamoi_reference::Twins;
+use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::{BUILTIN, Scene};
@@ -68,7 +68,7 @@ fn modelled_the_same(name: &str, width: u32) {
     let scene = opened(name, width);
     let hardware = Hardware::of(&scene, &config).unwrap();
     let metered = |own: &Config| -> EffectCycles {
-        let mut twins = Twins::new(own);
+        let mut twins = ReferenceUnits::new(own);
         let mut meter = EffectMeter::new(own);
         let mut units = Observed::new(&mut twins, own).by(&mut meter);
         scene.render_fixed(&config, &mut units).unwrap();

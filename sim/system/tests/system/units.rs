@@ -3,7 +3,7 @@ use potamoi_base::mask::Mask;
 use potamoi_fields::voxels::{self, MVoxels};
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Change, Fault};
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::{Scene, garden, lantern};
 use potamoi_splats::{self as splats, Profile};
@@ -23,7 +23,7 @@ fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
 #[test]
 fn splats_through_the_hardware_equal_the_twins_and_all_are_counted() {
     let config = Config::paper();
-    let (mut twins, mut rtl) = (Twins::new(&config), RtlUnits::new(&config));
+    let (mut twins, mut rtl) = (ReferenceUnits::new(&config), RtlUnits::new(&config));
     let expected = garden_picture(&mut twins);
     let found = garden_picture(&mut rtl);
     assert_eq!(found, expected);
@@ -45,7 +45,7 @@ fn voxels_through_the_hardware_equal_the_twins_and_all_are_counted() {
         let options = voxels::FixedOptions::default();
         voxels::render_fixed(&grid, &mvoxels, &camera, &options, units).unwrap()
     };
-    let (mut twins, mut rtl) = (Twins::new(&config), RtlUnits::new(&config));
+    let (mut twins, mut rtl) = (ReferenceUnits::new(&config), RtlUnits::new(&config));
     let (expected, found) = (render(&mut twins), render(&mut rtl));
     assert_eq!(found, expected);
     assert_eq!(rtl.counts(), twins.counts());

@@ -6,7 +6,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_march::ColourScale;
 
 use super::*;
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 
 /// One ray after the other, one sample after the other, over the whole grid:
 /// no MVoxels, no groups, no order but the ray's own.
@@ -14,7 +14,7 @@ struct Plain<'a> {
     grid: &'a Grid,
     formats: Formats,
     codes: Vec<i64>,
-    unit: VectorTwin,
+    unit: ReferenceVectorUnit,
 }
 
 impl<'a> Plain<'a> {
@@ -34,7 +34,7 @@ impl<'a> Plain<'a> {
             grid,
             formats,
             codes: grid.features().iter().enumerate().map(code).collect(),
-            unit: VectorTwin::new(&config.vu),
+            unit: ReferenceVectorUnit::new(&config.vu),
         }
     }
 
@@ -202,7 +202,7 @@ fn walls_as_dense_as_formats_allow_are_opaque_at_once() {
 #[test]
 fn rays_stop_by_the_exact_product() {
     let config = config("");
-    let unit = VectorTwin::new(&config.vu);
+    let unit = ReferenceVectorUnit::new(&config.vu);
     let limit = 68_719_477;
     let tells = |code: &i32| {
         // Densities have 15 fraction bits, depths 20: no bit is lost.
@@ -288,7 +288,7 @@ fn empty_space_takes_no_light() {
     assert!(frame.stats.vector_elements[&OpCode::OneMinusExp] >= 4 * 1000);
     assert!(frame.picture.rgb.iter().all(|p| *p == options.background));
     assert!(frame.transmittance.iter().all(|t| *t == 1 << 20));
-    let unit = VectorTwin::new(&config("").vu);
+    let unit = ReferenceVectorUnit::new(&config("").vu);
     let at_zero = |code| unit.element(VectorOp::new(code), 0, 0).unwrap();
     assert_eq!(at_zero(OpCode::OneMinusExp), 0);
     let naive = 65536 - i64::from(at_zero(OpCode::Exp));

@@ -9,12 +9,12 @@ fn same(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -
     let shared = MVoxels::new(grid, config).unwrap();
     let [a, b] = [Halo::Shared, Halo::Split].map(|halo| {
         let mvoxels = shared.with_halo(halo);
-        let mut units = Twins::new(config);
+        let mut units = ReferenceUnits::new(config);
         let frame = render_fixed(grid, &mvoxels, camera, options, &mut units).unwrap();
         let whole = frame.stats.entries - frame.stats.split_entries;
         assert_eq!(units.counts().feature_vectors, whole);
         assert_eq!(
-            units.gather_flags() & !potamoi_reference::gather::FLAG_SUM,
+            units.gather_flags() & !potamoi_reference::gathering_unit::FLAG_SUM,
             0
         );
         frame
@@ -25,7 +25,7 @@ fn same(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -
     let mut exact = config.clone();
     exact.gu.sums = Sums::Exact;
     let mvoxels = MVoxels::new(grid, &exact).unwrap().with_halo(Halo::Split);
-    let mut units = Twins::new(&exact);
+    let mut units = ReferenceUnits::new(&exact);
     let c = render_fixed(grid, &mvoxels, camera, options, &mut units).unwrap();
     assert_eq!(units.counts().feature_vectors, c.stats.entries);
     assert_eq!(units.gather_flags(), 0);

@@ -80,7 +80,7 @@ fn tasks_are_what_rendering_gathers() {
 
 /// Units that lose a feature.
 struct Broken {
-    twins: Twins,
+    twins: ReferenceUnits,
 }
 
 impl Units for Broken {
@@ -119,11 +119,11 @@ fn units_at_fault_are_found_out() {
         let frame = render_fixed(&grid, &mvoxels, &camera(9, 9), &options, units);
         frame.unwrap_err().to_string()
     };
-    let twins = Twins::new(&config);
+    let twins = ReferenceUnits::new(&config);
     let short = said(&mut Broken { twins });
     assert!(short.contains("feature channels, expected"), "{short}");
     // Built for fewer channels than the MVoxels hold.
     let narrow = Config::from_toml("[gu]\nbanks = 2\nsegments = 1", "test").unwrap();
-    let refused = said(&mut Twins::new(&narrow));
+    let refused = said(&mut ReferenceUnits::new(&narrow));
     assert!(refused.contains("a unit failed: task 0"), "{refused}");
 }

@@ -3,7 +3,7 @@
 use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm};
 use potamoi_formats::units::OpCode;
 use potamoi_reference::exact_exponential::ExactExponential;
-use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::widths::budget;
 use potamoi_synth::fit::{Fit, ScaledEstimate, Work};
 use potamoi_synth::{SynthError, UnitKind, scaling};
@@ -38,7 +38,7 @@ fn method(
 ) -> Result<Method, ExploreError> {
     let fail = |e: &dyn std::fmt::Display| ExploreError::Inconclusive(e.to_string());
     let reference = ExactExponential::in_base(exp.input, exp.base).map_err(|e| fail(&e))?;
-    let twin = ExpTwin::new(&exp);
+    let twin = ReferenceExponential::new(&exp);
     let error = reference.measure(exp.output_bits, |u| twin.exp(u));
     let clocks = match (exp.pipelined, exp.early_out) {
         (true, _) => 1.0,

@@ -8,7 +8,7 @@ use potamoi_cycles::{GatherWork, Stalls};
 use potamoi_formats::config::Config;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_reference::weights;
 use potamoi_rtl::{Check, GatherUnit};
 use rand::{Rng, SeedableRng};
@@ -111,7 +111,7 @@ fn whole_cells_run_at_two_samples_a_cycle() {
 fn exact_sums_of_parts_add_up_to_the_cell() {
     let config = config("[gu]\nbanks = 8\nsums = \"exact\"\n");
     let unit = GatherUnit::build(&config).unwrap();
-    let twin = GatherTwin::new(&config);
+    let twin = ReferenceGatheringUnit::new(&config);
     let mut random = Pcg64Mcg::seed_from_u64(4);
     let whole = cells(&mut random, &config, Vertices::Eight, (11, 50));
     let parts = [0u8, 1].map(|side| {
@@ -268,7 +268,9 @@ fn no_cell_has_a_conflict(cases: &[(usize, &str)]) {
             |e: &RitEntry| e.rows[e.weights.iter().position(|w| *w != 0).unwrap()] as i16;
         let wanted: Vec<_> = task.entries.iter().map(expected).collect();
         let mut twin = vec![];
-        GatherTwin::new(&config).gather(&task, &mut twin).unwrap();
+        ReferenceGatheringUnit::new(&config)
+            .gather(&task, &mut twin)
+            .unwrap();
         assert_eq!(wanted, twin);
         let unit = GatherUnit::build(&config).unwrap();
         check(&config, &unit, &[task], Stalls::NONE);

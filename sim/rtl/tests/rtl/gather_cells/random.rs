@@ -4,7 +4,7 @@ use potamoi_cycles::{GatherWork, Stalls, StreamStalls};
 use potamoi_formats::config::{Config, EntryKind};
 use potamoi_formats::rit::Vertices;
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_rtl::{Check, GatherTotals, GatherUnit};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -18,7 +18,7 @@ pub(super) fn check(
     tasks: &[GatherTask],
     stalls: Stalls,
 ) -> GatherTotals {
-    let twin = GatherTwin::new(config);
+    let twin = ReferenceGatheringUnit::new(config);
     let mut features = vec![];
     for task in tasks {
         assert_eq!(twin.gather(task, &mut features).unwrap(), 0);

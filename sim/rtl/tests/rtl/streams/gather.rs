@@ -4,7 +4,7 @@ use potamoi_cycles::work::RitBeat as BeatSize;
 use potamoi_cycles::{FeatureMajorModel, GatherInputs, GatherModel, GatherOutputs, GatherWork};
 use potamoi_formats::config::{Config, EntryKind, Organisation};
 use potamoi_formats::rit::Vertices;
-use potamoi_reference::gather::FLAG_TABLE;
+use potamoi_reference::gathering_unit::FLAG_TABLE;
 use potamoi_reference::streams::{BlockStream, Packet, RitBeat, RitStream, frames};
 use potamoi_rtl::InputBeat;
 use potamoi_units::gathering_unit::gathering_unit;

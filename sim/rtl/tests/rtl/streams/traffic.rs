@@ -4,7 +4,7 @@
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::Vertices;
 use potamoi_reference::GatherTask;
-use potamoi_reference::gather::GatherTwin;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_rtl::{FeatureBeat, GatherBeats, InputBeat, feature_beats};
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -70,7 +70,7 @@ impl Traffic {
     }
 
     fn expect(&mut self, config: &Config, bare: &dyn Fn(usize, usize) -> bool) {
-        let twin = GatherTwin::new(config);
+        let twin = ReferenceGatheringUnit::new(config);
         let mut features = vec![];
         for task in &self.tasks {
             assert_eq!(twin.gather(task, &mut features), Ok(0));

@@ -4,7 +4,7 @@ use potamoi_cycles::{Exponents, VectorInputs, VectorModel};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::vu::VectorTwin;
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_units::vector_unit::vector_unit;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -29,7 +29,12 @@ struct Vector {
 }
 
 /// Lanes of any pattern: none, all, some; whatever the others hold.
-fn vector(random: &mut Pcg64Mcg, config: &Config, twin: &VectorTwin, wrong: bool) -> Vector {
+fn vector(
+    random: &mut Pcg64Mcg,
+    config: &Config,
+    twin: &ReferenceVectorUnit,
+    wrong: bool,
+) -> Vector {
     let lanes = config.vu.lanes as usize;
     let code = config.vu.ops[random.random_range(0..config.vu.ops.len())];
     let input = config.vu.exp.input;
@@ -127,7 +132,7 @@ fn into_reset(pins: &mut Pins, first: &Vector, clocks: u32) -> Result<(), String
 /// right ones: these come back in every bit and cycle.
 pub(crate) fn traffic(config: &Config, seed: u64) -> Result<(), String> {
     let mut random = Pcg64Mcg::seed_from_u64(3000 + seed);
-    let twin = VectorTwin::new(&config.vu);
+    let twin = ReferenceVectorUnit::new(&config.vu);
     let module = vector_unit(config).map_err(|e| e.to_string())?;
     let mut pins = Pins::new(&module, seed);
     for phase in ["cut off", "wrong", "right"] {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::Config;
 use potamoi_reference::observer::Observed;
-use potamoi_reference::{Twins, Units};
+use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_scene::characterise::{BANKS, LANES};
 use potamoi_scene::{Rendered, Scene, SceneError};
 use serde::{Deserialize, Serialize};
@@ -97,7 +97,7 @@ impl FrameWork {
         cache: u32,
         only: Option<&Mask>,
     ) -> Result<Self, SceneError> {
-        let mut twins = Twins::new(config);
+        let mut twins = ReferenceUnits::new(config);
         Self::count_through(scene, config, array, cache, only, &mut twins)
     }
 

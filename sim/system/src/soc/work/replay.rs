@@ -6,7 +6,7 @@ use std::collections::{HashMap, VecDeque};
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::{Config, RitPath};
 use potamoi_reference::observer::{GatherCall, Observed, Observer, VectorCall};
-use potamoi_reference::{GatherTask, Product, Twins, UnitError};
+use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError};
 use potamoi_scene::{Scene, SceneError};
 use potamoi_warp::{Plan, PlanOptions, ReferenceFrom, Sequence, Warper};
 use serde::{Deserialize, Serialize};
@@ -117,7 +117,7 @@ impl Replay {
     ) -> Result<Self, SceneError> {
         let missed = scene.accesses(cache, only)?.first_misses;
         let mut loads = Loads::new(config);
-        let mut twins = Twins::new(config);
+        let mut twins = ReferenceUnits::new(config);
         let mut units = Observed::new(&mut twins, config).by(&mut loads);
         let rendered = match only {
             None => scene.render_fixed(config, &mut units)?,

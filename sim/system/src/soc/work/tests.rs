@@ -8,7 +8,7 @@ use potamoi_base::precision::Precision;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::observer::{Observer, VectorCall};
-use potamoi_reference::{Product, Twins};
+use potamoi_reference::{Product, ReferenceUnits};
 use potamoi_scene::Scene;
 use potamoi_warp::Profile;
 use proptest::prelude::*;
@@ -31,7 +31,7 @@ fn counts_are_those_of_the_renderer() {
     for name in ["garden", "lantern"] {
         let scene = scene(name, 40);
         let rendered = scene
-            .render_fixed(&config, &mut Twins::new(&config))
+            .render_fixed(&config, &mut ReferenceUnits::new(&config))
             .unwrap();
         let (counts, streams) = (&rendered.counts, &rendered.counts.streams);
         let work = FrameWork::count(&scene, &config, Array::PAPER, CACHE, None).unwrap();
@@ -70,7 +70,7 @@ fn partial_sums_go_out_and_back() {
     std::fs::write(&path, text).unwrap();
     let scene = scene(path.to_str().unwrap(), 24);
     let rendered = scene
-        .render_fixed(&config, &mut Twins::new(&config))
+        .render_fixed(&config, &mut ReferenceUnits::new(&config))
         .unwrap();
     let streams = rendered.counts.streams;
     assert!(streams.partial_sums > 0);
@@ -85,7 +85,7 @@ fn partial_sums_go_out_and_back() {
 fn sums_are_no_more_than_the_unit_takes() {
     let config = Config::paper();
     for name in ["garden", "lantern"] {
-        let through = &mut Twins::new(&config);
+        let through = &mut ReferenceUnits::new(&config);
         let scene = scene(name, 40);
         let Counted { work, sums, .. } =
             FrameWork::rendered(&scene, &config, Array::PAPER, CACHE, None, through).unwrap();
@@ -289,7 +289,7 @@ fn narrow_conics_and_fewer_harmonics_are_less_work() {
     let mut scene = Scene::open("garden").unwrap();
     scene.set_size(Some(40), Some(40)).unwrap();
     let count = |scene: &Scene| {
-        let mut twins = Twins::new(&config);
+        let mut twins = ReferenceUnits::new(&config);
         FrameWork::rendered(scene, &config, Array::PAPER, 512 << 10, None, &mut twins)
             .unwrap()
             .work

@@ -10,7 +10,7 @@ mod restoring;
 
 use potamoi_formats::config::{Config, ExpConfig, ExpForm};
 use potamoi_formats::units::OpCode;
-use potamoi_reference::exp::ExpTwin;
+use potamoi_reference::exponential::ReferenceExponential;
 
 use clocks::Clocks;
 
@@ -47,7 +47,7 @@ pub(super) fn clocks_by_exponent(exp: &ExpConfig) -> Option<Vec<u64>> {
 /// Smallest exponents of vectors, on which their length depends with early termination.
 #[derive(Debug, Clone)]
 pub struct Exponents {
-    twin: Option<ExpTwin>,
+    twin: Option<ReferenceExponential>,
 }
 
 impl Exponents {
@@ -56,7 +56,9 @@ impl Exponents {
     pub fn of(config: &Config) -> Self {
         let exp = &config.vu.exp;
         Self {
-            twin: form(exp).looks_at_exponents(exp).then(|| ExpTwin::new(exp)),
+            twin: form(exp)
+                .looks_at_exponents(exp)
+                .then(|| ReferenceExponential::new(exp)),
         }
     }
 

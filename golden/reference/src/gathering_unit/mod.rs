@@ -143,7 +143,7 @@ impl Reducer {
 
 /// Bit-exact model of the gathering unit, without timing.
 #[derive(Debug, Clone)]
-pub struct GatherTwin {
+pub struct ReferenceGatheringUnit {
     reducer: Reducer,
     trusted: bool,
     built: Vec<Vertices>,
@@ -182,7 +182,7 @@ impl Code for i32 {
 /// Minimum number of sums for a second thread.
 const PARALLEL: usize = 1 << 14;
 
-impl GatherTwin {
+impl ReferenceGatheringUnit {
     /// The unit that `config` describes, which must have passed the rules of
     /// `potamoi_formats::config`.
     #[must_use]
@@ -259,17 +259,17 @@ impl GatherTwin {
     /// not change the result.
     ///
     /// # Errors
-    /// Those of [`GatherTwin::check`]; nothing is appended then.
+    /// Those of [`ReferenceGatheringUnit::check`]; nothing is appended then.
     pub fn gather(&self, task: &GatherTask, features: &mut Vec<i16>) -> Result<u8, GatherError> {
         self.append(task, features)
     }
 
-    /// As [`GatherTwin::gather`], but returns unrounded sums in units of 2^-W, for weights that
+    /// As [`ReferenceGatheringUnit::gather`], but returns unrounded sums in units of 2^-W, for weights that
     /// sum to at most 1. The sums of the partial entries of a cell in several MVoxels add up to
     /// the cell's sum.
     ///
     /// # Errors
-    /// Those of [`GatherTwin::check`]; nothing is appended then.
+    /// Those of [`ReferenceGatheringUnit::check`]; nothing is appended then.
     pub fn sums(&self, task: &GatherTask, sums: &mut Vec<i32>) -> Result<u8, GatherError> {
         self.append(task, sums)
     }

@@ -23,7 +23,7 @@ fn task(vertices: Vertices, rows: Vec<i16>, entries: Vec<RitEntry>) -> GatherTas
 fn run(text: &str, task: &GatherTask) -> (Vec<i16>, u8) {
     let config = Config::from_toml(text, "test").unwrap();
     let mut features = vec![];
-    let flags = GatherTwin::new(&config).gather(task, &mut features);
+    let flags = ReferenceGatheringUnit::new(&config).gather(task, &mut features);
     (features, flags.unwrap())
 }
 

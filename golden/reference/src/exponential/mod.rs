@@ -8,6 +8,8 @@ use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 use potamoi_formats::units::OpCode;
 
+#[cfg(test)]
+mod every_input;
 mod form;
 mod literal;
 mod logistic;
@@ -32,7 +34,7 @@ fn form(config: &ExpConfig) -> Arc<dyn Form> {
 
 /// Bit-exact model of one lane's exponential engine, without timing.
 #[derive(Debug, Clone)]
-pub struct ExpTwin {
+pub struct ReferenceExponential {
     form: Arc<dyn Form>,
     output: ExpOutput,
     engine: Engine,
@@ -42,7 +44,7 @@ pub struct ExpTwin {
     logarithm: Logarithm,
 }
 
-impl ExpTwin {
+impl ReferenceExponential {
     /// The engine that `config` describes, with its constants.
     ///
     /// `config` must have passed the rules of `potamoi_formats::config`. For any other, results
@@ -160,7 +162,7 @@ mod tests {
 
     #[test]
     fn anchors_of_the_default_engine() {
-        let twin = ExpTwin::new(&ExpConfig::default());
+        let twin = ReferenceExponential::new(&ExpConfig::default());
         assert_eq!(twin.exp(0), 65_535);
         assert_eq!(twin.exp(i32::MIN), 65_535);
         // exp(-65535 / 8192) * 65536 = 21.98...
@@ -184,7 +186,7 @@ mod tests {
             input: Format::signed(3, 12),
             ..ExpConfig::default()
         };
-        let twin = ExpTwin::new(&config);
+        let twin = ReferenceExponential::new(&config);
         let value = |x: i32| {
             let code = twin.exp(x);
             f64::from(code & 0x1ffff) * 2f64.powi((code >> 17) - 16)
@@ -207,13 +209,13 @@ mod tests {
                 one_minus_frac_bits: 90,
                 ..ExpConfig::default()
             };
-            let twin = ExpTwin::new(&config);
+            let twin = ReferenceExponential::new(&config);
             for a in [i32::MIN, -1, 0, 1, 40_000, i32::MAX] {
                 let _ = (twin.exp(a), twin.one_minus_exp(a));
                 let _ = (twin.sigmoid(a), twin.softplus(a));
             }
             for &form in ExpForm::ALL {
-                let twin = ExpTwin::new(&ExpConfig {
+                let twin = ReferenceExponential::new(&ExpConfig {
                     form,
                     pieces: accumulator * 7,
                     early_out: true,

@@ -10,10 +10,10 @@ use potamoi_formats::fixed::{Rounding, round_shift};
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
-use super::{ExpTwin, align};
+use super::{ReferenceExponential, align};
 use crate::logarithms::ln_one_plus_power;
 
-impl ExpTwin {
+impl ReferenceExponential {
     /// The operation `softplus` of a code with the input's fraction bits:
     /// `ln(1 + exp(a))` with F fraction bits, at most the largest signed 32-bit
     /// code.
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn anchors_of_the_default_engine() {
-        let twin = ExpTwin::new(&ExpConfig::default());
+        let twin = ReferenceExponential::new(&ExpConfig::default());
         assert_eq!(twin.sigmoid(0), 32_768);
         // sigmoid(1) * 65536 = 47911.1; softplus(1) * 65536 = 86065.5.
         assert!((twin.sigmoid(8192) - 47_911).abs() <= 1);
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn logarithms_are_exact_at_one_and_close_elsewhere() {
         for (bits, n) in [(24, 12), (30, 16), (36, 20)] {
-            let twin = ExpTwin::new(&ExpConfig {
+            let twin = ReferenceExponential::new(&ExpConfig {
                 iterations: n,
                 accumulator_bits: Some(bits),
                 constant_bits: Some(bits),

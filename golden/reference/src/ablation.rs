@@ -3,7 +3,7 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use crate::gather::Reducer;
+use crate::gathering_unit::Reducer;
 use crate::{GatherTask, Product, UnitError, Units};
 use potamoi_base::effects::{Choices, Effect};
 
@@ -15,7 +15,7 @@ use potamoi_base::effects::{Choices, Effect};
 /// | trilinear | only the vertex of the largest weight counts | single ids are weighted with 1 and rounded too; a changed code is an error |
 /// | exponential | only the first term of the series: `exp(-u)` is 1, `1 - exp(-s)` is s, at most 1 | |
 /// | segments | only the channels of the first pass are gathered, the others are 0 | |
-pub struct Altered<'u> {
+pub struct AblatedUnits<'u> {
     units: &'u mut dyn Units,
     choices: Choices,
     reducer: Reducer,
@@ -25,7 +25,7 @@ pub struct Altered<'u> {
     bits: [u32; 3],
 }
 
-impl<'u> Altered<'u> {
+impl<'u> AblatedUnits<'u> {
     /// Wraps `units`, which must be those of `config`.
     pub fn new(units: &'u mut dyn Units, config: &Config, choices: Choices) -> Self {
         let exp = &config.vu.exp;
@@ -124,7 +124,7 @@ impl<'u> Altered<'u> {
     }
 }
 
-impl Units for Altered<'_> {
+impl Units for AblatedUnits<'_> {
     fn gather(&mut self, tasks: &[GatherTask], features: &mut Vec<i16>) -> Result<(), UnitError> {
         let begin = features.len();
         if self.choices.leaves_out(Effect::Trilinear) {
@@ -187,15 +187,15 @@ mod tests {
     use potamoi_formats::rit::{RitEntry, Vertices};
 
     use super::*;
-    use crate::Twins;
+    use crate::ReferenceUnits;
 
     /// Only the vertex of the largest weight remains, the first among equal ones; single ids do
     /// not change.
     #[test]
     fn the_nearest_vertex_is_the_heaviest() {
         let config = Config::paper();
-        let mut twins = Twins::new(&config);
-        let altered = Altered::new(&mut twins, &config, Choices::default());
+        let mut twins = ReferenceUnits::new(&config);
+        let altered = AblatedUnits::new(&mut twins, &config, Choices::default());
         let task = |vertices, weights: [u16; 8]| GatherTask {
             vertices,
             channels: 1,

@@ -6,7 +6,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::exp::ExpTwin;
+use super::exponential::ReferenceExponential;
 
 /// A request that the vector unit refuses.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -53,24 +53,24 @@ const CHUNK: usize = 4096;
 
 /// Bit-exact model of the vector unit's lanes, without timing.
 #[derive(Debug, Clone)]
-pub struct VectorTwin {
+pub struct ReferenceVectorUnit {
     ops: Vec<OpCode>,
-    exp: ExpTwin,
+    exp: ReferenceExponential,
 }
 
-impl VectorTwin {
-    /// The unit that `config` describes; see [`ExpTwin::new`].
+impl ReferenceVectorUnit {
+    /// The unit that `config` describes; see [`ReferenceExponential::new`].
     #[must_use]
     pub fn new(config: &VuConfig) -> Self {
         Self {
             ops: config.ops.clone(),
-            exp: ExpTwin::new(&config.exp),
+            exp: ReferenceExponential::new(&config.exp),
         }
     }
 
     /// The exponential engine.
     #[must_use]
-    pub fn exp(&self) -> &ExpTwin {
+    pub fn exp(&self) -> &ReferenceExponential {
         &self.exp
     }
 
@@ -86,7 +86,7 @@ impl VectorTwin {
     /// Computes `out[i] = op(a[i], b[i])`.
     ///
     /// # Errors
-    /// Those of [`VectorTwin::element`], or the slices differ in length. `out` is unchanged then.
+    /// Those of [`ReferenceVectorUnit::element`], or the slices differ in length. `out` is unchanged then.
     pub fn slice(
         &self,
         op: VectorOp,
@@ -160,8 +160,8 @@ mod tests {
     use potamoi_formats::fixed::Rounding;
     use proptest::prelude::*;
 
-    fn twin() -> VectorTwin {
-        VectorTwin::new(&VuConfig {
+    fn twin() -> ReferenceVectorUnit {
+        ReferenceVectorUnit::new(&VuConfig {
             ops: OpCode::ALL.to_vec(),
             ..VuConfig::default()
         })
@@ -205,7 +205,7 @@ mod tests {
             ops: vec![OpCode::Pass, OpCode::Exp],
             ..VuConfig::default()
         };
-        let unit = VectorTwin::new(&config);
+        let unit = ReferenceVectorUnit::new(&config);
         for code in OpCode::ALL {
             let result = unit.element(VectorOp::new(code), 1, 1);
             assert_eq!(result.is_ok(), config.ops.contains(&code), "{code:?}");

@@ -4,11 +4,11 @@
 use potamoi_formats::config::{Config, ExpConfig};
 use potamoi_formats::units::OpCode;
 
-use super::exact_exponential::{ExactExponential, ExpError};
-use super::exp::ExpTwin;
-use super::logarithms::{ln_one_plus_power, multiple_of_ln2};
-use super::one_minus::OneMinusReference;
-use super::widths::{Target, budget, smallest, target};
+use super::ReferenceExponential;
+use crate::exact_exponential::{ExactExponential, ExpError};
+use crate::logarithms::{ln_one_plus_power, multiple_of_ln2};
+use crate::one_minus::OneMinusReference;
+use crate::widths::{Target, budget, smallest, target};
 
 fn config(text: &str) -> ExpConfig {
     let text = format!("[vu.exp]\n{text}");
@@ -22,7 +22,7 @@ fn pieces(count: u32, rest: &str) -> ExpConfig {
 }
 
 fn error(config: &ExpConfig) -> ExpError {
-    let twin = ExpTwin::new(config);
+    let twin = ReferenceExponential::new(config);
     let reference = ExactExponential::in_base(config.input, config.base).unwrap();
     reference.measure(config.output_bits, |code| twin.exp(code))
 }
@@ -30,7 +30,7 @@ fn error(config: &ExpConfig) -> ExpError {
 /// Largest error of one-minus-exp over every operand, and whether it is
 /// monotone.
 fn one_minus(config: &ExpConfig) -> (f64, bool) {
-    let (twin, f) = (ExpTwin::new(config), config.output_bits);
+    let (twin, f) = (ReferenceExponential::new(config), config.output_bits);
     let reference = OneMinusReference::new(config.one_minus_frac_bits).unwrap();
     assert_eq!(twin.one_minus_exp(0), 0, "{config:?}");
     let octaves = reference.by_octave(f, |s| twin.one_minus_exp(s));
@@ -108,7 +108,7 @@ fn straight_pieces_stay_within_their_budgets() {
 #[test]
 fn the_power_of_two_needs_more_integer_bits() {
     let config = pieces(64, "");
-    let twin = ExpTwin::new(&pieces(64, "base = \"two\""));
+    let twin = ReferenceExponential::new(&pieces(64, "base = \"two\""));
     let reference = ExactExponential::of(config.input).unwrap();
     let power = |u: i32| (f64::from(u) * std::f64::consts::LOG2_E).round() as i32;
     let naive = reference.measure(16, |u| twin.exp(power(u) & 0xffff));
@@ -179,7 +179,7 @@ fn the_search_finds_the_widths_of_radix_4() {
 fn an_early_out_over_every_input() {
     let config = config("early_out = true");
     let found = error(&config);
-    let twin = ExpTwin::new(&config);
+    let twin = ReferenceExponential::new(&config);
     let clocks: u32 = (0..65_536)
         .map(|u| config.clocks_of(twin.exponent(OpCode::Exp, u)))
         .sum();
@@ -194,11 +194,11 @@ fn an_early_out_over_every_input() {
     assert!((average - 15.6).abs() < 0.05, "{average}");
     assert!(found.max_ulp <= budget(&config));
     // Two iterations fewer than the last bits need are seen.
-    let whole = ExpTwin::new(&ExpConfig {
+    let whole = ReferenceExponential::new(&ExpConfig {
         early_out: false,
         ..config.clone()
     });
-    let shorter = ExpTwin::new(&ExpConfig {
+    let shorter = ReferenceExponential::new(&ExpConfig {
         early_out: false,
         iterations: 14,
         accumulator_bits: Some(19),
