@@ -40,10 +40,10 @@
 
 mod builder;
 mod check;
+mod error_analysis;
 mod fault;
 mod interpret;
 mod keywords;
-mod loss;
 mod memories;
 mod node;
 mod print;
@@ -56,9 +56,9 @@ use std::fmt;
 use thiserror::Error;
 
 pub use builder::ModuleBuilder;
+pub use error_analysis::IntervalInterpreter;
 pub use fault::{Change, Fault, FaultError};
 pub use interpret::{InterpretError, Interpreter, PortHandle};
-pub use loss::IntervalInterpreter;
 pub use memories::MemoryMacro;
 pub use node::{Binary, Op, Unary};
 pub use node::{Instance, MemId, Signal, Ty};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Interval;
 use super::contract::Claim;
 use super::order::order;
-use super::transfer::{Known, can_wrap, truth};
+use super::transfer::{NodeIntervals, can_wrap, truth};
 use crate::node::{Contract, Op};
 use crate::{IrError, Module};
 
@@ -32,7 +32,7 @@ pub(super) struct Analyser {
 /// A module during the fixed-point iteration.
 struct Work<'a> {
     module: &'a Module,
-    known: Known,
+    known: NodeIntervals,
     claims: Vec<Claim>,
     /// Claim of each node, if any.
     claim_of: BTreeMap<usize, usize>,
@@ -106,7 +106,7 @@ impl<'a> Work<'a> {
             .collect();
         Self {
             module,
-            known: Known {
+            known: NodeIntervals {
                 whole: values.clone(),
                 values,
             },

@@ -9,7 +9,7 @@ use num_bigint::BigInt;
 use num_traits::Zero;
 
 use super::Interval;
-use super::transfer::{Known, power};
+use super::transfer::{NodeIntervals, power};
 use crate::Module;
 use crate::node::{Binary, Contract, Op};
 
@@ -81,7 +81,7 @@ impl Claim {
     }
 
     /// Range of the register.
-    pub(super) fn bound(&self, known: &Known) -> Interval {
+    pub(super) fn bound(&self, known: &NodeIntervals) -> Interval {
         match &self.part {
             Part::Terms { term, most } => known.values[*term].up_to(most),
             Part::Weighted { feature, total } => known.values[*feature].up_to(total),

@@ -22,7 +22,7 @@ use analyse::Analyser;
 
 pub(crate) use analyse::{ModuleRanges, assumption};
 pub use interval::Interval;
-pub(crate) use transfer::{Known, truth};
+pub(crate) use transfer::{NodeIntervals, truth};
 
 /// The proven range of every node of a module and of the instances below it.
 ///

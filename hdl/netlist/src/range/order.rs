@@ -8,12 +8,12 @@ use crate::node::Op;
 /// Nodes in topological order, and inputs of instances for which none exists.
 pub(super) fn order(module: &Module) -> (Vec<usize>, BTreeSet<(usize, usize)>) {
     #[derive(Clone, Copy, PartialEq)]
-    enum Seen {
+    enum Visit {
         Not,
         OnTheWay,
         Done,
     }
-    let mut seen = vec![Seen::Not; module.nodes.len()];
+    let mut seen = vec![Visit::Not; module.nodes.len()];
     let (mut order, mut looped) = (vec![], BTreeSet::new());
     let mut stack: Vec<(usize, bool)> = vec![];
     for start in 0..seen.len() {
@@ -21,18 +21,18 @@ pub(super) fn order(module: &Module) -> (Vec<usize>, BTreeSet<(usize, usize)>) {
         while let Some((id, ready)) = stack.pop() {
             if ready {
                 // The outputs of an instance are on the way, and done, together.
-                if seen[id] != Seen::Done {
-                    seen[id] = Seen::Done;
+                if seen[id] != Visit::Done {
+                    seen[id] = Visit::Done;
                     order.push(id);
                 }
-            } else if seen[id] == Seen::Not {
-                seen[id] = Seen::OnTheWay;
+            } else if seen[id] == Visit::Not {
+                seen[id] = Visit::OnTheWay;
                 stack.push((id, true));
                 match &module.nodes[id].op {
                     Op::InstanceOut(i, _) => {
                         let inputs = module.instances[*i].inputs.iter();
                         for (port, n) in inputs {
-                            if seen[*n] == Seen::OnTheWay || leads_to(module, *n, *i) {
+                            if seen[*n] == Visit::OnTheWay || leads_to(module, *n, *i) {
                                 looped.insert((*i, *port));
                             } else {
                                 stack.push((*n, false));

@@ -9,14 +9,14 @@ use crate::node::{Binary, Op, Ty, Unary};
 
 /// Intervals of a module's nodes.
 #[derive(Debug, Clone)]
-pub(crate) struct Known {
+pub(crate) struct NodeIntervals {
     /// Values of each node.
     pub(crate) values: Vec<Interval>,
     /// Untruncated results: integers that agree with the values in their low bits.
     pub(crate) whole: Vec<Interval>,
 }
 
-impl Known {
+impl NodeIntervals {
     /// The full ranges of all types.
     pub(crate) fn of(module: &Module) -> Self {
         let values: Vec<_> = module.nodes.iter().map(|n| Interval::all(n.ty)).collect();

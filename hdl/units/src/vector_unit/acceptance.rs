@@ -5,7 +5,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::alu::is_op;
-use super::kinds::Kinds;
+use super::operation_kinds::OperationKinds;
 use super::sequence::{Offer, Order};
 use super::timing::Timing;
 use crate::circuits::{bits_for, is};
@@ -73,7 +73,7 @@ impl Acceptance {
     pub(super) fn build(
         m: &mut ModuleBuilder,
         config: &Config,
-        kinds: Kinds,
+        kinds: OperationKinds,
         timing: &Timing,
         inputs: &Inputs,
     ) -> Self {
@@ -152,7 +152,11 @@ impl Acceptance {
     }
 
     /// Sigmoid and softplus, where built: whether they are offered, and whether they were accepted.
-    pub(super) fn orders(&self, m: &mut ModuleBuilder, kinds: Kinds) -> [Option<Order>; 2] {
+    pub(super) fn orders(
+        &self,
+        m: &mut ModuleBuilder,
+        kinds: OperationKinds,
+    ) -> [Option<Order>; 2] {
         [
             (kinds.sigmoid, "result_sigmoid", self.sigmoid),
             (kinds.softplus, "result_softplus", self.softplus),

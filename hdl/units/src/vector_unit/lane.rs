@@ -7,8 +7,8 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::alu::{EXACT, exact, requantise};
 use super::exponential;
-use super::kinds::Kinds;
-use super::orders::Orders;
+use super::lane_control::LaneControl;
+use super::operation_kinds::OperationKinds;
 
 /// Builds `vector_lane`.
 ///
@@ -16,12 +16,12 @@ use super::orders::Orders;
 /// The netlist's own checks.
 pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let exp = &config.vu.exp;
-    let kinds = Kinds::of(config);
+    let kinds = OperationKinds::of(config);
     let widths = exponential::widths(exp, kinds);
     let mut builder = ModuleBuilder::new("vector_lane");
     let m = &mut builder;
     m.doc("one lane of the vector unit: element-wise operations and the exponential engine.");
-    let orders = Orders::declare(m, kinds);
+    let control = LaneControl::declare(m, kinds);
     let a = m.input("a", Ty::s(32), "");
     let b = m.input("b", Ty::s(32), "");
     let reads_b = config.vu.ops.iter().any(|o| o.takes_both());
@@ -30,40 +30,40 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     }
     if !kinds.elementwise {
         m.unused(
-            orders.accept,
+            control.accept,
             "The exponential engine is told when to begin instead.",
         );
     }
     let plain = kinds.elementwise.then(|| {
         m.section("Element-wise operations");
-        let next = exact(m, &config.vu.ops, orders.code, a, b);
+        let next = exact(m, &config.vu.ops, control.code, a, b);
         let held = m.reg("exact", EXACT, 0);
-        m.set_next_if(held, orders.accept, next);
+        m.set_next_if(held, control.accept, next);
         held
     });
     let powers = kinds.exp.then(|| {
         let form = widths.form;
-        form.powers(m, config, &widths, &orders, a)
+        form.powers(m, config, &widths, &control, a)
     });
     m.section("Result stage");
-    let value = plain.map(|held| requantise(m, held, orders.shift, orders.rounding));
+    let value = plain.map(|held| requantise(m, held, control.shift, control.rounding));
     let value = match (value, exp.pipelined && kinds.exp) {
         (Some(v), true) => Some(delay(m, v, exp.interval() - 1)),
         (v, _) => v,
     };
     let more = powers.as_ref().and_then(|p| p.more);
     let power = powers.map(|p| {
-        let result = widths.result(m, &p, orders.was_one_minus);
+        let result = widths.result(m, &p, control.was_one_minus);
         match p.logistic.filter(|_| kinds.softplus) {
             Some((_, sum)) => {
                 let softplus = widths.softplus(m, sum);
-                m.mux(orders.was_softplus, softplus, result)
+                m.mux(control.was_softplus, softplus, result)
             }
             None => result,
         }
     });
     let result = match (value, power) {
-        (Some(v), Some(p)) => m.mux(orders.is_exp, p, v),
+        (Some(v), Some(p)) => m.mux(control.is_exp, p, v),
         (Some(only), None) | (None, Some(only)) => only,
         (None, None) => m.lit(0, Ty::u(32)),
     };

@@ -9,20 +9,20 @@ use super::acceptance::{Acceptance, Inputs};
 use super::exponential;
 use super::exponential::constants::multiples;
 use super::exponential::shift_registers::{exp_constants, sub_name};
-use super::kinds::Kinds;
+use super::operation_kinds::OperationKinds;
+use super::result_control::ResultControl;
 use super::sequence::{Order, Sequence};
-use super::tag::Tag;
 
 /// Control signals of all lanes in a cycle.
 pub(super) struct Told<'a> {
     pub(super) config: &'a Config,
-    pub(super) kinds: Kinds,
+    pub(super) kinds: OperationKinds,
     pub(super) pipelined: bool,
     pub(super) accepted: &'a Acceptance,
     /// Orders of sigmoid and softplus.
     pub(super) logistic: [Option<Order>; 2],
     pub(super) sequence: &'a Sequence,
-    pub(super) tag: &'a Tag,
+    pub(super) tag: &'a ResultControl,
 }
 
 impl Told<'_> {

@@ -4,12 +4,12 @@ mod acceptance;
 mod alu;
 mod bound;
 mod exponential;
-mod kinds;
 mod lane;
+mod lane_control;
 mod lanes;
-mod orders;
+mod operation_kinds;
+mod result_control;
 mod sequence;
-mod tag;
 mod timing;
 mod top;
 

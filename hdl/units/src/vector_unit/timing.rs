@@ -3,7 +3,7 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 
-use super::kinds::Kinds;
+use super::operation_kinds::OperationKinds;
 
 /// Clocks and capacity of the unit.
 pub(super) struct Timing {
@@ -17,7 +17,7 @@ pub(super) struct Timing {
 }
 
 impl Timing {
-    pub(super) fn of(config: &Config, kinds: Kinds) -> Self {
+    pub(super) fn of(config: &Config, kinds: OperationKinds) -> Self {
         let exp = &config.vu.exp;
         let interval = if kinds.exp { exp.interval() } else { 1 };
         let longest = match (kinds.sigmoid, kinds.softplus) {

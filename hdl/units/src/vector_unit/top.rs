@@ -8,11 +8,11 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::acceptance::{Acceptance, Inputs};
 use super::exponential::form;
-use super::kinds::Kinds;
 use super::lane::lane;
 use super::lanes::{Told, lanes};
+use super::operation_kinds::OperationKinds;
+use super::result_control::ResultControl;
 use super::sequence::{Sequence, passes, sequence};
-use super::tag::Tag;
 use super::timing::Timing;
 use crate::circuits::{counter, fifo, is, sticky};
 
@@ -21,7 +21,7 @@ use crate::circuits::{counter, fifo, is, sticky};
 /// # Errors
 /// The netlist's own checks; none for a configuration that keeps its rules.
 pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
-    let kinds = Kinds::of(config);
+    let kinds = OperationKinds::of(config);
     let timing = Timing::of(config, kinds);
     let lane_module = lane(config)?;
     let mut builder = ModuleBuilder::new(VECTOR_UNIT);
@@ -40,7 +40,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         Some(phase) if kinds.logistic() => passes(m, config, phase, free, offer, logistic),
         phase => sequence(m, config, phase, free, offer, timing.interval),
     };
-    let tag = Tag::follow(
+    let tag = ResultControl::follow(
         m,
         &sequence,
         accepted.accept,
@@ -89,7 +89,7 @@ impl Results {
         timing: &Timing,
         inputs: &Inputs,
         accepted: &Acceptance,
-        tag: &Tag,
+        tag: &ResultControl,
         joined: Signal,
     ) -> Result<Self, IrErrors> {
         m.section("Results");
@@ -141,7 +141,7 @@ impl Counted {
         inputs: &Inputs,
         accepted: &Acceptance,
         sequence: &Sequence,
-        tag: &Tag,
+        tag: &ResultControl,
     ) -> Self {
         m.section("Counters and flags");
         let (clear, accept) = (inputs.clear, accepted.accept);

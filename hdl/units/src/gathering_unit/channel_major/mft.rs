@@ -11,7 +11,7 @@ use std::sync::Arc;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-use super::row_place::Place;
+use super::row_position::RowPosition;
 use super::split_banks::SplitBanks;
 use crate::circuits::{bits_for, plus_one, ram, suffix};
 use crate::gathering_unit::parity::block::block;
@@ -211,8 +211,8 @@ fn write(m: &mut ModuleBuilder, config: &Config, inputs: &Inputs, halves: &Table
 }
 
 impl Written {
-    fn place(&self, m: &mut ModuleBuilder, config: &Config, halves: &TableHalves) -> Place {
-        Place {
+    fn place(&self, m: &mut ModuleBuilder, config: &Config, halves: &TableHalves) -> RowPosition {
+        RowPosition {
             halves: [halves.write, halves.read],
             write: self.write,
             row: m.slice(self.row, 0, bits_for(config.mft_rows() - 1)),
@@ -295,7 +295,7 @@ impl Reader<'_> {
 fn whole_banks(
     m: &mut ModuleBuilder,
     config: &Config,
-    place: &Place,
+    place: &RowPosition,
     lanes: &[Signal],
     reads: &[(Signal, Signal)],
 ) -> Result<Vec<Vec<Signal>>, IrErrors> {

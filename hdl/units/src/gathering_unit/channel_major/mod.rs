@@ -7,7 +7,7 @@ mod issue;
 mod mft;
 mod product_stages;
 mod reducers;
-mod row_place;
+mod row_position;
 mod shared_rows;
 mod split_banks;
 mod stage_one;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-use super::row_place::Place;
+use super::row_position::RowPosition;
 use crate::circuits::{is, popcount, ram};
 
 /// Rows that a part reads at once.
@@ -118,7 +118,7 @@ impl SplitBanks {
     pub(super) fn banks(
         &self,
         m: &mut ModuleBuilder,
-        place: &Place,
+        place: &RowPosition,
         turns: &Turns,
         lanes: &[Signal],
     ) -> Vec<Vec<Signal>> {

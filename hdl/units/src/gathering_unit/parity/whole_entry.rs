@@ -4,7 +4,7 @@ use potamoi_formats::rit::MAX_VERTICES;
 use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal};
 
-use crate::gathering_unit::shared::rit_given::{Given, HALFWORDS, Slot};
+use crate::gathering_unit::shared::rit_output::{HALFWORDS, RitOutput, Slot};
 use crate::gathering_unit::shared::rit_reader::Read;
 use crate::gathering_unit::shared::rit_shape::Shape;
 use crate::gathering_unit::shared::rit_split::carry_named;
@@ -17,7 +17,7 @@ pub(crate) fn whole_entry(
     read: &Read,
     words: &[Signal],
     port: u32,
-) -> Given {
+) -> RitOutput {
     let at = |v: u32, j: u32| words[(port * 24 + v * 3 + j) as usize];
     let to_e = read.stages([RitStage::Entry]);
     let mut held = |v: u32, j: u32| {
@@ -52,7 +52,7 @@ pub(crate) fn whole_entry(
             .map(|(g, s)| m.name(s, &format!("{what}{port}_group{g}")))
             .collect()
     };
-    Given {
+    RitOutput {
         rows: to_groups(rows, "row"),
         weights: to_groups(weights, "weight"),
         slot: Slot::Whole(slot),

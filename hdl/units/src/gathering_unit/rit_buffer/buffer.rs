@@ -10,7 +10,7 @@ use std::sync::Arc;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-use super::give::give;
+use super::reader_data::stage_data;
 use crate::circuits::ram;
 use crate::gathering_unit::shared::rit_reader::Reader;
 use crate::gathering_unit::shared::rit_shape::{Halves, Shape};
@@ -95,7 +95,7 @@ pub(crate) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     }
 
     m.section("Stages to P: row, weight and slot, picked or made, and registered");
-    give(&reader, m, &shape, &read, vertices, &words);
+    stage_data(&reader, m, &shape, &read, vertices, &words);
 
     m.section("Stream and error outputs");
     m.output("s_axis_rit_tready", write.ready, "");

@@ -11,7 +11,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use crate::gathering_unit::parity::compact_cell::cell;
 use crate::gathering_unit::shared::compact_entry::{AXES, Entry, NO_ROW, entry};
-use crate::gathering_unit::shared::rit_given::{Given, Slot};
+use crate::gathering_unit::shared::rit_output::{RitOutput, Slot};
 use crate::gathering_unit::shared::rit_reader::{Read, Reader, Step};
 use crate::gathering_unit::shared::rit_shape::Shape;
 use crate::gathering_unit::shared::rit_split::{Product, WeightStages, carry, first_split, is_one};
@@ -25,7 +25,7 @@ pub(super) fn of_compact(
     vertices: Signal,
     words: &[Signal],
     port: u32,
-) -> Given {
+) -> RitOutput {
     let entry = entry(reader, m, shape, read, vertices, words, port);
     let stages = WeightStages::of(read);
     let slot = carry(m, port, &stages.to_part_y, "slot", entry.slot);
@@ -46,7 +46,7 @@ pub(super) fn of_compact(
         _ => cell(m, shape, &stages, &entry, across, port),
     };
     let weights = weights.into_iter().map(|w| halfword(m, w)).collect();
-    Given {
+    RitOutput {
         rows,
         weights,
         slot: Slot::Whole(slot),

@@ -2,8 +2,8 @@
 
 mod buffer;
 mod compact;
-mod give;
+mod reader_data;
 mod vertex;
 
 pub(super) use buffer::rit_buffer;
-pub(super) use give::weights;
+pub(super) use reader_data::weights;

@@ -4,7 +4,7 @@ use potamoi_formats::rit::Vertices;
 use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal};
 
-use crate::gathering_unit::shared::rit_given::{Given, HALF, HALFWORDS, Slot};
+use crate::gathering_unit::shared::rit_output::{HALF, HALFWORDS, RitOutput, Slot};
 use crate::gathering_unit::shared::rit_reader::{Read, Reader};
 use crate::gathering_unit::shared::rit_shape::Shape;
 use crate::gathering_unit::shared::rit_split::carry_named;
@@ -51,7 +51,7 @@ pub(super) fn vertex(
     vertices: Signal,
     words: &[Signal],
     port: u32,
-) -> Given {
+) -> RitOutput {
     let to_e = read.stages([RitStage::Entry]);
     let [row, tag, weight] = [0, 1, 2].map(|j| {
         let what = HALFWORDS[j as usize];
@@ -65,7 +65,7 @@ pub(super) fn vertex(
         });
         m.name(s, &format!("new_{what}{port}"))
     });
-    Given {
+    RitOutput {
         rows: vec![row],
         weights: vec![weight],
         slot: Slot::Tag(tag),

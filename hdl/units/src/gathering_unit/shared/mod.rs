@@ -4,7 +4,7 @@ pub(super) mod compact_entry;
 pub(super) mod ports;
 pub(super) mod reducer;
 pub(super) mod report;
-pub(super) mod rit_given;
+pub(super) mod rit_output;
 mod rit_progress;
 pub(super) mod rit_reader;
 pub(super) mod rit_shape;

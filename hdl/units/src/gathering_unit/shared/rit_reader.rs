@@ -1,5 +1,5 @@
 //! Read side of the RIT buffer: read control, and the pipeline stages from Q (the banks' output) to
-//! P (the issue). Their data is in `rit_buffer/give.rs`.
+//! P (the issue). Their data is in `rit_buffer/reader_data.rs`.
 
 use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};

@@ -5,7 +5,7 @@ use potamoi_formats::config::ExpOutput;
 use potamoi_formats::fixed::Rounding;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::form::{Place, Powers, Recurrence, State, Widths};
+use super::form::{Powers, Recurrence, State, StepInputs, Widths};
 use super::logistic::Size;
 use crate::circuits::bits_for;
 
@@ -150,7 +150,7 @@ impl Widths {
         &self,
         m: &mut ModuleBuilder,
         s: State,
-        place: &Place,
+        place: &StepInputs,
         index: u32,
         rounded: bool,
     ) -> Signal {

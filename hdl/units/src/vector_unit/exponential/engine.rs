@@ -6,7 +6,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use super::form::{Form, Powers, Recurrence, State, Widths};
 use super::iterative::iterative;
 use super::pipelined::pipelined;
-use crate::vector_unit::orders::Orders;
+use crate::vector_unit::lane_control::LaneControl;
 
 /// Builds an iterative engine of registers, or a pipeline.
 fn engine(
@@ -14,13 +14,13 @@ fn engine(
     m: &mut ModuleBuilder,
     config: &Config,
     widths: &Widths,
-    orders: &Orders,
+    control: &LaneControl,
     a: Signal,
 ) -> Powers {
     if config.vu.exp.pipelined {
-        pipelined(own, m, config, widths, orders, a)
+        pipelined(own, m, config, widths, control, a)
     } else {
-        iterative(own, m, config, widths, orders, a)
+        iterative(own, m, config, widths, control, a)
     }
 }
 
@@ -39,10 +39,10 @@ impl<R: Recurrence> Form for R {
         m: &mut ModuleBuilder,
         config: &Config,
         widths: &Widths,
-        orders: &Orders,
+        control: &LaneControl,
         a: Signal,
     ) -> Powers {
-        engine(self, m, config, widths, orders, a)
+        engine(self, m, config, widths, control, a)
     }
 
     fn exponent(&self, m: &mut ModuleBuilder, widths: &Widths, s: State, large: Signal) -> Signal {

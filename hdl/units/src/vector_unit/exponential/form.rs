@@ -4,8 +4,8 @@ use num_bigint::BigInt;
 use potamoi_formats::config::{Config, Engine, ExpConfig};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use crate::vector_unit::kinds::Kinds;
-use crate::vector_unit::orders::Orders;
+use crate::vector_unit::lane_control::LaneControl;
+use crate::vector_unit::operation_kinds::OperationKinds;
 
 /// Widths of the engine's registers.
 #[derive(Clone)]
@@ -19,7 +19,7 @@ pub(in crate::vector_unit) struct Widths {
     pub(in crate::vector_unit) digits: Ty,
     pub(in crate::vector_unit) shift: Ty,
     /// Kinds of operation built.
-    pub(in crate::vector_unit) kinds: Kinds,
+    pub(in crate::vector_unit) kinds: OperationKinds,
 }
 
 /// State before and after a step.
@@ -32,7 +32,7 @@ pub(in crate::vector_unit) struct State {
 
 /// Signals of one position of the shift registers.
 #[derive(Clone)]
-pub(in crate::vector_unit) struct Place {
+pub(in crate::vector_unit) struct StepInputs {
     /// One constant, or for radix 4 those of the digits 1, 2 and 3.
     pub(in crate::vector_unit) constants: Vec<Signal>,
     pub(in crate::vector_unit) shift: Signal,
@@ -70,7 +70,7 @@ pub(in crate::vector_unit) trait Form: Sync {
         m: &mut ModuleBuilder,
         config: &Config,
         widths: &Widths,
-        orders: &Orders,
+        control: &LaneControl,
         a: Signal,
     ) -> Powers;
 
@@ -121,7 +121,7 @@ pub(in crate::vector_unit) trait Recurrence: Sync {
         m: &mut ModuleBuilder,
         widths: &Widths,
         s: State,
-        place: &Place,
+        place: &StepInputs,
         index: u32,
         log: Option<Signal>,
     ) -> State;

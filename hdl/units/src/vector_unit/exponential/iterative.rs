@@ -5,10 +5,10 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::multiples;
 use super::early_out::Own;
-use super::form::{Place, Powers, Recurrence, State, Widths};
+use super::form::{Powers, Recurrence, State, StepInputs, Widths};
 use super::logistic::Passes;
 use super::shift_registers::sub_name;
-use crate::vector_unit::orders::Orders;
+use crate::vector_unit::lane_control::LaneControl;
 
 /// What the lanes are told of the steps.
 struct Told {
@@ -16,7 +16,7 @@ struct Told {
     begin: Signal,
     tail: Option<Signal>,
     own: Option<Own>,
-    places: Vec<Place>,
+    places: Vec<StepInputs>,
     passes: Option<Passes>,
 }
 
@@ -72,7 +72,7 @@ impl Start {
         own: &dyn Recurrence,
         m: &mut ModuleBuilder,
         widths: &Widths,
-        orders: &Orders,
+        control: &LaneControl,
         told: &Told,
         a: Signal,
     ) -> Self {
@@ -85,7 +85,7 @@ impl Start {
             (regs, size, sum)
         });
         let size = early.map(|(_, size, _)| size);
-        let (start, large) = widths.start(own, m, a, orders.one_minus, size);
+        let (start, large) = widths.start(own, m, a, control.one_minus, size);
         m.section("Exponential: steps");
         let regs = match early {
             Some((regs, ..)) => regs,
@@ -137,7 +137,7 @@ pub(super) fn iterative(
     m: &mut ModuleBuilder,
     config: &Config,
     widths: &Widths,
-    orders: &Orders,
+    control: &LaneControl,
     a: Signal,
 ) -> Powers {
     m.section(if widths.kinds.logistic() {
@@ -146,7 +146,7 @@ pub(super) fn iterative(
         "Exponential: start"
     });
     let told = Told::declare(own, m, config, widths);
-    let start = Start::build(own, m, widths, orders, &told, a);
+    let start = Start::build(own, m, widths, control, &told, a);
     let (regs, begin) = (start.regs, start.begin);
     let mut state = start.now;
     for (i, place) in told.places.iter().enumerate() {
@@ -210,9 +210,9 @@ fn from(m: &mut ModuleBuilder, take: Signal, one: State, other: State) -> State 
     }
 }
 
-fn place(own: &dyn Recurrence, m: &mut ModuleBuilder, widths: &Widths, i: u32) -> Place {
+fn place(own: &dyn Recurrence, m: &mut ModuleBuilder, widths: &Widths, i: u32) -> StepInputs {
     let none = m.lit(0, Ty::bit());
-    Place {
+    StepInputs {
         constants: multiples(own)
             .map(|d| {
                 m.input(

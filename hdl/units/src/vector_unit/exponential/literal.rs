@@ -4,7 +4,7 @@ use num_bigint::BigInt;
 use potamoi_formats::config::{Engine, ExpConfig};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::form::{Place, Recurrence, State, Widths};
+use super::form::{Recurrence, State, StepInputs, Widths};
 
 pub(super) struct Literal;
 
@@ -35,7 +35,7 @@ impl Recurrence for Literal {
         m: &mut ModuleBuilder,
         widths: &Widths,
         s: State,
-        place: &Place,
+        place: &StepInputs,
         index: u32,
         _: Option<Signal>,
     ) -> State {

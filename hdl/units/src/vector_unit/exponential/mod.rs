@@ -19,7 +19,7 @@ pub(super) mod shift_registers;
 use potamoi_formats::config::{ExpConfig, ExpForm};
 use potamoi_netlist::Ty;
 
-use super::kinds::Kinds;
+use super::operation_kinds::OperationKinds;
 
 pub(super) use form::{Form, Widths};
 
@@ -34,7 +34,7 @@ pub(super) fn form(exp: &ExpConfig) -> &'static dyn Form {
 }
 
 /// The registers of a configuration's engine.
-pub(super) fn widths(exp: &ExpConfig, kinds: Kinds) -> Widths {
+pub(super) fn widths(exp: &ExpConfig, kinds: OperationKinds) -> Widths {
     let (form, engine) = (form(exp), exp.engine());
     let [remain, accum] = form.registers(exp, &engine);
     Widths {

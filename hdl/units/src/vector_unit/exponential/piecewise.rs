@@ -9,7 +9,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants;
 use super::form::{Form, Powers, State, Widths};
-use crate::vector_unit::orders::Orders;
+use crate::vector_unit::lane_control::LaneControl;
 
 /// Integer bits of v: 16 log2 e is 23.1.
 const INTEGER: u32 = 5;
@@ -35,10 +35,10 @@ impl Form for Piecewise {
         m: &mut ModuleBuilder,
         _: &Config,
         widths: &Widths,
-        orders: &Orders,
+        control: &LaneControl,
         a: Signal,
     ) -> Powers {
-        pieces(m, widths, orders, a)
+        pieces(m, widths, control, a)
     }
 
     fn exponent(&self, _: &mut ModuleBuilder, _: &Widths, s: State, _: Signal) -> Signal {
@@ -47,10 +47,10 @@ impl Form for Piecewise {
 }
 
 /// Pipeline stages: exponent of two, and piece.
-fn pieces(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -> Powers {
+fn pieces(m: &mut ModuleBuilder, widths: &Widths, control: &LaneControl, a: Signal) -> Powers {
     m.section("Exponential: power of two");
     let bits = widths.engine.constant_bits;
-    let (operand, frac) = operand(m, widths, orders, a);
+    let (operand, frac) = operand(m, widths, control, a);
     let power = match widths.exp.piece_widths().scale_bits {
         Some(scale) => {
             let ty = Ty::u(scale + 1);
@@ -106,7 +106,12 @@ fn pieces(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) ->
 }
 
 /// The operand, unsigned, with its fraction bits.
-fn operand(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -> (Signal, u32) {
+fn operand(
+    m: &mut ModuleBuilder,
+    widths: &Widths,
+    control: &LaneControl,
+    a: Signal,
+) -> (Signal, u32) {
     let power = widths.operand(m, a);
     let frac = widths.exp.input.frac_bits();
     if !widths.kinds.one_minus {
@@ -117,7 +122,7 @@ fn operand(m: &mut ModuleBuilder, widths: &Widths, orders: &Orders, a: Signal) -
     let depth = m.name(depth, "depth_aligned");
     let wide = m.extend(power, depth.width());
     let aligned = m.shl_const(wide, bits - frac);
-    let operand = m.mux(orders.one_minus, depth, aligned);
+    let operand = m.mux(control.one_minus, depth, aligned);
     (m.name(operand, "operand"), bits)
 }
 

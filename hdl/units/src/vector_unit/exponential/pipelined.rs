@@ -5,8 +5,8 @@ use potamoi_formats::timing::PowerStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::{Step, steps};
-use super::form::{Place, Powers, Recurrence, State, Widths};
-use crate::vector_unit::orders::Orders;
+use super::form::{Powers, Recurrence, State, StepInputs, Widths};
+use crate::vector_unit::lane_control::LaneControl;
 
 /// Builds one register stage for each clock's steps.
 pub(super) fn pipelined(
@@ -14,13 +14,13 @@ pub(super) fn pipelined(
     m: &mut ModuleBuilder,
     config: &Config,
     widths: &Widths,
-    orders: &Orders,
+    control: &LaneControl,
     a: Signal,
 ) -> Powers {
     m.section("Exponential: start");
     let exp = &config.vu.exp;
     let r = exp.iterations_per_clock as usize;
-    let (mut state, mut large) = widths.start(own, m, a, orders.one_minus, None);
+    let (mut state, mut large) = widths.start(own, m, a, control.one_minus, None);
     let all = steps(own, exp, widths.remain.width);
     let mut stage = 0;
     let mut hold = |m: &mut ModuleBuilder, s: State, large: Signal| {
@@ -71,9 +71,9 @@ pub(super) fn pipelined(
 }
 
 /// A position of the shift registers with fixed constants.
-fn literal_place(m: &mut ModuleBuilder, widths: &Widths, step: &Step) -> Place {
+fn literal_place(m: &mut ModuleBuilder, widths: &Widths, step: &Step) -> StepInputs {
     let constants = step.constants.iter();
-    Place {
+    StepInputs {
         constants: constants.map(|c| m.lit(c.clone(), widths.remain)).collect(),
         shift: m.lit(step.shift, widths.shift),
         digit: m.lit(u8::from(step.digit), Ty::bit()),

@@ -5,7 +5,7 @@ use potamoi_formats::config::{Engine, ExpConfig};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::ln_two_multiple;
-use super::form::{Place, Recurrence, State, Widths};
+use super::form::{Recurrence, State, StepInputs, Widths};
 
 pub(super) struct Radix4;
 
@@ -39,7 +39,7 @@ impl Recurrence for Radix4 {
         m: &mut ModuleBuilder,
         widths: &Widths,
         s: State,
-        place: &Place,
+        place: &StepInputs,
         index: u32,
         _: Option<Signal>,
     ) -> State {

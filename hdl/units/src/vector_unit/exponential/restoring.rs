@@ -5,7 +5,7 @@ use potamoi_formats::config::{Engine, ExpConfig, ExpOutput};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::ln_two_times;
-use super::form::{Place, Recurrence, State, Widths};
+use super::form::{Recurrence, State, StepInputs, Widths};
 
 pub(super) struct Restoring;
 
@@ -36,7 +36,7 @@ impl Recurrence for Restoring {
         m: &mut ModuleBuilder,
         widths: &Widths,
         s: State,
-        place: &Place,
+        place: &StepInputs,
         index: u32,
         log: Option<Signal>,
     ) -> State {

@@ -4,7 +4,7 @@ use num_bigint::BigInt;
 use num_traits::One;
 
 use super::interval_interpreter::IntervalInterpreter;
-use super::off::Off;
+use super::node_error::NodeError;
 use crate::node::{Binary, Op, Ty, Unary};
 use crate::range::{Interval, truth};
 
@@ -12,7 +12,7 @@ use crate::range::{Interval, truth};
 const DEPTH: u32 = 6;
 
 /// A node's value, its untruncated result, and its error.
-type Found = (Interval, Interval, Option<Off>);
+type Found = (Interval, Interval, Option<NodeError>);
 
 impl IntervalInterpreter<'_> {
     /// Evaluates a node from its operands.

@@ -5,7 +5,7 @@ use potamoi_formats::units::OpCode;
 
 /// Kinds of operation built by a configuration.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Kinds {
+pub(super) struct OperationKinds {
     /// Any operation of the engine.
     pub(super) exp: bool,
     pub(super) one_minus: bool,
@@ -14,7 +14,7 @@ pub(super) struct Kinds {
     pub(super) softplus: bool,
 }
 
-impl Kinds {
+impl OperationKinds {
     pub(super) fn of(config: &Config) -> Self {
         let ops = &config.vu.ops;
         Self {

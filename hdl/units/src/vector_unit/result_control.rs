@@ -5,7 +5,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 use super::sequence::Sequence;
 
 /// Control data of the vector in the result stage.
-pub(super) struct Tag {
+pub(super) struct ResultControl {
     pub(super) valid: Signal,
     /// Whether a vector moves through the stages of the pipelined form.
     pub(super) moving: Option<Signal>,
@@ -17,7 +17,7 @@ pub(super) struct Tag {
     pub(super) last: Signal,
 }
 
-impl Tag {
+impl ResultControl {
     /// Registers the tag beside the vector: once in the iterative form, in every stage of the
     /// pipelined one.
     pub(super) fn follow(

@@ -12,7 +12,7 @@
 
 mod branch;
 mod interval_interpreter;
-mod off;
+mod node_error;
 #[cfg(test)]
 mod tests;
 mod transfer;

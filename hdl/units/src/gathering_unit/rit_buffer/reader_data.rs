@@ -8,7 +8,7 @@ use super::compact::of_compact;
 use super::vertex::vertex;
 use crate::circuits::is;
 use crate::gathering_unit::parity::whole_entry::whole_entry;
-use crate::gathering_unit::shared::rit_given::{HALF, Slot};
+use crate::gathering_unit::shared::rit_output::{HALF, Slot};
 use crate::gathering_unit::shared::rit_reader::{Read, Reader};
 use crate::gathering_unit::shared::rit_shape::Shape;
 
@@ -22,7 +22,7 @@ pub(crate) fn weights(m: &mut ModuleBuilder, config: &Config, rit: Instance) -> 
 }
 
 /// Stages E to P of every port, and the outputs.
-pub(super) fn give(
+pub(super) fn stage_data(
     reader: &Reader,
     m: &mut ModuleBuilder,
     shape: &Shape,

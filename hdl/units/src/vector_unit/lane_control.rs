@@ -2,10 +2,10 @@
 
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::kinds::Kinds;
+use super::operation_kinds::OperationKinds;
 
 /// Control signals common to all lanes.
-pub(super) struct Orders {
+pub(super) struct LaneControl {
     pub(super) accept: Signal,
     pub(super) code: Signal,
     pub(super) one_minus: Signal,
@@ -16,9 +16,9 @@ pub(super) struct Orders {
     pub(super) was_softplus: Signal,
 }
 
-impl Orders {
-    pub(super) fn declare(m: &mut ModuleBuilder, kinds: Kinds) -> Self {
-        let Kinds {
+impl LaneControl {
+    pub(super) fn declare(m: &mut ModuleBuilder, kinds: OperationKinds) -> Self {
+        let OperationKinds {
             exp,
             one_minus,
             elementwise,

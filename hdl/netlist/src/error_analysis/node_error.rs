@@ -19,14 +19,14 @@ pub(super) type Cut = (usize, u32);
 /// Dropped bits and values made of them are kept symbolically, so that a dropped bit that also
 /// rounds gives an error of 0.5 ulp, not 1.5.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Off {
+pub(crate) struct NodeError {
     /// Independent error, with [`FRACTION`] fraction bits.
     rest: Interval,
     /// Factors of the dropped bits' values, with [`FRACTION`] fraction bits.
     cuts: BTreeMap<Cut, BigInt>,
 }
 
-impl Off {
+impl NodeError {
     pub(super) fn none() -> Self {
         Self::rest(Interval::new(0, 0))
     }

@@ -2,39 +2,43 @@
 
 use num_traits::{ToPrimitive, Zero};
 
-use super::off::Off;
+use super::node_error::NodeError;
 use crate::Module;
 use crate::node::{Binary, Op, Ty, Unary};
-use crate::range::{Interval, Known};
+use crate::range::{Interval, NodeIntervals};
 
 /// Errors of a module's nodes; `None`: unbounded.
-pub(super) struct Offs<'a> {
+pub(super) struct NodeErrors<'a> {
     pub(super) module: &'a Module,
-    pub(super) known: &'a Known,
+    pub(super) known: &'a NodeIntervals,
     /// By node of the hierarchy.
-    pub(super) off: &'a [Option<Off>],
+    pub(super) off: &'a [Option<NodeError>],
     /// Nodes whose high bits decide, and whose low bits are a remainder.
     pub(super) parts: &'a [usize],
     /// Number of the module's first node.
     pub(super) first: usize,
 }
 
-impl Offs<'_> {
+impl NodeErrors<'_> {
     /// Error of a combinational node with the untruncated result `whole`.
     ///
     /// Single bits are decisions, which have no error unless they are made of dropped bits.
-    pub(super) fn of(&self, id: usize, whole: &Interval) -> Option<Off> {
+    pub(super) fn of(&self, id: usize, whole: &Interval) -> Option<NodeError> {
         let node = &self.module.nodes[id];
         let off = |n: &usize| self.off[self.first + n].as_ref();
         let value = |n: &usize| &self.known.values[*n];
         let ty = |n: &usize| self.module.nodes[*n].ty;
         let fits = whole.fits(node.ty);
         let bits = |all: &[&usize]| {
-            let kept = all.iter().all(|n| off(n).is_some_and(Off::is_none));
-            if kept { Off::none() } else { Off::bit() }
+            let kept = all.iter().all(|n| off(n).is_some_and(NodeError::is_none));
+            if kept {
+                NodeError::none()
+            } else {
+                NodeError::bit()
+            }
         };
         match &node.op {
-            Op::Lit(_) => Some(Off::none()),
+            Op::Lit(_) => Some(NodeError::none()),
             Op::Unary(Unary::Neg, a) if fits => Some(off(a)?.neg()),
             Op::Binary(Binary::Add, a, b) if fits => Some(off(a)?.add(off(b)?)),
             Op::Binary(Binary::Sub, a, b) if fits => Some(off(a)?.add(&off(b)?.neg())),
@@ -46,7 +50,7 @@ impl Offs<'_> {
             Op::Binary(Binary::And, a, b) if value(b).is_point() => {
                 let b = value(b).wrap(Ty::u(ty(b).width)).low;
                 if b.is_zero() {
-                    Some(Off::none())
+                    Some(NodeError::none())
                 } else if b == Ty::u(node.ty.width).max() {
                     off(a).cloned()
                 } else {
@@ -55,16 +59,16 @@ impl Offs<'_> {
             }
             Op::Slice(a, low) if self.parts.contains(&(self.first + a)) => {
                 if *low > 0 {
-                    Some(Off::none())
+                    Some(NodeError::none())
                 } else {
                     off(a).cloned()
                 }
             }
             Op::Slice(a, 0) if fits && node.ty.width > 1 => off(a).cloned(),
             Op::Slice(a, 0) => Some(if value(a).is_point() {
-                Off::of_known(value(a), node.ty.width)
+                NodeError::of_known(value(a), node.ty.width)
             } else {
-                Off::of_cut((self.first + a, node.ty.width))
+                NodeError::of_cut((self.first + a, node.ty.width))
             }),
             Op::Slice(a, low) if fits => {
                 let a_off = off(a)?;
@@ -74,13 +78,13 @@ impl Offs<'_> {
                     a_off.cut((self.first + a, *low))
                 })
             }
-            Op::Cat(parts) if fits => parts.iter().try_fold(Off::none(), |sum, p| {
+            Op::Cat(parts) if fits => parts.iter().try_fold(NodeError::none(), |sum, p| {
                 Some(sum.shl(ty(p).width).add(off(p)?))
             }),
             Op::Extend(a) => off(a).cloned(),
             Op::Round(a, bits, rounding) => Some(off(a)?.round(*bits, *rounding, value(a))),
             Op::Saturate(a) if value(a).fits(node.ty) => off(a).cloned(),
-            Op::Saturate(a) => Some(off(a)?.join(&Off::none())),
+            Op::Saturate(a) => Some(off(a)?.join(&NodeError::none())),
             Op::Mux(c, t, e) if value(c).is_point() => {
                 off(if value(c).low.is_zero() { e } else { t }).cloned()
             }
@@ -96,14 +100,14 @@ impl Offs<'_> {
             _ if node.ty.width > 1 => None,
             Op::Unary(Unary::Not, a) => Some(bits(&[a])),
             Op::Binary(Binary::And | Binary::Or | Binary::Xor, a, b) => Some(bits(&[a, b])),
-            _ => Some(Off::none()),
+            _ => Some(NodeError::none()),
         }
     }
 }
 
-impl Offs<'_> {
+impl NodeErrors<'_> {
     /// Error of a node's untruncated result.
-    fn uncut(&self, id: usize) -> Option<Off> {
+    fn uncut(&self, id: usize) -> Option<NodeError> {
         let node = &self.module.nodes[id];
         let off = |n: &usize| self.off[self.first + n].as_ref();
         if self.known.whole[id].fits(node.ty) {
@@ -120,7 +124,7 @@ impl Offs<'_> {
 }
 
 /// Joins the results of all shift amounts.
-fn amounts(n: &Interval, of: impl Fn(u32) -> Option<Off>) -> Option<Off> {
+fn amounts(n: &Interval, of: impl Fn(u32) -> Option<NodeError>) -> Option<NodeError> {
     let [low, high] = [&n.low, &n.high].map(|v| v.to_u32().filter(|v| *v <= 64));
     let mut all = (low?..=high?).map(of);
     let first = all.next()??;

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::off::Off;
-use super::transfer::Offs;
+use super::node_error::NodeError;
+use super::transfer::NodeErrors;
 use crate::Module;
 use crate::node::{Node, Op, Ty};
-use crate::range::{Interval, Known, truth};
+use crate::range::{Interval, NodeIntervals, truth};
 use crate::tree::Tree;
 
 /// Interprets the cone of certain signals on intervals, out of reset.
@@ -15,9 +15,9 @@ pub struct IntervalInterpreter<'a> {
     /// Nodes of the cone in topological order.
     order: Vec<usize>,
     /// Values by unit.
-    pub(super) known: Vec<Known>,
+    pub(super) known: Vec<NodeIntervals>,
     /// Errors by node; `None`: unbounded.
-    pub(super) off: Vec<Option<Off>>,
+    pub(super) off: Vec<Option<NodeError>>,
     inputs: BTreeMap<usize, Interval>,
     /// Nodes that changed since the cycle was last evaluated.
     changed: Vec<bool>,
@@ -35,7 +35,11 @@ impl<'a> IntervalInterpreter<'a> {
     pub fn new(module: &'a Module, signals: &[&str], parts: &[&str]) -> Option<Self> {
         let mut tree = Tree::default();
         tree.add(module, None);
-        let known = tree.units.iter().map(|u| Known::of(u.module)).collect();
+        let known = tree
+            .units
+            .iter()
+            .map(|u| NodeIntervals::of(u.module))
+            .collect();
         let off = vec![None; tree.unit_of.len()];
         let changed = vec![true; off.len()];
         let mut machine = Self {
@@ -141,7 +145,7 @@ impl<'a> IntervalInterpreter<'a> {
     /// Smallest and largest error of a node in ulp, rounded outwards; `None` if unbounded.
     #[must_use]
     pub fn off(&self, id: usize) -> Option<[f64; 2]> {
-        self.off[id].as_ref().map(Off::bounds)
+        self.off[id].as_ref().map(NodeError::bounds)
     }
 
     /// Sets an input of the module.
@@ -149,7 +153,13 @@ impl<'a> IntervalInterpreter<'a> {
         self.inputs.insert(id, value);
     }
 
-    pub(super) fn keep(&mut self, id: usize, value: Interval, whole: Interval, off: Option<Off>) {
+    pub(super) fn keep(
+        &mut self,
+        id: usize,
+        value: Interval,
+        whole: Interval,
+        off: Option<NodeError>,
+    ) {
         let unit = self.tree.unit_of[id];
         let at = id - self.tree.units[unit].first_node;
         self.known[unit].values[at] = value;
@@ -163,13 +173,13 @@ impl<'a> IntervalInterpreter<'a> {
             let id = self.order[at];
             if let Op::Reg { reset, .. } = &self.node(id).op {
                 let reset = Interval::point(reset);
-                self.take_over(id, reset, Some(Off::none()));
+                self.take_over(id, reset, Some(NodeError::none()));
             }
         }
     }
 
     /// Stores a value, and notes whether it changed.
-    fn take_over(&mut self, id: usize, value: Interval, off: Option<Off>) {
+    fn take_over(&mut self, id: usize, value: Interval, off: Option<NodeError>) {
         self.changed[id] |= *self.value(id) != value || self.off[id] != off;
         self.keep(id, value.clone(), value, off);
     }
@@ -198,7 +208,7 @@ impl<'a> IntervalInterpreter<'a> {
                 None => {
                     let all = || Interval::all(node.ty);
                     let value = self.inputs.get(&id).cloned().unwrap_or_else(all);
-                    self.take_over(id, value, Some(Off::none()));
+                    self.take_over(id, value, Some(NodeError::none()));
                 }
             },
             Op::ReadSync(..) | Op::ReadAsync(..) => {
@@ -223,12 +233,12 @@ impl<'a> IntervalInterpreter<'a> {
     }
 
     /// Evaluates a node from its operands, taken as independent.
-    pub(super) fn plain(&self, id: usize) -> (Interval, Interval, Option<Off>) {
+    pub(super) fn plain(&self, id: usize) -> (Interval, Interval, Option<NodeError>) {
         let unit = self.tree.unit_of[id];
         let (of, known) = (&self.tree.units[unit], &self.known[unit]);
         let at = id - of.first_node;
         let whole = known.result(of.module, at);
-        let offs = Offs {
+        let offs = NodeErrors {
             module: of.module,
             known,
             off: &self.off,
@@ -263,7 +273,7 @@ impl<'a> IntervalInterpreter<'a> {
             };
             let enabled = enable.map_or(Some(true), |e| truth(self.value(self.beside(id, e))));
             let new = self.value(next).clone();
-            let off = self.off[next].as_ref().map(Off::alone);
+            let off = self.off[next].as_ref().map(NodeError::alone);
             match enabled {
                 Some(true) => taken.push((id, new, off)),
                 Some(false) => {}

@@ -8,7 +8,7 @@ pub(crate) const HALFWORDS: [&str; 3] = ["row", "tag", "weight"];
 pub(crate) const HALF: Ty = Ty::u(16);
 
 /// Issued data of one port's entry: one row and weight, or one for each group of banks.
-pub(crate) struct Given {
+pub(crate) struct RitOutput {
     pub(crate) rows: Vec<Signal>,
     pub(crate) weights: Vec<Signal>,
     pub(crate) slot: Slot,
