@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use clap::Args;
 use potamoi_analytic::Analytic;
 use potamoi_base::effects::Choices;
-use potamoi_base::record::told_within;
+use potamoi_base::file_keys::told_within;
 use potamoi_scene::{BUILTIN, Representation, Scene};
 use potamoi_splats::{Axes, files};
 

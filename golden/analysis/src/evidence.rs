@@ -3,16 +3,16 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::record::RECORD_CHANNELS;
 
-use super::{Seen, Surroundings};
+use super::{PathVisibility, Surroundings};
 use potamoi_base::effects::Effect;
 use potamoi_scene::Scene;
-use potamoi_scene::facts::Facts;
+use potamoi_scene::model_facts::ModelFacts;
 
 /// The data that findings are derived from.
-pub(super) struct Known<'a> {
+pub(super) struct EvidenceInputs<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) facts: &'a Facts,
-    pub(super) seen: Seen,
+    pub(super) facts: &'a ModelFacts,
+    pub(super) seen: PathVisibility,
     pub(super) config: &'a Config,
     pub(super) around: Surroundings,
     pub(super) is_still: bool,
@@ -22,7 +22,7 @@ pub(super) struct Known<'a> {
     pub(super) merged: Option<[usize; 2]>,
 }
 
-impl Known<'_> {
+impl EvidenceInputs<'_> {
     /// Whether an effect is needed, with the evidence.
     pub(super) fn finding(&self, effect: Effect) -> (bool, String) {
         match effect {
@@ -335,7 +335,7 @@ impl Known<'_> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use potamoi_scene::facts::{Perceptron, TableFacts};
+    use potamoi_scene::model_facts::{Perceptron, TableFacts};
 
     /// A count of one makes an effect needed, a count of zero does not.
     #[test]
@@ -354,10 +354,10 @@ mod tests {
                 inputs: [39, 27],
                 weights: [27 * 64, number as u64],
             });
-            let known = Known {
+            let known = EvidenceInputs {
                 scene: &scene,
                 facts: &facts,
-                seen: Seen::default(),
+                seen: PathVisibility::default(),
                 config: &config,
                 around: Surroundings::default(),
                 is_still: false,

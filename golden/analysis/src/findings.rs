@@ -4,9 +4,9 @@ use potamoi_formats::config::Config;
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 
-use super::evidence::Known;
+use super::evidence::EvidenceInputs;
 use super::surroundings::Surroundings;
-use super::{Seen, is_still};
+use super::{PathVisibility, is_still};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
 use potamoi_fields::voxels::MVoxels;
@@ -31,7 +31,7 @@ pub struct Analysis {
     /// Findings in the order of [`Effect::ALL`].
     pub findings: Vec<Finding>,
     /// What the cameras see.
-    pub seen: Seen,
+    pub seen: PathVisibility,
 }
 
 impl Analysis {
@@ -47,10 +47,10 @@ impl Analysis {
         around: Surroundings,
     ) -> Result<Self, SceneError> {
         let facts = scene.facts();
-        let mut seen = Seen::moved(path);
+        let mut seen = PathVisibility::moved(path);
         let rows = config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize;
         let mut before: Option<&Camera> = None;
-        let mut last = Seen::default();
+        let mut last = PathVisibility::default();
         for camera in path {
             // What stands still shows the same again.
             if before != Some(camera) {
@@ -62,7 +62,7 @@ impl Analysis {
             seen.unsorted += last.unsorted;
             seen.fetched_bytes += last.fetched_bytes;
         }
-        let known = Known {
+        let known = EvidenceInputs {
             scene,
             facts,
             seen,
@@ -102,8 +102,8 @@ impl Analysis {
 }
 
 /// What a camera sees, determined without rendering.
-fn seen_by(scene: &Scene, camera: &Camera, config: &Config) -> Result<Seen, SceneError> {
-    let mut seen = Seen::default();
+fn seen_by(scene: &Scene, camera: &Camera, config: &Config) -> Result<PathVisibility, SceneError> {
+    let mut seen = PathVisibility::default();
     let Some(cloud) = scene.cloud() else {
         if let Some(bounds) = scene.bounds() {
             seen.cross(camera, bounds);

@@ -24,7 +24,7 @@ mod findings;
 mod hard_cases;
 mod hardware;
 mod holes;
-mod path;
+mod path_visibility;
 mod surroundings;
 #[cfg(test)]
 mod tests;
@@ -32,5 +32,5 @@ mod tests;
 pub use findings::{Analysis, Finding};
 pub use hardware::{Hardware, HardwareError, LeftOut};
 pub use holes::Holes;
-pub use path::{Seen, is_still};
+pub use path_visibility::{PathVisibility, is_still};
 pub use surroundings::Surroundings;

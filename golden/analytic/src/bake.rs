@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use glam::{DMat4, DVec3, DVec4, Vec3Swizzles, Vec4Swizzles};
 use rayon::prelude::*;
 
+use super::appearance::Appearance;
 use super::field::{Field, INSIDE, OUTSIDE};
-use super::look::Look;
 use potamoi_fields::voxels::{Grid, Layout};
 use potamoi_march::MarchError;
 
@@ -54,7 +54,7 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, MarchError> {
 }
 
 /// The linear colour of one point, independent of a layout.
-pub(super) fn linear(look: &Look) -> [[f32; 4]; 3] {
+pub(super) fn linear(look: &Appearance) -> [[f32; 4]; 3] {
     let mut out = [[0.0; 4]; 3];
     colours(look, Layout::Linear, &*DIRECTIONS, out.as_flattened_mut());
     out
@@ -95,7 +95,7 @@ impl Moments {
 }
 
 /// Least squares over the directions that see the front, weighted by the projected area.
-fn colours(look: &Look, layout: Layout, directions: &[DVec3], out: &mut [f32]) {
+fn colours(look: &Appearance, layout: Layout, directions: &[DVec3], out: &mut [f32]) {
     let terms = layout.coefficients();
     if layout == Layout::Constant || look.is_matte() || look.normal() == DVec3::ZERO {
         let colour = look.along(-look.normal());

@@ -4,14 +4,14 @@ use std::sync::LazyLock;
 
 use glam::{DMat3, DVec3, dvec3};
 
-use super::field::{Field, Frame, Motion, Probe, colour};
-use super::look::{Daylight, Look, smooth_step};
+use super::appearance::{Appearance, Daylight, smooth_step};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::{noise, sdf};
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct Cairn;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "cairn",
     asks: "diffuse solids",
     points: [98, 98, 112],
@@ -117,7 +117,7 @@ fn nearest(p: DVec3) -> (f64, Option<usize>) {
 }
 
 impl Field for Cairn {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -126,7 +126,7 @@ impl Field for Cairn {
         Probe::solid(d, 0.8 * d, FRAME.voxel)
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let (normal, light) = LIGHT.at(|p| nearest(p).0, p, FRAME.voxel);
         let albedo = match nearest(p).1 {
             Some(i) => {
@@ -145,6 +145,6 @@ impl Field for Cairn {
                 moss * (0.75 + 0.25 * normal.z)
             }
         };
-        Look::matte(albedo * light)
+        Appearance::matte(albedo * light)
     }
 }

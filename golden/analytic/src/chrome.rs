@@ -6,15 +6,15 @@ use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3, dvec3};
 
+use super::appearance::{Appearance, Daylight, smooth_step};
 use super::curve::Curve;
-use super::field::{Field, Frame, Motion, Probe, colour};
-use super::look::{Daylight, Look, smooth_step};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::sdf;
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct Chrome;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "chrome",
     asks: "mirrors",
     points: [108, 108, 64],
@@ -117,7 +117,7 @@ fn distance(p: DVec3) -> f64 {
 }
 
 impl Field for Chrome {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -126,14 +126,14 @@ impl Field for Chrome {
         Probe::solid(d, d, FRAME.voxel)
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let (d, i) = ball(p);
         if d < ground(p) {
             let metal = BALLS[i].2;
             let normal = (p - BALLS[i].0).normalize_or_zero();
             // The floor darkens what faces it, near where it touches.
             let low = (p.z / BALLS[i].1).clamp(0.0, 1.0);
-            return Look::matte(DVec3::ZERO).reflecting(
+            return Appearance::matte(DVec3::ZERO).reflecting(
                 normal,
                 metal * (0.35 + 0.65 * low.sqrt()) * 0.94,
                 0.0,
@@ -143,6 +143,6 @@ impl Field for Chrome {
         let (_, light) = LIGHT.at(distance, p, FRAME.voxel);
         let square = 0.5 + 0.5 * chequered(p.truncate() * (TAU / 0.68));
         let albedo = dvec3(0.27, 0.25, 0.26).lerp(dvec3(0.86, 0.80, 0.72), square);
-        Look::matte(albedo * light)
+        Appearance::matte(albedo * light)
     }
 }

@@ -2,14 +2,14 @@
 
 use glam::{DVec3, dvec3};
 
-use super::field::{Field, Frame, Motion, Probe, colour};
-use super::look::{Daylight, Look, smooth_step};
+use super::appearance::{Appearance, Daylight, smooth_step};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::{noise, sdf};
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct City;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "city",
     asks: "many small parts",
     points: [150, 150, 60],
@@ -131,7 +131,7 @@ const ROOFS: [DVec3; 6] = [
 ];
 
 impl Field for City {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -141,7 +141,7 @@ impl Field for City {
         Probe::solid(d, d.min(0.5 * LOT), FRAME.voxel)
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let (normal, light) = LIGHT.at(|p| nearest(p).0, p, FRAME.voxel);
         let albedo = match nearest(p).1 {
             Part::House(x, y) => {
@@ -162,6 +162,6 @@ impl Field for City {
                 dvec3(0.46, 0.46, 0.48).lerp(dvec3(0.38, 0.52, 0.24), grass)
             }
         };
-        Look::matte(albedo * light)
+        Appearance::matte(albedo * light)
     }
 }

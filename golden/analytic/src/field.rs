@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Look;
+use super::Appearance;
 use potamoi_fields::voxels::Layout;
 
 /// Optical depth a voxel edge far outside a surface, before the ReLU.
@@ -17,14 +17,14 @@ const FINE: f64 = 8.0;
 /// A radiance field that can be evaluated at every point.
 pub(super) trait Field: Sync {
     /// Its position, sampling and camera path.
-    fn frame(&self) -> &'static Frame;
+    fn frame(&self) -> &'static SceneSetup;
 
     /// Density and distance of emptiness at a point within the bounds.
     fn probe(&self, p: DVec3) -> Probe;
 
     /// The appearance of a point; called for points of positive density, and for those within two
     /// voxels of one.
-    fn look(&self, p: DVec3) -> Look;
+    fn look(&self, p: DVec3) -> Appearance;
 }
 
 /// Density of a field around a point.
@@ -75,7 +75,7 @@ pub(super) enum Motion {
 
 /// Position, sampling and camera path of a scene; z points up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Frame {
+pub(super) struct SceneSetup {
     pub(super) name: &'static str,
     /// Difficulty for a renderer, in a few words.
     pub(super) asks: &'static str,
@@ -93,7 +93,7 @@ pub(super) struct Frame {
     pub(super) motion: Motion,
 }
 
-impl Frame {
+impl SceneSetup {
     /// Corners of the box that contains the scene.
     pub(super) fn bounds(&self) -> [DVec3; 2] {
         let size = DVec3::from(self.points.map(|p| (p - 1) as f64)) * self.voxel;

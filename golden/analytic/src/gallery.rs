@@ -2,14 +2,14 @@
 
 use glam::{DVec3, dvec3};
 
-use super::field::{Field, Frame, Motion, Probe, colour};
-use super::look::{Look, smooth_step, wheel};
+use super::appearance::{Appearance, smooth_step, wheel};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::{noise, sdf};
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct Gallery;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "gallery",
     asks: "large flat walls",
     points: [148, 180, 76],
@@ -123,7 +123,7 @@ fn painting(number: f64, x: f64, y: f64) -> DVec3 {
 }
 
 impl Field for Gallery {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -132,7 +132,7 @@ impl Field for Gallery {
         Probe::solid(d, d, FRAME.voxel)
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let distance = |p: DVec3| nearest(p).0;
         let normal = sdf::normal(distance, p, 0.5 * FRAME.voxel);
         let part = nearest(p).1;
@@ -161,7 +161,7 @@ impl Field for Gallery {
             Part::Room if normal.z < -0.7 => {
                 let inside =
                     smooth_step(0.66, 0.58, p.x.abs()) * smooth_step(1.86, 1.78, p.y.abs());
-                return Look::matte(
+                return Appearance::matte(
                     (dvec3(0.86, 0.85, 0.83) * 0.86 * open).lerp(dvec3(1.0, 0.99, 0.97), inside),
                 );
             }
@@ -181,6 +181,6 @@ impl Field for Gallery {
             Part::Plinth => dvec3(0.88, 0.87, 0.84),
             Part::Ball => dvec3(0.82, 0.33, 0.20),
         };
-        Look::matte(albedo * light)
+        Appearance::matte(albedo * light)
     }
 }

@@ -2,14 +2,14 @@
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _, dvec3};
 
-use super::field::{Field, Frame, Motion, Probe, colour};
-use super::look::{Look, wheel};
+use super::appearance::{Appearance, wheel};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::sdf;
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct Lattice;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "lattice",
     asks: "thin parts",
     points: [136, 136, 136],
@@ -43,7 +43,7 @@ fn distance(p: DVec3) -> f64 {
 }
 
 impl Field for Lattice {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -52,12 +52,12 @@ impl Field for Lattice {
         Probe::solid(d, 0.9 * d, FRAME.voxel)
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let normal = sdf::normal(distance, p, 0.5 * FRAME.voxel);
         let facing = 0.5 + 0.5 * normal.dot(dvec3(-0.5, -0.6, 0.63));
         // Paler to the middle, as through haze.
         let hue = wheel(0.12 + 0.30 * (p.x - 0.5 * p.y) + 0.36 * p.z);
         let albedo = hue * 0.56 + DVec3::splat(0.16);
-        Look::matte(albedo * (0.34 + 0.80 * facing * facing))
+        Appearance::matte(albedo * (0.34 + 0.80 * facing * facing))
     }
 }

@@ -13,6 +13,7 @@
 //! assert_eq!(truth.transmittance.len(), 16 * 16);
 //! ```
 
+mod appearance;
 mod bake;
 mod cairn;
 mod chrome;
@@ -20,10 +21,9 @@ mod city;
 mod curve;
 mod field;
 mod gallery;
+mod ground_truth;
 mod heights;
 mod lattice;
-mod look;
-mod march;
 mod mist;
 mod moons;
 mod noise;
@@ -35,10 +35,10 @@ mod vase;
 
 use glam::DVec3;
 
-pub use look::Look;
-pub use march::Truth;
+pub use appearance::Appearance;
+pub use ground_truth::Truth;
 
-use field::{Field, Frame, Motion};
+use field::{Field, Motion, SceneSetup};
 use potamoi_base::camera::Camera;
 use potamoi_fields::FieldError;
 use potamoi_fields::algorithms::efficient::EfficientNerf;
@@ -98,7 +98,7 @@ impl Analytic {
         }
     }
 
-    fn frame(self) -> &'static Frame {
+    fn frame(self) -> &'static SceneSetup {
         self.field().frame()
     }
 
@@ -154,7 +154,7 @@ impl Analytic {
     /// far the truth is from its limit.
     #[must_use]
     pub fn truth_in_steps(self, camera: &Camera, background: [f32; 3], scale: f64) -> Truth {
-        march::render(
+        ground_truth::render(
             self.field(),
             camera,
             background,
@@ -217,7 +217,7 @@ impl Analytic {
 
     /// The appearance of a world point whose density is not 0.
     #[must_use]
-    pub fn look(self, p: DVec3) -> Look {
+    pub fn look(self, p: DVec3) -> Appearance {
         self.field().look(p)
     }
 }

@@ -4,15 +4,15 @@ use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3, dvec2, dvec3};
 
-use super::field::{Field, Frame, Motion, Probe, colour};
+use super::appearance::{Appearance, Daylight, smooth_step};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::heights::Heights;
-use super::look::{Daylight, Look, smooth_step};
 use super::noise;
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct Mist;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "mist",
     asks: "fog",
     points: [120, 120, 62],
@@ -112,7 +112,7 @@ fn fog(p: DVec3) -> f64 {
 }
 
 impl Field for Mist {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -137,7 +137,7 @@ impl Field for Mist {
         }
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let d = distance(p);
         let lit = smooth_step(-0.05, 0.45, p.z);
         let toward = 0.5 - 0.5 * p.truncate().dot(dvec2(0.9, 0.4)) / RADIUS;
@@ -145,7 +145,7 @@ impl Field for Mist {
         let bright = dvec3(1.0, 0.86, 0.72);
         let haze = shaded.lerp(bright, (0.30 + 0.5 * toward) * (0.45 + 0.55 * lit));
         if d > 2.0 * FRAME.voxel {
-            return Look::matte(haze);
+            return Appearance::matte(haze);
         }
         let (normal, light) = LIGHT.at(distance, p, FRAME.voxel);
         let up = smooth_step(0.45, 0.78, normal.z);
@@ -161,7 +161,7 @@ impl Field for Mist {
             .lerp(dvec3(0.92, 0.93, 0.96), snow)
             .lerp(earth, side);
         let solid = sdf_share(d);
-        Look::matte(haze.lerp(albedo * light, solid))
+        Appearance::matte(haze.lerp(albedo * light, solid))
     }
 }
 

@@ -2,14 +2,14 @@
 
 use glam::{DMat3, DVec3, dvec3};
 
-use super::field::{Field, Frame, Motion, Probe, colour};
-use super::look::{Look, smooth_step};
+use super::appearance::{Appearance, smooth_step};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::{noise, sdf};
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct Moons;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "moons",
     asks: "mostly void",
     points: [150, 150, 96],
@@ -83,7 +83,7 @@ fn lit(p: DVec3) -> f64 {
 }
 
 impl Field for Moons {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -105,7 +105,7 @@ impl Field for Moons {
         }
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let q = own(p);
         let (moon_d, i) = moon(p);
         let d = planet(p);
@@ -113,7 +113,7 @@ impl Field for Moons {
         if moon_d < d.min(rings(q) + FRAME.voxel) {
             let normal = (p - MOONS[i].0).normalize_or_zero();
             let spots = noise::octaves(p * 16.0, 3);
-            return Look::matte(MOONS[i].2 * (0.62 + 0.66 * spots) * lambert(normal) * 1.15);
+            return Appearance::matte(MOONS[i].2 * (0.62 + 0.66 * spots) * lambert(normal) * 1.15);
         }
         if d < 2.0 * FRAME.voxel {
             let normal = p.normalize_or_zero();
@@ -132,11 +132,11 @@ impl Field for Moons {
             } else {
                 1.0
             };
-            return Look::matte(albedo * lambert(normal) * shade);
+            return Appearance::matte(albedo * lambert(normal) * shade);
         }
         let across = q.truncate().length();
         let tone = smooth_step(RINGS[0], RINGS[1], across);
         let dust = dvec3(0.86, 0.72, 0.54).lerp(dvec3(0.62, 0.64, 0.70), tone);
-        Look::matte(dust * (0.10 + 0.90 * lit(p)) * (0.86 + 0.14 * (across * 75.0).cos()))
+        Appearance::matte(dust * (0.10 + 0.90 * lit(p)) * (0.86 + 0.14 * (across * 75.0).cos()))
     }
 }

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
+use super::appearance::Appearance;
 use super::bake::directions;
 use super::field::{Field, INSIDE};
-use super::look::Look;
 use potamoi_base::sh;
 use potamoi_fields::FieldError;
 use potamoi_fields::algorithms::efficient::{CHANNELS, COEFFICIENTS, EfficientNerf, FINE};
@@ -33,7 +33,7 @@ pub(super) fn tree(field: &dyn Field) -> Result<EfficientNerf, FieldError> {
 }
 
 /// The logits of the colours, projected to spherical harmonics.
-fn colours(look: &Look, basis: &[(DVec3, [f64; 16])], values: &mut [f32; CHANNELS]) {
+fn colours(look: &Appearance, basis: &[(DVec3, [f64; 16])], values: &mut [f32; CHANNELS]) {
     let logits = |d: DVec3| {
         let held = look
             .along(d)

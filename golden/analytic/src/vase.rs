@@ -2,14 +2,14 @@
 
 use glam::{DVec2, DVec3, dvec3};
 
-use super::field::{Field, Frame, Motion, Probe, colour};
-use super::look::{Daylight, Look, smooth_step};
+use super::appearance::{Appearance, Daylight, smooth_step};
+use super::field::{Field, Motion, Probe, SceneSetup, colour};
 use super::{noise, sdf};
 use potamoi_fields::voxels::Layout;
 
 pub(super) struct Vase;
 
-const FRAME: Frame = Frame {
+const FRAME: SceneSetup = SceneSetup {
     name: "vase",
     asks: "gloss",
     points: [88, 88, 104],
@@ -74,7 +74,7 @@ fn studio(d: DVec3) -> DVec3 {
 }
 
 impl Field for Vase {
-    fn frame(&self) -> &'static Frame {
+    fn frame(&self) -> &'static SceneSetup {
         &FRAME
     }
 
@@ -83,12 +83,12 @@ impl Field for Vase {
         Probe::solid(d, 0.6 * d, FRAME.voxel)
     }
 
-    fn look(&self, p: DVec3) -> Look {
+    fn look(&self, p: DVec3) -> Appearance {
         let (normal, light) = LIGHT.at(distance, p, FRAME.voxel);
         if table(p) < body(p) {
             let ring = (p.truncate().length() * 40.0 + 3.0 * noise::octaves(p * 4.0, 2)).sin();
             let wood = dvec3(0.36, 0.22, 0.13) * (1.0 + 0.12 * ring);
-            return Look::matte(wood * light);
+            return Appearance::matte(wood * light);
         }
         let up = (p.z - FOOT) / HEIGHT;
         let turn = p.y.atan2(p.x);
@@ -104,7 +104,7 @@ impl Field for Vase {
             .lerp(glaze, smooth_step(0.10, 0.14, up + drip))
             .lerp(cream, band);
         let gloss = smooth_step(0.08, 0.16, up + drip);
-        Look::matte(albedo * light).reflecting(
+        Appearance::matte(albedo * light).reflecting(
             normal,
             DVec3::splat(0.07 * gloss),
             0.5 * gloss,

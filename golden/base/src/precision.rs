@@ -8,8 +8,8 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::record::Fate::Honoured;
-use crate::record::Key;
+use crate::file_keys::Fate::Honoured;
+use crate::file_keys::Key;
 
 /// Thresholds, widths and levels in place of those of a renderer's rules and of the hardware's
 /// formats. By default none is overridden.
@@ -37,7 +37,7 @@ pub const NUMBERS: [Number; 5] = [
             "render.stop_below",
             "the transmittance at which a pixel stops",
         ),
-        place: Place::Real(|p| &mut p.stop_below, 1e-6..=0.5),
+        place: Accessor::Real(|p| &mut p.stop_below, 1e-6..=0.5),
         expected: "1e-6 to 0.5",
         models: &[Models::Splats, Models::Voxels, Models::Fields],
     },
@@ -48,7 +48,7 @@ pub const NUMBERS: [Number; 5] = [
         ),
         // What is past the exponential's range has its last result, exp(-8), and a unit of
         // opacity more: drawn, it would cover its tiles.
-        place: Place::Real(|p| &mut p.alpha_min, 4e-4..=0.5),
+        place: Accessor::Real(|p| &mut p.alpha_min, 4e-4..=0.5),
         expected: "4e-4, which is above exp(-8), to 0.5",
         models: &[Models::Splats],
     },
@@ -57,7 +57,7 @@ pub const NUMBERS: [Number; 5] = [
             "render.transmittance_bits",
             "fraction bits of transmittances",
         ),
-        place: Place::Count(|p| &mut p.transmittance_bits, 8..=20),
+        place: Accessor::Count(|p| &mut p.transmittance_bits, 8..=20),
         expected: "8 to 20",
         models: &[Models::Splats, Models::Voxels],
     },
@@ -66,14 +66,14 @@ pub const NUMBERS: [Number; 5] = [
             "render.conic_bits",
             "fraction bits of the factors of conics",
         ),
-        place: Place::Count(|p| &mut p.conic_bits, 8..=30),
+        place: Accessor::Count(|p| &mut p.conic_bits, 8..=30),
         expected: "8 to 30",
         models: &[Models::Splats],
     },
     Number {
         key: key("render.hashed_levels", "hashed levels that are gathered"),
         // As many as the model has, which the scene checks.
-        place: Place::Count(|p| &mut p.hashed_levels, 0..=u32::MAX),
+        place: Accessor::Count(|p| &mut p.hashed_levels, 0..=u32::MAX),
         expected: "a whole number",
         models: &[Models::Splats, Models::Voxels, Models::Fields],
     },
@@ -89,7 +89,7 @@ const fn key(name: &'static str, about: &'static str) -> Key {
 pub struct Number {
     /// Its name in a description, including the section.
     pub key: Key,
-    place: Place,
+    place: Accessor,
     /// Its range in words.
     expected: &'static str,
     /// Models whose renderers honour it.
@@ -98,7 +98,7 @@ pub struct Number {
 
 /// Accessor of a number in a [`Precision`], with its range.
 #[derive(Debug, Clone)]
-enum Place {
+enum Accessor {
     Real(fn(&mut Precision) -> &mut Option<f64>, RangeInclusive<f64>),
     Count(fn(&mut Precision) -> &mut Option<u32>, RangeInclusive<u32>),
 }
@@ -137,11 +137,11 @@ impl Number {
     /// Its value as text, and whether it is in its range.
     fn given(&self, mut precision: Precision) -> Option<(String, bool)> {
         match &self.place {
-            Place::Real(place, range) => {
+            Accessor::Real(place, range) => {
                 // Not a number is in no range.
                 place(&mut precision).map(|v| (v.to_string(), range.contains(&v)))
             }
-            Place::Count(place, range) => {
+            Accessor::Count(place, range) => {
                 place(&mut precision).map(|v| (v.to_string(), range.contains(&v)))
             }
         }
@@ -175,10 +175,10 @@ impl Precision {
     pub fn and(mut self, mut other: Self) -> Self {
         for number in &NUMBERS {
             match number.place {
-                Place::Real(place, _) => {
+                Accessor::Real(place, _) => {
                     *place(&mut self) = place(&mut other).or(*place(&mut self));
                 }
-                Place::Count(place, _) => {
+                Accessor::Count(place, _) => {
                     *place(&mut self) = place(&mut other).or(*place(&mut self));
                 }
             }

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::march::Samples;
+use super::float::Samples;
 use super::{Field, Sampling};
 use crate::gather_plan::CodedTable;
 use potamoi_base::camera::Camera;

@@ -10,12 +10,12 @@ use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
 /// A field with its early-termination threshold.
-pub struct Stopping<'a> {
+pub struct WithEarlyTermination<'a> {
     field: &'a dyn Field,
     sampling: Sampling,
 }
 
-impl<'a> Stopping<'a> {
+impl<'a> WithEarlyTermination<'a> {
     /// Stops rays below a transmittance of `stop`; by default at the field's own threshold.
     #[must_use]
     pub fn new(field: &'a dyn Field, stop: Option<f64>) -> Self {
@@ -30,7 +30,7 @@ impl<'a> Stopping<'a> {
     }
 }
 
-impl Field for Stopping<'_> {
+impl Field for WithEarlyTermination<'_> {
     fn algorithm(&self) -> &'static Algorithm {
         self.field.algorithm()
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use potamoi_base::record::{Format, Notes};
+use potamoi_base::file_keys::{Format, Notes};
 
 use crate::AnyField;
 use crate::error::FieldError;

@@ -12,9 +12,9 @@ use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use super::batches::{BatchSize, SampleBatch, SampleBatches};
-use super::coded::{Coded, CodedVolume, Storage};
-use super::everywhere::Everywhere;
-use super::march::{check, check_mask};
+use super::float::{check, check_mask};
+use super::quantised_field::{Coded, CodedVolume, Storage};
+use super::without_occupancy::WithoutOccupancy;
 use super::work::{FieldWork, FixedOptions};
 use super::{Field, FieldError};
 use crate::gather_plan::{CodedTable, Gathers, Located};
@@ -23,8 +23,8 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_march::tiling::Halo;
 use potamoi_march::{
-    self as march, Batch, Compositor, Facing, FixedFrame, FixedStats, Head, Next, OpacityAlone,
-    Orders, RayGroup, Setup, check_background, default_group_side,
+    self as march, Batch, Compositor, FixedFrame, FixedStats, Head, Next, OpacityAlone, Orders,
+    RayGroup, Setup, TruncatedDirections, check_background, default_group_side,
 };
 use potamoi_reference::Units;
 
@@ -155,7 +155,7 @@ impl<'a> FixedField<'a> {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
-        let facing = Facing {
+        let facing = TruncatedDirections {
             head: &*self.head,
             kept: options.work.direction_codes,
         };
@@ -238,7 +238,7 @@ impl<'a> FixedField<'a> {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
-        let everywhere = Everywhere(self.field);
+        let everywhere = WithoutOccupancy(self.field);
         let field: &dyn Field = match options.work.void_test {
             true => self.field,
             false => &everywhere,

@@ -4,13 +4,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::march::{Samples, Worker, advance, check, check_mask};
+use super::float::{Samples, Worker, advance, check, check_mask};
 use super::{Field, FieldError, Sampling};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 
 /// The rays of a frame up to where each stops in floating point.
-pub struct Stops<'a> {
+pub struct RayLengths<'a> {
     field: &'a dyn Field,
     camera: &'a Camera,
     sampling: Sampling,
@@ -29,7 +29,7 @@ struct Stop {
     runs: Box<[[u32; 2]]>,
 }
 
-impl<'a> Stops<'a> {
+impl<'a> RayLengths<'a> {
     /// Marches every ray of a camera through a field.
     ///
     /// # Errors
@@ -38,11 +38,11 @@ impl<'a> Stops<'a> {
         Self::masked(field, camera, None)
     }
 
-    /// As [`Stops::find`], but only for the pixels of a mask; no samples are gathered for the
+    /// As [`RayLengths::find`], but only for the pixels of a mask; no samples are gathered for the
     /// others.
     ///
     /// # Errors
-    /// Those of [`Stops::find`], or the mask does not have the camera's size.
+    /// Those of [`RayLengths::find`], or the mask does not have the camera's size.
     pub fn masked(
         field: &'a dyn Field,
         camera: &'a Camera,

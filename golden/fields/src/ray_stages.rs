@@ -3,12 +3,12 @@
 
 use glam::DVec3;
 
-use super::Stops;
-use super::march::Samples;
+use super::RayLengths;
+use super::float::Samples;
 
 /// A ray, and the results of its stages.
 pub struct RayStages<'a> {
-    stops: &'a Stops<'a>,
+    stops: &'a RayLengths<'a>,
     ray: Option<Samples>,
     /// Samples up to where the ray stops.
     samples: u64,
@@ -21,7 +21,7 @@ pub struct RayStages<'a> {
 impl<'a> RayStages<'a> {
     /// Stages for rays of known lengths.
     #[must_use]
-    pub fn new(stops: &'a Stops<'a>) -> Self {
+    pub fn new(stops: &'a RayLengths<'a>) -> Self {
         Self {
             stops,
             ray: None,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use potamoi_base::record::KeyError;
+use potamoi_base::file_keys::KeyError;
 use thiserror::Error;
 
 /// A snapshot that is invalid or not supported.

@@ -45,7 +45,7 @@ pub struct Compositor<'h> {
 }
 
 /// A visible sample.
-struct Seen {
+struct VisibleSample {
     ray: u32,
     entry: u32,
     weight: i32,
@@ -115,7 +115,7 @@ impl<'h> Compositor<'h> {
         spans: &[Span],
         units: &mut dyn Units,
         work: &mut Work,
-    ) -> Result<Vec<Seen>, MarchError> {
+    ) -> Result<Vec<VisibleSample>, MarchError> {
         let bits = self.head.alpha_bits();
         let [_, least] = self.head.least();
         let spare = TRANSMITTANCE
@@ -144,7 +144,7 @@ impl<'h> Compositor<'h> {
                 let ray = span.ray as usize;
                 let weight = a[i] - next[i];
                 if weight > least {
-                    seen.push(Seen {
+                    seen.push(VisibleSample {
                         ray: span.ray,
                         entry: span.start + at,
                         weight,
@@ -170,7 +170,7 @@ impl<'h> Compositor<'h> {
     fn add(
         &mut self,
         kept: &[i16],
-        seen: &[Seen],
+        seen: &[VisibleSample],
         units: &mut dyn Units,
         work: &mut Work,
     ) -> Result<(), MarchError> {

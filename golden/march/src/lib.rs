@@ -47,7 +47,7 @@ pub use frame::{BACKGROUND, FixedFrame, check_background, place};
 pub use gather::gather;
 pub use groups::{GROUP_RAYS, default_group_side, groups};
 pub use render::{Batch, Next, RayGroup, Setup, render};
-pub use shading::{Facing, Head, Lanes, Opacities, OpacityAlone};
+pub use shading::{Head, Lanes, Opacities, OpacityAlone, TruncatedDirections};
 pub use span::Span;
 pub use transmittance::TRANSMITTANCE;
 pub use work::Work;

@@ -82,14 +82,14 @@ pub struct Opacities<'f> {
 pub struct OpacityAlone<'h>(pub &'h dyn Head);
 
 /// Wraps a head and sets all but the first codes of a direction to 0.
-pub struct Facing<'h> {
+pub struct TruncatedDirections<'h> {
     /// The wrapped head.
     pub head: &'h dyn Head,
     /// Number of codes kept, from the first on.
     pub kept: usize,
 }
 
-impl Head for Facing<'_> {
+impl Head for TruncatedDirections<'_> {
     fn channels(&self) -> usize {
         self.head.channels()
     }

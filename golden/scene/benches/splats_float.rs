@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, Throughput};
 use glam::DVec3;
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 use potamoi_scene::{Model, Scene, camera_file, garden};
 use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use potamoi_fields::algorithms::ngp::grid::GridShape;
 use potamoi_fields::gather_plan::{BlockTable, CodedTable, Located, Order};
-use potamoi_fields::{HashUnit, Stops, Table};
+use potamoi_fields::{HashUnit, RayLengths, Table};
 use potamoi_formats::config::Config;
 use potamoi_scene::{Model, Scene};
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let within = |places: &[glam::DVec3]| (places[0] - 0.5) / SHAPE.level(0).scale;
     let mut places = vec![glam::DVec3::ZERO; field.tables().len()];
     field.place(camera.position(), &mut places);
-    let stops = Stops::find(&**field, camera)?;
+    let stops = RayLengths::find(&**field, camera)?;
     let rays = (0..side * side).into_par_iter().map(|i| {
         let mut places = vec![glam::DVec3::ZERO; field.tables().len()];
         let mut own = vec![];

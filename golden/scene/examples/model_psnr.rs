@@ -8,7 +8,7 @@ use potamoi_analytic::Analytic;
 use potamoi_base::picture::Picture;
 use potamoi_fields::algorithms::ngp::Ngp;
 use potamoi_fields::render_float;
-use potamoi_scene::compact::{self, Compact};
+use potamoi_scene::compact_3dgs::{self, Compact};
 use potamoi_splats::{self as splats, Profile};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -26,8 +26,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = Path::new(&file);
     let camera = scene.camera(0.0, side, side);
     let truth = scene.truth(&camera, scene.background()).picture;
-    let shown = if file.extension().is_some_and(|e| e == compact::ENDING) {
-        let seen = Compact::load(file, None)?.0.seen_from(camera.position());
+    let shown = if file.extension().is_some_and(|e| e == compact_3dgs::ENDING) {
+        let seen = Compact::load(file, None)?
+            .0
+            .distances_from(camera.position());
         let options = splats::FloatOptions {
             background: scene.background(),
             ..splats::FloatOptions::default()

@@ -5,7 +5,7 @@ use potamoi_formats::config::{Config, ExpConfig};
 use super::{Model, Scene, SceneError};
 use potamoi_base::precision::Precision;
 use potamoi_fields::voxels::{self, MVoxels};
-use potamoi_fields::{self as fields, Field, Stopping};
+use potamoi_fields::{self as fields, Field, WithEarlyTermination};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{self as splats, Cloud, Order, Pair, Rules, View, Work};
 
@@ -44,7 +44,7 @@ impl Scene {
                 let eye = self.camera.position();
                 let off = model.colours_off(eye, config)?;
                 Ok(Some(self.splat_bounds(
-                    &model.seen_from(eye),
+                    &model.distances_from(eye),
                     (exp, vector),
                     float,
                     off,
@@ -106,7 +106,7 @@ impl Scene {
         let own = field.sampling().stop;
         // Each of the two leaves out what less than its limit lets through.
         let [fixed, float] = [self.precision, float].map(|p| p.stop_below.unwrap_or(own));
-        let field = Stopping::new(field, Some(fixed.max(float)));
+        let field = WithEarlyTermination::new(field, Some(fixed.max(float)));
         let options = fields::FixedOptions {
             background: self.background,
             terminate: self.stops(self.lost_a_sample(config)?),

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::{Model, Scene, SceneError, garden, lantern, ready};
+use super::{Model, Scene, SceneError, garden, lantern, ready_models as ready};
 use potamoi_analytic::Analytic;
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 use potamoi_fields::AnyField;
 
 /// Default side of a picture in pixels.

@@ -12,10 +12,10 @@ use potamoi_formats::document::{self, Value};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::strange_lens::{self, with_strange_lenses};
+use super::lens_keys::{self, with_strange_lenses};
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Fate::{Honoured, Listed};
-use potamoi_base::record::{Fate, Format, Key, Notes, Record};
+use potamoi_base::file_keys::Fate::{Honoured, Listed};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
 
 /// The largest camera file, in bytes.
 const LIMIT: u64 = 1 << 26;
@@ -57,7 +57,7 @@ pub(super) static CAMERAS: Format = Format {
         ),
         key("id", Listed, "the order of the file counts"),
         key("img_name", Listed, "the picture that the camera took"),
-        key("*model*", Refused, crate::strange_lens::PINHOLE),
+        key("*model*", Refused, crate::lens_keys::PINHOLE),
         key("rolling_shutter*", Refused, "a frame is seen at one moment"),
     ],
     others: Listed,
@@ -193,7 +193,7 @@ pub fn parse(
 
 /// The value of an optional field.
 fn optional<T: for<'a> Deserialize<'a>>(
-    record: &mut Record<Value>,
+    record: &mut FileKeys<Value>,
     name: &str,
 ) -> Result<Option<T>, String> {
     let Some(value) = record.take(name).filter(|value| *value != Value::Null) else {
@@ -204,7 +204,7 @@ fn optional<T: for<'a> Deserialize<'a>>(
 }
 
 fn required<T: for<'a> Deserialize<'a>>(
-    record: &mut Record<Value>,
+    record: &mut FileKeys<Value>,
     name: &str,
 ) -> Result<T, String> {
     optional(record, name)?.ok_or_else(|| format!("field `{name}`: it is missing"))
@@ -219,10 +219,10 @@ impl Entry {
             ));
         };
         for (key, value) in &entries {
-            strange_lens::within(&CAMERAS, key, value, &AXES).map_err(|e| e.to_string())?;
+            lens_keys::within(&CAMERAS, key, value, &AXES).map_err(|e| e.to_string())?;
         }
-        let entries = strange_lens::telling(&CAMERAS, entries.into_vec(), &AXES);
-        let mut record = Record::new(&CAMERAS, entries.map(|(key, value)| (key.into(), value)));
+        let entries = lens_keys::telling(&CAMERAS, entries.into_vec(), &AXES);
+        let mut record = FileKeys::new(&CAMERAS, entries.map(|(key, value)| (key.into(), value)));
         let from = &mut record;
         let entry = Self {
             width: required(from, "width")?,

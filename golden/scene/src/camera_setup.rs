@@ -10,7 +10,7 @@ use super::description::CameraDescription;
 use super::transforms::PathFrame;
 use super::{Kind, Orbit, Scene, SceneError, camera_file, colmap, transforms};
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 
 /// The largest picture side, in pixels.
 const MAX_SIDE: u32 = 1 << 14;

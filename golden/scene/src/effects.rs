@@ -4,7 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 
 use super::{Kind, Model, Scene, SceneError};
-use crate::facts::Facts;
+use crate::model_facts::ModelFacts;
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::precision::Precision;
 use potamoi_base::sh;
@@ -42,11 +42,11 @@ impl Scene {
 
     /// Facts about the model's data, determined at the first call.
     #[must_use]
-    pub fn facts(&self) -> &Facts {
+    pub fn facts(&self) -> &ModelFacts {
         let rules = self.profile.rules().with(&self.precision);
         let stop = self.precision.stop_below;
         self.found
-            .facts(|| Facts::of(&self.model, &rules, self.step, stop))
+            .facts(|| ModelFacts::of(&self.model, &rules, self.step, stop))
     }
 
     fn carries_out(&self, effect: Effect, is_called_for: bool) -> bool {
@@ -240,7 +240,7 @@ impl Scene {
     pub fn with_model(self, model: Model) -> Self {
         Self {
             model: model.into(),
-            found: crate::facts::Cache::default(),
+            found: crate::model_facts::Cache::default(),
             truth: None,
             ..self
         }

@@ -1,7 +1,7 @@
 //! All file formats with their keys.
 
-use crate::compact;
-use potamoi_base::record::Format;
+use crate::compact_3dgs;
+use potamoi_base::file_keys::Format;
 use potamoi_fields::algorithms;
 use potamoi_splats::files;
 
@@ -21,7 +21,7 @@ pub fn formats() -> Vec<&'static Format> {
     ];
     all.extend(algorithms::files().map(|file| file.format));
     all.extend(files::READERS.iter().flat_map(|reader| reader.formats));
-    all.push(&compact::FORMAT);
+    all.push(&compact_3dgs::FORMAT);
     all.extend([&potamoi_warp::mesh::OBJ, &potamoi_warp::mesh::PLY]);
     all
 }

@@ -8,7 +8,7 @@ use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
 use potamoi_base::mask::Mask;
 use potamoi_fields::voxels::{self, MVoxels, Placement, Volume};
-use potamoi_fields::{self as fields, Field, FixedField, Stopping};
+use potamoi_fields::{self as fields, Field, FixedField, WithEarlyTermination};
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::Halo;
 use potamoi_reference::AblatedUnits;
@@ -211,8 +211,8 @@ impl Scene {
     }
 
     /// A field with the scene's early-termination threshold.
-    pub(super) fn stopping<'a>(&self, field: &'a dyn Field) -> Stopping<'a> {
-        Stopping::new(field, self.precision.stop_below)
+    pub(super) fn stopping<'a>(&self, field: &'a dyn Field) -> WithEarlyTermination<'a> {
+        WithEarlyTermination::new(field, self.precision.stop_below)
     }
 
     pub(super) fn voxel_options(&self) -> voxels::FixedOptions {

@@ -67,7 +67,7 @@ mod tests {
 
     use super::super::Model;
     use super::*;
-    use crate::facts::Cache;
+    use crate::model_facts::Cache;
     use potamoi_base::camera::Camera;
     use potamoi_base::effects::{Choices, Effect};
     use potamoi_base::precision::Precision;

@@ -15,58 +15,58 @@ mod builtin;
 pub mod camera_file;
 mod camera_setup;
 pub mod characterise;
-mod characterised;
 pub mod colmap;
-pub mod compact;
+pub mod compact_3dgs;
+#[cfg(test)]
+mod damaged_camera_files;
 mod description;
 mod effects;
+mod empty_frames;
 mod error;
-mod exact;
-pub mod facts;
+mod exact_depth;
 pub mod file_formats;
 mod fixed;
-#[cfg(test)]
-mod fuzz;
 pub mod garden;
 mod identity;
-mod images;
+mod image_sequence;
 pub mod lantern;
+mod lens_keys;
 mod load;
-mod not_checked;
+mod memory_behaviour;
+pub mod model_facts;
 mod orbit;
 mod picture_files;
-mod ready;
+mod ready_models;
 mod render;
 mod render_options;
-mod strange_lens;
 pub mod surface;
 #[cfg(test)]
 mod tests;
 pub mod trace;
 pub mod transforms;
-mod unseen;
+mod unverified_parts;
 mod warp_renderer;
 
 pub use builtin::{BUILTIN, Representation};
-pub use characterised::Characterised;
 pub use error::SceneError;
-pub use exact::ExactDepth;
-pub use images::Images;
+pub use exact_depth::ExactDepth;
+pub use image_sequence::Images;
+pub use memory_behaviour::Characterised;
 pub use orbit::Orbit;
-pub use ready::cloud as laid_splats;
+pub use ready_models::cloud as laid_splats;
 pub use render::{FrameCounts, Rendered, SplatCounts};
 
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::compact::Compact;
-use crate::facts::Cache;
+use crate::compact_3dgs::Compact;
+use crate::model_facts::Cache;
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
+use potamoi_base::file_keys::Notes;
 use potamoi_base::precision::Precision;
-use potamoi_base::record::Notes;
 use potamoi_fields::voxels::{self, Grid};
 use potamoi_fields::{AnyField, Field, Size};
 use potamoi_march::tiling::Halo;

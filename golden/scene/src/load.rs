@@ -7,12 +7,12 @@ use glam::DVec3;
 use super::builtin::SIDE;
 use super::description::{Description, ModelDescription};
 use super::{BUILTIN, Model, Scene, SceneError, lantern};
-use crate::compact::{self, Compact};
-use crate::facts::Cache;
+use crate::compact_3dgs::{self, Compact};
+use crate::model_facts::Cache;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
+use potamoi_base::file_keys::{Notes, told};
 use potamoi_base::precision::Precision;
-use potamoi_base::record::{Notes, told};
 use potamoi_fields::{FieldFile, FileOptions, LoadedField, algorithms};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Order, Profile, files};
@@ -22,7 +22,7 @@ pub(super) const STEP: f64 = 0.5;
 /// Extensions of scene files.
 fn endings() -> String {
     let fields = algorithms::files().flat_map(|file| file.endings);
-    let all = files::endings().into_iter().chain([compact::ENDING]);
+    let all = files::endings().into_iter().chain([compact_3dgs::ENDING]);
     let all: Vec<String> = all
         .chain(fields.copied())
         .map(|e| format!(".{e}"))
@@ -81,7 +81,7 @@ impl Scene {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
             Some("toml") => Self::described(path, axes),
-            Some(compact::ENDING) => Self::compact(path, axes),
+            Some(compact_3dgs::ENDING) => Self::compact(path, axes),
             other => match other.and_then(algorithms::file_of_ending) {
                 Some(file) => Self::field_file(path, file, &FileOptions::default()),
                 None if path.exists() => Err(SceneError::Ending {

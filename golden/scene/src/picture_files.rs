@@ -1,7 +1,7 @@
 //! Metadata of picture and depth files: chunks of PNG, attributes and channels of OpenEXR.
 
-use potamoi_base::record::Fate::{Honoured, Listed, Refused};
-use potamoi_base::record::{Fate, Format, Key, Notes, Record};
+use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }
@@ -115,7 +115,7 @@ pub(super) fn png(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
         chunks.push((BEHIND.to_owned(), rest));
     }
     let says_srgb = chunks.iter().any(|(name, _)| name == "sRGB");
-    let mut record = Record::new(&PNG, chunks);
+    let mut record = FileKeys::new(&PNG, chunks);
     for row in PNG.keys.iter().filter(|row| row.fate == Honoured) {
         record.take(row.name);
     }
@@ -198,7 +198,7 @@ pub(super) fn exr(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
             "its `dataWindow` is not its `displayWindow`: expected the whole picture".to_owned(),
         );
     }
-    let mut record = Record::new(&EXR, entries);
+    let mut record = FileKeys::new(&EXR, entries);
     for row in EXR.keys.iter().filter(|row| row.fate == Honoured) {
         record.take(row.name);
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::description::RenderDescription;
 use super::{Kind, Model, Scene, SceneError};
-use crate::facts::Cache;
+use crate::model_facts::Cache;
 use potamoi_base::precision::{Models, Precision, PrecisionError};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Order, Profile};

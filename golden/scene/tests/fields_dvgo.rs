@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use potamoi_base::file_keys::Notes;
 use potamoi_base::picture::Picture;
-use potamoi_base::record::Notes;
 use potamoi_fields::algorithms::dvgo::Dvgo;
 use potamoi_fields::{FixedField, FixedOptions, render_float};
 use potamoi_formats::config::Config;

@@ -13,7 +13,7 @@ const WORDS: [[&str; 2]; 3] = [["right", "left"], ["down", "up"], ["front", "bac
 
 /// The direction of one file axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
-struct Way {
+struct AxisDirection {
     /// Right, down or front: 0, 1 or 2.
     along: u8,
     /// Whether it is left, up or back instead.
@@ -23,7 +23,7 @@ struct Way {
 /// The directions of a file's x, y and z axes. Those of a cloud point right, down and front, as in
 /// 3D Gaussian splatting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
-pub struct Axes([Way; 3]);
+pub struct Axes([AxisDirection; 3]);
 
 /// A text that does not name [`Axes`].
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -41,8 +41,8 @@ impl Axes {
 
     const fn new(ways: [(u8, bool); 3]) -> Self {
         let [x, y, z] = ways;
-        const fn way((along, against): (u8, bool)) -> Way {
-            Way { along, against }
+        const fn way((along, against): (u8, bool)) -> AxisDirection {
+            AxisDirection { along, against }
         }
         Self([way(x), way(y), way(z)])
     }

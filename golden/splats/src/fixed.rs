@@ -9,9 +9,9 @@ use potamoi_formats::units::OpCode;
 
 use super::cloud::Cloud;
 use super::composite::{Compositor, Widths};
+use super::decisions::Decisions;
 use super::error::RenderError;
 use super::float::mask_fits;
-use super::frame::Decisions;
 use super::profile::Profile;
 use super::records::Saturations;
 use super::schedule::{Group, Schedule, ScheduleOptions};

@@ -4,8 +4,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cloud::Cloud;
+use super::decisions::Decisions;
 use super::error::RenderError;
-use super::frame::Decisions;
 use super::profile::Profile;
 use super::tile::{Canvas, Tile, TileLog, Wanted};
 use super::view::{TILE, View, Work};

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::axes::Axes;
 use super::cloud::Cloud;
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 
 /// Gaussians of a file, with further information from it.
 #[derive(Debug, Clone, PartialEq)]

@@ -117,7 +117,7 @@ impl Default for ScheduleOptions {
 pub struct Schedule {
     records: Vec<SplatRecord>,
     stored: Vec<Stored>,
-    places: Vec<Place>,
+    places: Vec<RecordLocation>,
     partition: Partition,
     saturations: Saturations,
     tiles: Vec<Vec<u32>>,
@@ -135,13 +135,13 @@ struct Stored {
 
 /// Location of a record in memory.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct RecordLocation {
     mvoxel: usize,
     row: u16,
 }
 
 /// Lays out records in MVoxels of at most `rows`. `cells` are those of the records, by rank.
-fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Vec<Place>) {
+fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Vec<RecordLocation>) {
     let mut stored: Vec<Stored> = Vec::new();
     // The MVoxel of each cell that still takes records.
     let mut open: HashMap<[u32; 3], usize> = HashMap::new();
@@ -161,7 +161,7 @@ fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Ve
             ranks.push(rank);
             // Of MAX_ROWS at most.
             let row = (ranks.len() - 1) as u16;
-            Place { mvoxel, row }
+            RecordLocation { mvoxel, row }
         })
         .collect();
     (stored, places)
@@ -305,7 +305,7 @@ impl Schedule {
         let mut seen: HashMap<usize, usize> = HashMap::new();
         for run in self.entries[group].chunk_by(|a, b| a.0 == b.0) {
             let rank = run[0].0;
-            let Place { mvoxel, row } = self.places[rank as usize];
+            let RecordLocation { mvoxel, row } = self.places[rank as usize];
             let at = *seen.entry(mvoxel).or_insert_with(|| {
                 visits.push(Used {
                     mvoxel,

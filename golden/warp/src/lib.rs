@@ -43,9 +43,9 @@ mod plan;
 mod predict;
 mod reproject;
 mod ridge;
-mod run;
 mod sample;
 mod sampling;
+mod sequence;
 mod silhouette;
 mod target;
 #[cfg(test)]
@@ -60,8 +60,8 @@ pub use predict::predict;
 pub use predict::rotation_vector;
 pub use reproject::{Warped, reproject};
 pub use ridge::{BayesianRidge, Fit};
-pub use run::{Chain, Frame, Sequence};
 pub use sampling::Sampling;
+pub use sequence::{Chain, Frame, Sequence};
 pub use target::{Target, Warper};
 
 use glam::DVec3;

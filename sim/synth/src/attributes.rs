@@ -2,7 +2,7 @@
 //! as related pins do, and numbers are numbers. A later program might silently skip a cell that
 //! fails here.
 
-use potamoi_base::record::{told, told_within};
+use potamoi_base::file_keys::{told, told_within};
 use potamoi_gates::Truth;
 
 use super::SynthError;

@@ -5,7 +5,7 @@
 //! (`docs/decisions/0005-reading-liberty.md`).
 
 use super::SynthError;
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 
 /// Largest depth of nested groups; libraries have five.
 const MAX_DEPTH: u32 = 32;

@@ -1,6 +1,6 @@
 //! Checks that look-up tables of a library are complete, for all later readers.
 
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 use std::collections::BTreeMap;
 
 use super::SynthError;

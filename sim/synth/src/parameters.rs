@@ -1,6 +1,6 @@
 //! Reads files of synthesised parameters, for system models.
 
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 use std::path::Path;
 
 use potamoi_formats::config::{Config, PRESETS};

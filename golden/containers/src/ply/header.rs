@@ -7,7 +7,7 @@ use ply_rs_bw::ply::{
 };
 
 use super::PlyFileError;
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 
 /// The longest header, in bytes.
 const LIMIT: usize = 1 << 24;

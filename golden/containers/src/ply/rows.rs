@@ -204,7 +204,9 @@ impl<R: BufRead> Rows<R> {
 
 /// A word of a line, shortly.
 fn shown(word: &str) -> String {
-    potamoi_base::record::told(word).escape_debug().to_string()
+    potamoi_base::file_keys::told(word)
+        .escape_debug()
+        .to_string()
 }
 
 fn ended(error: std::io::Error) -> String {

@@ -6,9 +6,9 @@ use std::io::{BufReader, Read as _};
 
 use zip::{CompressionMethod, ZipArchive};
 
-use super::value::{Arena, Place};
+use super::value::{Arena, StorageLocation};
 use crate::archive::Beside;
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 
 type Archive = ZipArchive<BufReader<File>>;
 
@@ -42,8 +42,8 @@ pub(super) fn unknown(archive: &Archive, prefix: &str, arena: &Arena) -> Vec<Str
     let places = arena.storages.iter().map(|own| &own.place);
     let numbers: HashSet<String> = (places)
         .filter_map(|place| match place {
-            Place::Member(key) => Some(format!("data/{}", arena.texts[*key])),
-            Place::Within(..) => None,
+            StorageLocation::Member(key) => Some(format!("data/{}", arena.texts[*key])),
+            StorageLocation::Within(..) => None,
         })
         .collect();
     let is_known = |name: &str| {

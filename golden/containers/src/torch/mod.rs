@@ -24,7 +24,7 @@ use zip::ZipArchive;
 
 use crate::archive;
 use members::member;
-use potamoi_base::record::{Fate, Format, KeyError, Notes, Record, told};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, KeyError, Notes, told};
 use value::{Arena, Value};
 
 /// The largest pickle, in bytes.
@@ -323,7 +323,7 @@ impl Checkpoint {
     pub fn refuse(&self, format: &'static Format) -> Result<(), TorchError> {
         let refused = |key: &str| format.row(key).is_some_and(|row| row.fate == Fate::Refused);
         let entries = self.entries(false).into_iter();
-        let record = Record::new(format, entries.filter(|(key, _)| refused(key)));
+        let record = FileKeys::new(format, entries.filter(|(key, _)| refused(key)));
         self.judged(record, &mut Notes::default())
     }
 
@@ -333,10 +333,10 @@ impl Checkpoint {
     /// Those of [`Checkpoint::refuse`].
     pub fn finish(&self, format: &'static Format, notes: &mut Notes) -> Result<(), TorchError> {
         self.beside.iter().for_each(|own| notes.list(own));
-        self.judged(Record::new(format, self.entries(true)), notes)
+        self.judged(FileKeys::new(format, self.entries(true)), notes)
     }
 
-    fn judged(&self, mut record: Record<Value>, notes: &mut Notes) -> Result<(), TorchError> {
+    fn judged(&self, mut record: FileKeys<Value>, notes: &mut Notes) -> Result<(), TorchError> {
         record.take_neutral(|value| match value {
             Value::None | Value::Bool(false) | Value::Int(0) => true,
             Value::Float(value) => *value == 0.0,

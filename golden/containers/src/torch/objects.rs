@@ -3,8 +3,8 @@
 
 use super::legacy;
 use super::pickle::{Machine, Step, place};
-use super::value::{Array, Class, Kind, Place, Storage, TensorView, Value};
-use potamoi_base::record::told;
+use super::value::{Array, Class, Kind, Storage, StorageLocation, TensorView, Value};
+use potamoi_base::file_keys::told;
 
 /// Maximum number of axes of a tensor.
 const MAX_AXES: usize = 8;
@@ -60,7 +60,7 @@ impl Machine<'_> {
         let count = usize::try_from(count).map_err(|_| format!("a storage of {count} numbers"))?;
         let storage = Storage {
             kind,
-            place: Place::Member(key),
+            place: StorageLocation::Member(key),
             count,
         };
         Ok(Value::Storage(place(&mut self.arena.storages, storage)))
@@ -80,7 +80,7 @@ impl Machine<'_> {
         let (kind, count, from) = legacy::storage(bytes)?;
         let storage = Storage {
             kind,
-            place: Place::Within(blob, from),
+            place: StorageLocation::Within(blob, from),
             count,
         };
         Ok(Value::Storage(place(&mut self.arena.storages, storage)))

@@ -2,7 +2,7 @@
 
 use super::value::Value;
 use super::{Checkpoint, TorchError};
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 
 impl Checkpoint {
     /// Refuses a key that is present unless it has one of these values, in Python's notation:

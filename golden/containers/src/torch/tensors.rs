@@ -2,10 +2,10 @@
 
 use half::{bf16, f16};
 
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 
 use super::members::{length, member};
-use super::value::{Kind, Place, Value};
+use super::value::{Kind, StorageLocation, Value};
 use super::{Checkpoint, Tensor, TorchError};
 
 /// Maximum number of elements in a tensor.
@@ -70,8 +70,8 @@ impl Checkpoint {
         }
         let owned;
         let bytes = match storage.place {
-            Place::Within(blob, from) => &self.arena.bytes[blob][from..],
-            Place::Member(key) => {
+            StorageLocation::Within(blob, from) => &self.arena.bytes[blob][from..],
+            StorageLocation::Member(key) => {
                 owned = self.beside(keys, key, storage.count * storage.kind.bytes())?;
                 &owned
             }

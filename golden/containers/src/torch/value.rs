@@ -1,6 +1,6 @@
 //! Objects of a PyTorch pickle, and the classes that it may name.
 
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 
 /// A value, or the index of one in the arena.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,13 +105,13 @@ impl Kind {
 #[derive(Debug, Clone)]
 pub(super) struct Storage {
     pub(super) kind: Kind,
-    pub(super) place: Place,
+    pub(super) place: StorageLocation,
     pub(super) count: usize,
 }
 
 /// Location of a storage's numbers.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Place {
+pub(super) enum StorageLocation {
     /// In a member: index of the text with its name below `data/`.
     Member(usize),
     /// Within the pickle: an array of bytes, and the first byte.

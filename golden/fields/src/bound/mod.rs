@@ -4,8 +4,8 @@
 //! their effect is computed. All later roundings are taken at their worst: of codes, gathered
 //! features, weights and sums of each layer, and results of the vector unit.
 
+mod error_interval;
 mod gathered;
-mod off;
 mod perceptron;
 mod pixel;
 #[cfg(test)]
@@ -16,14 +16,14 @@ use glam::DVec3;
 use potamoi_formats::config::{Config, ExpForm};
 use rayon::prelude::*;
 
-use super::march::{Samples, check};
+use super::float::{Samples, check};
 use super::{Field, FieldError, FixedOptions};
 use crate::voxels::Ray;
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
+pub use error_interval::Off;
 pub(crate) use gathered::gathered;
-pub use off::Off;
 pub(super) use perceptron::{Outputs, Pair};
 pub(super) use units::UnitErrors;
 

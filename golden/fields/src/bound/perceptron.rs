@@ -39,7 +39,7 @@ enum Passes {
 }
 
 /// A layer evaluated at inputs.
-struct Seen {
+struct EvaluatedLayer {
     /// Errors of its outputs from its own weights and bias.
     own: Vec<f64>,
     passes: Vec<Passes>,
@@ -85,7 +85,7 @@ impl Pair {
     pub(crate) fn outputs(&self, inputs: &[f64], off: &[Off]) -> Outputs {
         let mut values = inputs.to_vec();
         let mut largest: Vec<f64> = off.iter().map(|off| off.largest()).collect();
-        let mut seen: Vec<Seen> = vec![];
+        let mut seen: Vec<EvaluatedLayer> = vec![];
         for (number, layer) in self.layers.iter().enumerate() {
             let is_last = number + 1 == self.layers.len();
             let made = layer.see(&mut values, &mut largest, is_last);
@@ -98,7 +98,7 @@ impl Pair {
     }
 
     /// The error of an output, propagated back through the layers.
-    fn back(&self, output: usize, seen: &[Seen], off: &[Off]) -> Off {
+    fn back(&self, output: usize, seen: &[EvaluatedLayer], off: &[Off]) -> Off {
         let last = self.layers.len() - 1;
         let mut slopes = vec![0.0; self.layers[last].bias.len()];
         slopes[output] = 1.0;
@@ -148,9 +148,9 @@ impl Pair {
 
 impl Layer {
     /// Propagates values, with upper bounds of their errors, from inputs to outputs.
-    fn see(&self, values: &mut Vec<f64>, largest: &mut Vec<f64>, is_last: bool) -> Seen {
+    fn see(&self, values: &mut Vec<f64>, largest: &mut Vec<f64>, is_last: bool) -> EvaluatedLayer {
         let outputs = self.bias.len();
-        let mut seen = Seen {
+        let mut seen = EvaluatedLayer {
             own: Vec::with_capacity(outputs),
             passes: Vec::with_capacity(outputs),
         };

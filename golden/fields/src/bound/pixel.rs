@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::gathered::gathered;
 use super::{Bounds, Off, UnitErrors};
-use crate::march::Samples;
+use crate::float::Samples;
 use crate::voxels::Ray;
 use crate::{Field, FixedOptions, Sampling};
 use potamoi_march::{BACKGROUND, TRANSMITTANCE, pixel_bits};

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::CodedTable;
 use super::scattered::{Held, ScatteredTable};
 use potamoi_march::streams::{Streams, Visit};
-use potamoi_march::tiling::{Place, Tiling};
+use potamoi_march::tiling::{SampleLocation, Tiling};
 
 /// The count of a batch, sample by sample.
 pub struct BatchCount<'a> {
@@ -89,7 +89,7 @@ impl Tally {
     }
 
     /// Adds the entries of a sample: one in each MVoxel that holds vertices of its cell.
-    pub(crate) fn touch(&mut self, tiling: &Tiling, place: &Place) {
+    pub(crate) fn touch(&mut self, tiling: &Tiling, place: &SampleLocation) {
         let split = u64::from(tiling.straddles(place) != 0);
         for holder in tiling.holders(place) {
             let more = Touched {

@@ -19,7 +19,7 @@ use glam::DVec3;
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
-use super::codes::{finest, quantised};
+use super::quantisation::{finest, quantised};
 use super::{FieldError, HashUnit, Table};
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::Halo;

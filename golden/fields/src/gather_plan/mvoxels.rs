@@ -80,7 +80,7 @@ pub(super) fn placed(
     samples: &[Located],
     weight_bits: u32,
 ) -> Vec<Placed> {
-    let seen = tiling.seen_from(eye.to_array());
+    let seen = tiling.distances_from(eye.to_array());
     let mut placed = Vec::with_capacity(samples.len());
     for (sample, at) in (0..).zip(samples) {
         let (low, fraction) = cell(points, at.place.to_array());

@@ -58,7 +58,7 @@ fn samples(table: &Table, random: &mut Pcg64Mcg) -> (DVec3, Vec<Located>) {
 
 fn distance(tiling: &Tiling, mvoxel: usize, eye: DVec3) -> u64 {
     tiling
-        .seen_from(eye.to_array())
+        .distances_from(eye.to_array())
         .distance(tiling.index(mvoxel))
 }
 

@@ -84,7 +84,7 @@ impl TreeTable {
     }
 
     pub(super) fn gathers(&self, eye: DVec3, samples: &[Located]) -> Gathers {
-        let seen = self.tiling.seen_from(eye.to_array());
+        let seen = self.tiling.distances_from(eye.to_array());
         let place = |(sample, at): (u32, &Located)| {
             let (mvoxel, row) = self.reach(at.place)?;
             let mut rows = [0; MAX_VERTICES];

@@ -8,7 +8,7 @@ use super::fixed::with_first_columns;
 use super::{FEATURES, FixedColour, HashedColour, LEVELS, ONES, harmonics};
 use crate::FieldError;
 use crate::bound::{Off, Outputs, Pair, gathered};
-use crate::codes::held;
+use crate::quantisation::held;
 
 impl HashedColour {
     /// Upper bound of the error of a channel's coefficient of the constant harmonic, for Gaussians

@@ -14,10 +14,10 @@ use potamoi_formats::units::OpCode;
 
 use super::{FEATURES, HARMONICS, HashedColour, LEVELS, MATRICES, ONES, harmonics};
 use crate::calibrate::direction;
-use crate::codes::held;
 use crate::gather_plan::{CodedTable, Located, finest_of};
 use crate::mac::MacMlp;
 use crate::opacity::need;
+use crate::quantisation::held;
 use crate::{FieldError, FieldWork, Layer, Mlp};
 use potamoi_march::{FixedStats, Lanes, Work};
 use potamoi_reference::Units;
@@ -76,7 +76,7 @@ impl<'a> FixedColour<'a> {
     ///
     /// # Errors
     /// A unit fails.
-    pub fn seen_from(
+    pub fn distances_from(
         &self,
         eye: DVec3,
         centres: &[DVec3],
@@ -90,7 +90,7 @@ impl<'a> FixedColour<'a> {
         let one = held(2f64.powi(self.harmonic_bits));
         for batch in centres.chunks(Self::BATCH) {
             let mut inputs = vec![0; batch.len() * MATRICES[0][1]];
-            let seen = Seen {
+            let seen = CentreBatch {
                 eye,
                 first: colours.len(),
                 batch,
@@ -122,7 +122,7 @@ impl<'a> FixedColour<'a> {
     /// Gathers the features of a batch into the inputs of the perceptron.
     fn gather(
         &self,
-        seen: &Seen<'_>,
+        seen: &CentreBatch<'_>,
         inputs: &mut [i16],
         done: FieldWork,
         units: &mut dyn Units,
@@ -158,7 +158,7 @@ impl<'a> FixedColour<'a> {
 }
 
 /// The centres of a batch, the position of the camera, and the index of the first centre.
-struct Seen<'a> {
+struct CentreBatch<'a> {
     eye: DVec3,
     first: usize,
     batch: &'a [DVec3],

@@ -3,7 +3,7 @@
 use super::field::{InVertices, STOP_BELOW};
 use super::grid::Grid;
 use super::ray::Rays;
-use crate::march::{Frame, View, follow};
+use crate::float::{CoordinateFrame, View, follow};
 use crate::{Field as _, FieldFrame};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
@@ -81,7 +81,7 @@ pub fn render_masked(
     let view = View {
         camera,
         sampling: field.sampling(),
-        frame: Frame {
+        frame: CoordinateFrame {
             corner: grid.corner(),
             edge: grid.voxel(),
         },

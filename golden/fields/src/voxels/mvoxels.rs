@@ -7,7 +7,7 @@ use super::formats::{Formats, code};
 use super::grid::Grid;
 use potamoi_march::MarchError;
 use potamoi_march::streams::UnitStreams;
-use potamoi_march::tiling::{Halo, Place, Tiling, edges};
+use potamoi_march::tiling::{Halo, SampleLocation, Tiling, edges};
 use potamoi_reference::gathering_unit::Reducer;
 
 /// A volume of quantised features, cut into MVoxels.
@@ -274,7 +274,7 @@ impl MVoxels {
 
     /// Whether the cell of a sample is occupied.
     #[must_use]
-    pub(crate) fn is_cell_occupied(&self, place: &Place) -> bool {
+    pub(crate) fn is_cell_occupied(&self, place: &SampleLocation) -> bool {
         let first = self.tiling.first(place.mvoxel);
         let index = self.cell_index([0, 1, 2].map(|axis| first[axis] + place.local[axis]));
         self.cells[index / 64] >> (index % 64) & 1 == 1
@@ -306,7 +306,7 @@ impl MVoxels {
     /// less the smallest distance.
     #[must_use]
     pub fn distances(&self, camera: [f64; 3]) -> Vec<u32> {
-        let seen = self.tiling.seen_from(camera);
+        let seen = self.tiling.distances_from(camera);
         let all = 0..self.rows.len();
         let far: Vec<u64> = all.map(|m| seen.distance(self.tiling.index(m))).collect();
         let least = far.iter().min().copied().unwrap_or_default();

@@ -12,7 +12,7 @@ use potamoi_formats::rit::{RitEntry, Vertices};
 
 use super::mvoxels::MVoxels;
 use super::ray::{Ray, Rays};
-use potamoi_march::tiling::{Holder, Place};
+use potamoi_march::tiling::{Holder, SampleLocation};
 use potamoi_march::{MarchError, Span, default_group_side};
 use potamoi_reference::{GatherTask, weights};
 
@@ -117,7 +117,7 @@ impl<'a> Schedule<'a> {
     }
 
     /// Location of a sample, unless it is skipped.
-    pub(super) fn place(&self, ray: &Ray, k: u32) -> Option<Place> {
+    pub(super) fn place(&self, ray: &Ray, k: u32) -> Option<SampleLocation> {
         let at = ray.at(k);
         let place = self.mvoxels.tiling().locate(at.to_array());
         let called_for = match self.skip {

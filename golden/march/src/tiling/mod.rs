@@ -37,7 +37,7 @@ pub enum Halo {
 
 /// The location of a sample: owner, cell and position within the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct SampleLocation {
     /// Number of the owning MVoxel, x fastest.
     pub mvoxel: usize,
     /// Lowest vertex of the cell, relative to the MVoxel's first vertex.
@@ -204,16 +204,16 @@ impl Tiling {
     /// The sample location of a position in vertices, clamped to the volume and rounded to 12
     /// fraction bits.
     #[inline]
-    pub fn locate(&self, at: [f64; 3]) -> Place {
+    pub fn locate(&self, at: [f64; 3]) -> SampleLocation {
         let (low, fraction) = cell(self.points, at);
         self.place(low, fraction)
     }
 
     /// The sample location of a position within a cell.
     #[inline]
-    pub fn place(&self, low: [usize; 3], fraction: [u16; 3]) -> Place {
+    pub fn place(&self, low: [usize; 3], fraction: [u16; 3]) -> SampleLocation {
         let (mvoxel, local) = self.owner(low);
-        Place {
+        SampleLocation {
             mvoxel,
             local,
             fraction,
@@ -224,7 +224,7 @@ impl Tiling {
     /// corner's index is x, bit 1 y, bit 2 z. Only corners along axes of several vertices are
     /// meaningful.
     #[inline]
-    pub fn corner_rows(&self, place: &Place) -> [u16; 8] {
+    pub fn corner_rows(&self, place: &SampleLocation) -> [u16; 8] {
         let [wide, high, _] = self.extent(place.mvoxel);
         let mut rows = [0; 8];
         for (corner, row) in rows.iter_mut().enumerate() {
@@ -237,7 +237,7 @@ impl Tiling {
     /// The axes, by bit, along which the far vertices of a cell lie in the next MVoxel; none with
     /// a shared halo.
     #[inline]
-    pub fn straddles(&self, place: &Place) -> usize {
+    pub fn straddles(&self, place: &SampleLocation) -> usize {
         if self.halo == Halo::Shared {
             return 0;
         }
@@ -248,7 +248,7 @@ impl Tiling {
 
     /// The MVoxels that hold vertices of a cell, the owner first.
     #[inline]
-    pub fn holders(&self, place: &Place) -> impl Iterator<Item = Holder> + use<> {
+    pub fn holders(&self, place: &SampleLocation) -> impl Iterator<Item = Holder> + use<> {
         let across = self.straddles(place);
         let owner = place.mvoxel;
         let [x, y, _] = self.counts;
@@ -265,7 +265,7 @@ impl Tiling {
 
     /// Rows of the corners of a cell in one of its holders, and which corners it holds, by bit.
     /// The others have row 0.
-    pub fn part_rows(&self, place: &Place, holder: Holder) -> ([u16; 8], u8) {
+    pub fn part_rows(&self, place: &SampleLocation, holder: Holder) -> ([u16; 8], u8) {
         let across = self.straddles(place);
         let [wide, high, _] = self.extent(holder.mvoxel);
         let (mut rows, mut held) = ([0; 8], 0);
@@ -284,7 +284,7 @@ impl Tiling {
     }
 
     /// The last row used by the corners of a cell in one of its holders.
-    pub fn last_row(&self, place: &Place, holder: Holder) -> u16 {
+    pub fn last_row(&self, place: &SampleLocation, holder: Holder) -> u16 {
         let across = self.straddles(place);
         let [wide, high, _] = self.extent(holder.mvoxel);
         let at = |axis: usize| match (across >> axis & 1, holder.behind >> axis & 1) {

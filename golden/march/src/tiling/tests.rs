@@ -29,12 +29,12 @@ fn distances_are_those_of_manhattan() {
     assert_eq!(tiling.with_halo(Halo::Split).counts(), [3; 3]);
     // From the MVoxel (0, 1, 3) to (2, 3, 1), and from one outside, (-2, 0, 0).
     let to = tiling.index(2 + 4 * (3 + 4));
-    let from = |eye| tiling.seen_from(eye).distance(to);
+    let from = |eye| tiling.distances_from(eye).distance(to);
     assert_eq!(from([1.0, 2.0, 7.9]), 2 + 2 + 2);
     assert_eq!(from([-3.5, 0.0, 0.0]), 4 + 3 + 1);
     // Along an axis of one vertex nothing is far.
     let plane = Tiling::new([9, 9, 1], [3, 3, 1], Halo::Shared);
-    assert_eq!(plane.seen_from([0.0, 0.0, 1e6]).distance([1, 2, 0]), 3);
+    assert_eq!(plane.distances_from([0.0, 0.0, 1e6]).distance([1, 2, 0]), 3);
 }
 
 proptest! {

@@ -5,14 +5,14 @@ use super::{FRACTION_BITS, Tiling};
 
 /// The distances of MVoxels from a camera.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct CameraDistances {
     /// The index of the camera's MVoxel; 0 along axes of one vertex.
     own: [i64; 3],
 }
 
 impl Tiling {
     /// Distances from a camera at `eye`, in vertices.
-    pub fn seen_from(&self, eye: [f64; 3]) -> Seen {
+    pub fn distances_from(&self, eye: [f64; 3]) -> CameraDistances {
         let stride = self.stride();
         let along = |axis: usize| match self.points()[axis] {
             1 => 0,
@@ -23,13 +23,13 @@ impl Tiling {
                 index.clamp(-(1 << 50), 1 << 50)
             }
         };
-        Seen {
+        CameraDistances {
             own: [0, 1, 2].map(along),
         }
     }
 }
 
-impl Seen {
+impl CameraDistances {
     /// Manhattan distance of an MVoxel's index from the camera's. A ray that leaves the camera
     /// meets the owners of its samples at strictly increasing distances, since none of its indices
     /// ever turns back.

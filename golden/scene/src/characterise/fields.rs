@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::accesses::{Lanes, Vectors, count, firsts, rows_of};
 use super::full_size::with_entries;
 use super::{Accesses, FullSize};
-use potamoi_fields::{FieldError, HashedColour, Stops, Table, TableShape};
+use potamoi_fields::{FieldError, HashedColour, RayLengths, Table, TableShape};
 
 /// The rows that samples read, numbered table after table.
 struct Rows<'a> {
@@ -39,7 +39,7 @@ impl<'a> Rows<'a> {
 
 /// Lanes with one ray each.
 struct Rays<'a> {
-    stops: &'a Stops<'a>,
+    stops: &'a RayLengths<'a>,
     rows: Rows<'a>,
     full: Option<&'a FullSize>,
     /// Number of samples that replace one.
@@ -87,7 +87,7 @@ impl Lanes for Rays<'_> {
 /// # Errors
 /// The tables have 2^32 rows or more.
 pub fn field_accesses(
-    stops: &Stops<'_>,
+    stops: &RayLengths<'_>,
     full: Option<&FullSize>,
     capacity: u32,
 ) -> Result<Accesses, FieldError> {

@@ -3,7 +3,7 @@
 use super::Accesses;
 use super::accesses::{Lanes, Vectors, count, firsts};
 use super::fields::Colours;
-use crate::compact::Compact;
+use crate::compact_3dgs::Compact;
 use potamoi_base::mask::Mask;
 use potamoi_fields::FieldError;
 use potamoi_fields::Size;

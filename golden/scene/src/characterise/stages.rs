@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use potamoi_base::camera::Camera;
-use potamoi_fields::{RayStages, Stops};
+use potamoi_fields::{RayLengths, RayStages};
 use potamoi_splats::{Cloud, FloatOptions, Profile, RenderError, View, render_view};
 
 /// Maximum number of rays that are timed, spread over the frame.
@@ -41,7 +41,7 @@ impl Stages {
 
 /// Times a field on rays of known lengths.
 #[must_use]
-pub fn field_stages(stops: &Stops<'_>) -> Stages {
+pub fn field_stages(stops: &RayLengths<'_>) -> Stages {
     let camera = stops.camera();
     let pixels = camera.width.saturating_mul(camera.height);
     // An odd step meets every column.

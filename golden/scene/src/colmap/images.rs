@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 
 use glam::{DAffine3, DQuat, DVec3};
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 
 use super::cameras::Lens;
 use super::error::{ColmapError, Wrong};

@@ -16,7 +16,7 @@ mod text;
 use std::path::Path;
 
 use potamoi_base::camera::Camera;
-use potamoi_base::record::{Notes, Record};
+use potamoi_base::file_keys::{FileKeys, Notes};
 
 use super::transforms::PathFrame;
 use cameras::{Lens, cameras};
@@ -74,7 +74,7 @@ fn files(folder: &Path, notes: &mut Notes) {
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
     let mut known: Vec<_> = names.filter(|name| FOLDER.row(name).is_some()).collect();
     known.sort();
-    let mut record = Record::new(&FOLDER, known.into_iter().map(|name| (name, ())));
+    let mut record = FileKeys::new(&FOLDER, known.into_iter().map(|name| (name, ())));
     record.take("cameras.txt");
     record.take("images.txt");
     // No row of the table is refused.

@@ -3,11 +3,11 @@
 use std::fs;
 
 use glam::{DVec2, DVec3};
-use potamoi_base::record::Fate;
+use potamoi_base::file_keys::Fate;
 
 use super::text::MAX_LINE;
 use super::*;
-use crate::fuzz::{damaged, damages, sound};
+use crate::damaged_camera_files::{damaged, damages, sound};
 
 const CAMERA: &str = "7 PINHOLE 40 20 30 31 20.5 9.25\n";
 const IMAGE: &str = "1 1 0 0 0 0 0 0 7 a.png\n";

@@ -1,8 +1,8 @@
 //! The keys of scene descriptions.
 
+use potamoi_base::file_keys::Fate::Honoured;
+use potamoi_base::file_keys::{Fate, Format, Key};
 use potamoi_base::precision::NUMBERS;
-use potamoi_base::record::Fate::Honoured;
-use potamoi_base::record::{Fate, Format, Key};
 
 /// Keys of the format.
 pub(crate) static DESCRIPTION: Format = Format {

@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 use super::SceneError;
 pub(super) use keys::DESCRIPTION;
 pub(super) use model::{ImagesDescription, ModelDescription};
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 use potamoi_fields::{FieldFile, FileOptions, HashUnit, algorithms};
 use potamoi_formats::document::{Value, Wrong};
 use potamoi_splats::Axes;

@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use crate::{Model, Scene};
-use potamoi_base::record::{Fate, Format, Notes};
+use potamoi_base::file_keys::{Fate, Format, Notes};
 use potamoi_fields::algorithms::efficient::{CHANNELS, EfficientNerf};
 use potamoi_fields::voxels::{FloatOptions, StoredField, render_float as render_grid};
 use potamoi_fields::{
-    AnyField, FieldFile, FileOptions, LoadedField, RayStages, Stops, render_float,
+    AnyField, FieldFile, FileOptions, LoadedField, RayLengths, RayStages, render_float,
 };
 
 /// The stages make the picture, to the order of its sums.
@@ -20,7 +20,7 @@ fn stages_make_the_picture() {
             panic!("a field")
         };
         let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
-        let stops = Stops::find(&**field, scene.camera()).unwrap();
+        let stops = RayLengths::find(&**field, scene.camera()).unwrap();
         let mut rays = RayStages::new(&stops);
         let mut lit = 0;
         for (i, expected) in (0..).zip(&frame.picture.rgb) {
@@ -45,7 +45,7 @@ fn rays_stop_where_the_renderer_stops_them() {
         panic!("a field")
     };
     let frame = render_float(&**field, scene.camera(), [0.0; 3]).unwrap();
-    let stops = Stops::find(&**field, scene.camera()).unwrap();
+    let stops = RayLengths::find(&**field, scene.camera()).unwrap();
     let (mut told, mut kept, mut samples) = (0, 0, 0);
     let mut places = vec![DVec3::ZERO; field.tables().len()];
     for pixel in (0..30).flat_map(|y| (0..40).map(move |x| [x, y])) {

@@ -11,7 +11,7 @@ use zip::read::ZipArchive;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::TraceError;
-use potamoi_base::record::told;
+use potamoi_base::file_keys::told;
 use potamoi_containers::archive;
 
 /// Name of the JSON header among the arrays.

@@ -28,8 +28,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Scene, SceneError};
 use arrays::{Info, Packed, Values, array_error, list, rows};
+use potamoi_base::file_keys::told;
 use potamoi_base::files;
-use potamoi_base::record::told;
 use potamoi_reference::observer::Observed;
 use potamoi_reference::trace_recorder::{Computed, Gathered, Limits, Recorder};
 use potamoi_reference::{GatherTask, ReferenceUnits};

@@ -1,8 +1,8 @@
 //! Keys of `transforms.json`, for all frames and for one.
 
-use crate::strange_lens::with_strange_lenses;
-use potamoi_base::record::Fate::{Honoured, Listed};
-use potamoi_base::record::{Fate, Format, Key};
+use crate::lens_keys::with_strange_lenses;
+use potamoi_base::file_keys::Fate::{Honoured, Listed};
+use potamoi_base::file_keys::{Fate, Format, Key};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }

@@ -3,9 +3,9 @@
 use glam::{DAffine3, DVec2};
 use potamoi_formats::document::Value;
 
-use crate::strange_lens::PINHOLES;
+use crate::lens_keys::PINHOLES;
 use potamoi_base::camera::Camera;
-use potamoi_base::record::{Notes, Record};
+use potamoi_base::file_keys::{FileKeys, Notes};
 
 /// Default side: that of NeRF's synthetic scenes.
 const SIDE: u32 = 800;
@@ -52,7 +52,7 @@ pub(super) struct Lens {
 }
 
 fn number(
-    record: &mut Record<Value>,
+    record: &mut FileKeys<Value>,
     name: &str,
     low: f64,
     high: f64,
@@ -71,7 +71,7 @@ fn number(
 }
 
 impl Axis {
-    fn take(record: &mut Record<Value>, names: &Names) -> Result<Self, String> {
+    fn take(record: &mut FileKeys<Value>, names: &Names) -> Result<Self, String> {
         let name = names.side;
         let side = match record.take(name).filter(|value| *value != Value::Null) {
             None => None,
@@ -149,7 +149,7 @@ impl Axis {
 
 impl Lens {
     /// Takes the values of a document or a frame.
-    pub(super) fn take(record: &mut Record<Value>) -> Result<Self, String> {
+    pub(super) fn take(record: &mut FileKeys<Value>) -> Result<Self, String> {
         if let Some(model) = record.take("camera_model").filter(|v| *v != Value::Null) {
             let known = |name: &str| PINHOLES.iter().any(|p| p.eq_ignore_ascii_case(name));
             if !model.text().is_some_and(known) {

@@ -12,9 +12,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use potamoi_formats::document::{self, Value};
 use thiserror::Error;
 
-use super::strange_lens;
+use super::lens_keys;
 use potamoi_base::camera::Camera;
-use potamoi_base::record::{Format, Notes, Record};
+use potamoi_base::file_keys::{FileKeys, Format, Notes};
 
 pub(super) use keys::{FRAME, PATH};
 use lens::Lens;
@@ -114,17 +114,17 @@ fn parse(bytes: &[u8], notes: &mut Notes) -> Result<Vec<PathFrame>, String> {
     Ok(frames)
 }
 
-fn record(format: &'static Format, value: Value) -> Result<Record<Value>, String> {
+fn record(format: &'static Format, value: Value) -> Result<FileKeys<Value>, String> {
     let Value::Map(entries) = value else {
         let found = value.shown();
         return Err(format!("found {found}: expected named values, `{{...}}`"));
     };
     // Frames have a table of their own.
     for (key, value) in entries.iter().filter(|(key, _)| &**key != "frames") {
-        strange_lens::within(format, key, value, &AXES).map_err(|e| e.to_string())?;
+        lens_keys::within(format, key, value, &AXES).map_err(|e| e.to_string())?;
     }
-    let entries = strange_lens::telling(format, entries.into_vec(), &AXES);
-    let record = Record::new(format, entries.map(|(key, value)| (key.into(), value)));
+    let entries = lens_keys::telling(format, entries.into_vec(), &AXES);
+    let record = FileKeys::new(format, entries.map(|(key, value)| (key.into(), value)));
     Ok(record)
 }
 

@@ -1,9 +1,9 @@
 #![allow(clippy::unwrap_used)]
 use glam::DVec2;
 
-use super::super::fuzz::{damaged, damages, sound};
+use super::super::damaged_camera_files::{damaged, damages, sound};
 use super::*;
-use potamoi_base::record::Fate;
+use potamoi_base::file_keys::Fate;
 
 fn parsed(text: &str) -> Result<Vec<PathFrame>, String> {
     parse(text.as_bytes(), &mut Notes::default())

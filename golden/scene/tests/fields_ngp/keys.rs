@@ -14,7 +14,7 @@ const SECTIONS: [&str; 7] = [
 ];
 
 /// The format by its name in the book.
-fn format() -> &'static potamoi_base::record::Format {
+fn format() -> &'static potamoi_base::file_keys::Format {
     let all = potamoi_scene::file_formats::formats();
     all.iter()
         .find(|format| format.name == "Instant-NGP")
@@ -48,7 +48,7 @@ fn every_key_of_fixtures_has_a_row() {
 /// A key more in every section: listed, or refused where its row says so.
 #[test]
 fn keys_that_are_not_used_are_listed_or_refused() {
-    use potamoi_base::record::Fate;
+    use potamoi_base::file_keys::Fate;
     use rmpv::Value;
     let with = |key: &str| {
         let bytes = patched(|d| *at(d, key) = Value::Map(vec![("x".into(), 1.into())]));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use image::{DynamicImage, ImageFormat, Rgb32FImage, RgbaImage};
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 use potamoi_scene::{Images, camera_file, colmap, transforms};
 use potamoi_warp::Renderer as _;
 

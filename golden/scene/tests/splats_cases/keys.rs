@@ -1,7 +1,7 @@
 //! Tests of the tables of keys: every key of a file has a row, and an added key is refused or
 //! listed.
 
-use potamoi_base::record::{Fate, Format};
+use potamoi_base::file_keys::{Fate, Format};
 use potamoi_scene::file_formats::formats;
 
 use super::write::{Ply, Shape, Spz, archive, members};

@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use potamoi_base::camera::Camera;
+use potamoi_base::file_keys::Notes;
 use potamoi_base::picture::Picture;
-use potamoi_base::record::Notes;
 use potamoi_scene::Scene;
 use potamoi_splats::{Loaded, files};
 

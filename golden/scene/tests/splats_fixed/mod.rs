@@ -121,9 +121,10 @@ fn playbot_stays_within_the_formats_promise() {
         return;
     };
     let file = data.join("cameras/camera_playbot_31k_800.json");
-    let camera = camera_file::read(&file, &mut potamoi_base::record::Notes::default()).unwrap()[0]
-        .camera
-        .resized(400, 400);
+    let camera = camera_file::read(&file, &mut potamoi_base::file_keys::Notes::default()).unwrap()
+        [0]
+    .camera
+    .resized(400, 400);
     let config = Config::paper();
     for name in ["playbot_8k", "playbot_31k"] {
         let cloud = ply::read(&data.join(format!("splats/{name}.ply")))

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::CloudError;
 use crate::ply::PlyError;
-use potamoi_base::record::{KeyError, told};
+use potamoi_base::file_keys::{KeyError, told};
 use potamoi_containers::ply::PlyFileError;
 
 /// A file from which no cloud can be read.

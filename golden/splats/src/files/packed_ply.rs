@@ -17,8 +17,8 @@ use super::error::{FileError, Origin};
 use super::values;
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
-use crate::ply::{self, SAID, says, with_other_models};
-use potamoi_base::record::{Fate, Format, Key, Notes, Record};
+use crate::ply::{self, SAID, header_comments, with_other_models};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
 use potamoi_base::sh;
 use potamoi_containers::ply::PlyFileError;
 use potamoi_containers::ply::header::{self, Header, type_name};
@@ -125,8 +125,8 @@ pub fn parse(bytes: &[u8], origin: &str) -> Result<Loaded, FileError> {
 /// Reads a cloud from the bytes behind the header.
 pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, FileError> {
     let name = Origin(origin);
-    let mut record = Record::new(&FORMAT, entries(header));
-    let says = says::take(&mut record, origin)?;
+    let mut record = FileKeys::new(&FORMAT, entries(header));
+    let says = header_comments::take(&mut record, origin)?;
     if header.ply.encoding != Encoding::BinaryLittleEndian {
         let value = header.ply.encoding.to_string();
         return Err(name.field("format", value, "binary_little_endian for packed vertices"));
@@ -226,7 +226,9 @@ fn entries(header: &Header) -> Vec<(String, String)> {
             (key, String::new())
         })
     });
-    properties.chain(says::entries(&header.ply)).collect()
+    properties
+        .chain(header_comments::entries(&header.ply))
+        .collect()
 }
 
 /// The `width` bits from `low` on, as a fraction of their largest value.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::FileError;
 use crate::loaded::Raw;
-use potamoi_base::record::Format;
+use potamoi_base::file_keys::Format;
 
 /// The largest file that is read, in bytes.
 pub(super) const LARGEST: u64 = 1 << 32;

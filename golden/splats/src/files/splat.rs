@@ -10,7 +10,7 @@ use super::reader::{Reader, whole};
 use super::values;
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
-use potamoi_base::record::{Fate, Format, Key, Notes};
+use potamoi_base::file_keys::{Fate, Format, Key, Notes};
 
 /// Keys of the format: parts of a row, since there is no header.
 pub static FORMAT: Format = Format {

@@ -18,7 +18,7 @@ use super::values;
 use crate::Cloud;
 use crate::axes::Axes;
 use crate::loaded::{Loaded, Raw};
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 
 /// Colour codes for one unit of the constant coefficient, divided by 255.
 const COLOUR_SCALE: f64 = 0.15;

@@ -1,6 +1,6 @@
 //! Keys of SPZ files.
 
-use potamoi_base::record::{Fate, Format, Key};
+use potamoi_base::file_keys::{Fate, Format, Key};
 
 /// The flag of antialiased training.
 pub(super) const ANTIALIASED: &str = "flag 0x01";

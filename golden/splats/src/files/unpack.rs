@@ -12,7 +12,7 @@ use ruzstd::decoding::StreamingDecoder;
 
 use super::error::{FileError, Origin};
 use super::spz_keys::{EXTENDED, FORMAT};
-use potamoi_base::record::Record;
+use potamoi_base::file_keys::FileKeys;
 use potamoi_base::sh;
 
 const MAGIC: &[u8; 4] = b"NGSP";
@@ -119,7 +119,7 @@ pub(super) struct Arrays {
     pub(super) header: Header,
     pub(super) bytes: [Vec<u8>; 6],
     /// Flags, extensions and all other content of the file.
-    pub(super) record: Record<Vec<u8>>,
+    pub(super) record: FileKeys<Vec<u8>>,
 }
 
 /// Unpacks a file of any version.
@@ -204,7 +204,7 @@ fn record(
     extensions: &[u8],
     after: &str,
     name: Origin<'_>,
-) -> Result<Record<Vec<u8>>, FileError> {
+) -> Result<FileKeys<Vec<u8>>, FileError> {
     let mut all: Vec<_> = header.flags().map(|key| (key, vec![])).collect();
     // Without the flag bytes that happen to be records say nothing.
     if header.is_extended() {
@@ -213,7 +213,7 @@ fn record(
         let key = format!("bytes after {after} ({})", extensions.len());
         all.push((key, vec![]));
     }
-    Ok(Record::new(&FORMAT, all))
+    Ok(FileKeys::new(&FORMAT, all))
 }
 
 fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {

@@ -3,7 +3,7 @@
 use ply_rs_bw::ply::{ElementDef, Header as PlyHeader, PropertyType, ScalarType};
 
 use super::PlyError;
-use potamoi_base::record::{KeyError, Record};
+use potamoi_base::file_keys::{FileKeys, KeyError};
 use potamoi_base::sh;
 use potamoi_containers::ply::header::type_name;
 
@@ -30,7 +30,7 @@ pub(super) struct Columns {
 /// Finds properties and removes them from the record.
 struct Finder<'a> {
     vertex: &'a ElementDef,
-    record: &'a mut Record<String>,
+    record: &'a mut FileKeys<String>,
     origin: &'a str,
 }
 
@@ -38,7 +38,7 @@ impl Columns {
     /// Finds every property that a Gaussian needs or may have.
     pub(super) fn take(
         header: &PlyHeader,
-        record: &mut Record<String>,
+        record: &mut FileKeys<String>,
         origin: &str,
     ) -> Result<Self, PlyError> {
         let empty = || PlyError::Empty {

@@ -9,8 +9,8 @@
 
 mod centres;
 mod columns;
+pub(super) mod header_comments;
 pub(super) mod other_models;
-pub(super) mod says;
 mod vertices;
 
 use std::io::BufRead;
@@ -23,7 +23,7 @@ use super::cloud::CloudError;
 use super::loaded::{Loaded, Raw};
 use columns::Columns;
 pub(super) use other_models::with_other_models;
-use potamoi_base::record::{Fate, Format, Key, KeyError, Notes, Record};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, KeyError, Notes};
 use potamoi_containers::ply::header::{self, Header};
 use potamoi_containers::ply::rows::{Layout, Rows};
 use potamoi_containers::ply::{PlyFileError, open};
@@ -36,17 +36,17 @@ const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
 /// Keys of comments, which packed files share.
 pub(super) const SAID: [Key; 3] = [
     key(
-        says::RENDER_MODE,
+        header_comments::RENDER_MODE,
         Fate::Honoured,
         "`mip`: trained with antialiasing; `default`: not",
     ),
     key(
-        says::ANTIALIASED,
+        header_comments::ANTIALIASED,
         Fate::Honoured,
         "1: trained with antialiasing; 0: not",
     ),
     key(
-        says::VERTICAL_AXIS,
+        header_comments::VERTICAL_AXIS,
         Fate::Honoured,
         "x, y or z, with a sign: up in the default view and in orbits; anything else is listed",
     ),
@@ -237,9 +237,9 @@ pub(super) fn body(
     origin: &str,
 ) -> Result<Raw, PlyError> {
     let found = length.saturating_sub(header.bytes as u64);
-    let mut record = Record::new(&FORMAT, entries(header));
+    let mut record = FileKeys::new(&FORMAT, entries(header));
     let columns = Columns::take(&header.ply, &mut record, origin)?;
-    let says = says::take(&mut record, origin)?;
+    let says = header_comments::take(&mut record, origin)?;
     let mut notes = Notes::default();
     if columns.scale[2].is_none() {
         notes.assume("2DGS: discs, drawn as Gaussians of no thickness");
@@ -327,7 +327,7 @@ fn entries(header: &Header) -> Vec<(String, String)> {
                 .map(|own| (own.clone(), String::new())),
         );
     }
-    all.extend(says::entries(&header.ply));
+    all.extend(header_comments::entries(&header.ply));
     all
 }
 

@@ -1,7 +1,7 @@
 //! Properties of other models than 3D Gaussians. Files that have them are refused, since they
 //! would render incorrectly.
 
-use potamoi_base::record::{Fate, Key};
+use potamoi_base::file_keys::{Fate, Key};
 
 /// Reason for refusing Gaussians that change with time.
 const MOVES: &str = "Gaussians that move or change with time are not rendered; export one moment";

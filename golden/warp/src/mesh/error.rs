@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use potamoi_base::record::KeyError;
+use potamoi_base::file_keys::KeyError;
 use potamoi_containers::ply::PlyFileError;
 
 /// A mesh that cannot be made or read.

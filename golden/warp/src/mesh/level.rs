@@ -1,6 +1,6 @@
 //! The density level at which a model has its surface.
 
-use super::march::{Density, Lattice};
+use super::marching_cubes::{Density, Lattice};
 
 /// Approximate number of planes of points that are sampled.
 const PLANES: usize = 48;
@@ -66,7 +66,7 @@ fn stopped(mut along: impl Iterator<Item = f64>, step: f64) -> Option<f64> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::mesh::march::Points;
+    use crate::mesh::marching_cubes::Points;
     use glam::DVec3;
 
     /// A density that rises by 18 a unit of length has stopped half of the light

@@ -8,7 +8,7 @@ mod cases;
 mod error;
 mod files;
 mod level;
-mod march;
+mod marching_cubes;
 mod raster;
 #[cfg(test)]
 mod tests;
@@ -16,7 +16,7 @@ mod tests;
 pub use error::MeshError;
 pub use files::{OBJ, PLY, read, read_obj, read_ply, write_ply};
 pub use level::half_light;
-pub use march::{Density, Lattice, MAX_CELLS, MAX_TRIANGLES};
+pub use marching_cubes::{Density, Lattice, MAX_CELLS, MAX_TRIANGLES};
 
 use crate::{Geometry, WarpError};
 use potamoi_base::camera::Camera;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
+use potamoi_base::file_keys::Notes;
 use potamoi_base::picture::Picture;
-use potamoi_base::record::Notes;
 use potamoi_scene::{ExactDepth, Images, Scene};
 use potamoi_warp::mesh;
 use potamoi_warp::{Geometry, ReferenceFrom, Renderer};

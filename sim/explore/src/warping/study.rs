@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 use potamoi_system::runtime::Schedule;
 use potamoi_warp::{Counts, Frame, Geometry, Plan, PlanOptions, Rule, Warper};
 

@@ -17,9 +17,9 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::Dvgo;
-use crate::codes::{finest, held, quantised};
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, need, rescale};
+use crate::quantisation::{finest, held, quantised};
 use crate::voxels::{MVoxels, Placement};
 use crate::{CodedVolume, Field, FieldError, calibrate};
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};

@@ -2,8 +2,8 @@
 //! its `state_dict`). The keys of `DirectMPIGO` and `DirectContractedVoxGO` are included and
 //! refused.
 
-use potamoi_base::record::Fate::{Honoured, Listed, Refused, Whole};
-use potamoi_base::record::{Fate, Format, Key};
+use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused, Whole};
+use potamoi_base::file_keys::{Fate, Format, Key};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }

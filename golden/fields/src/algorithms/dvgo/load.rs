@@ -7,7 +7,7 @@ use glam::{DVec3, dvec3};
 use super::{DVGO, Dvgo, LEAST, MAX_FREQUENCIES};
 use crate::voxels::Mask;
 use crate::{FieldError, Layer, Mlp, Table};
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 use potamoi_containers::torch::{Checkpoint, Tensor};
 
 /// Nearest and farthest depth of samples, which checkpoints do not state: those of NeRF's

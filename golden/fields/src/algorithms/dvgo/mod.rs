@@ -21,7 +21,7 @@ use crate::{
     LoadedField, Mlp, Sampling, Size, Stepped, Storage, Table, outside, softplus,
 };
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 use potamoi_reference::bounds::VectorBounds;
 
 use fixed::FixedDvgo;

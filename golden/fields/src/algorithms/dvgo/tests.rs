@@ -7,8 +7,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::Layer;
-use crate::made::{Made, harms, survives};
-use potamoi_base::record::Fate;
+use crate::test_checkpoints::{Made, harms, survives};
+use potamoi_base::file_keys::Fate;
 
 /// A small one, with everything that is read: two features, one frequency.
 fn whole() -> Made {

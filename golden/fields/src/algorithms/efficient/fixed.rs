@@ -15,9 +15,9 @@ use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::{CHANNELS, COEFFICIENTS, EfficientNerf, LEAST_WEIGHT, STEP};
-use crate::codes::held;
 use crate::gather_plan::finest_of;
 use crate::opacity::{Curve, Opacity, need};
+use crate::quantisation::held;
 use crate::{Coded, FieldError};
 use potamoi_base::sh;
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};

@@ -1,8 +1,8 @@
 //! Keys of Instant-NGP snapshots, after the code that writes them (`Testbed::save_snapshot`, the
 //! configurations of its networks, and `Trainer::serialize` of tiny-cuda-nn).
 
-use potamoi_base::record::Fate::{Honoured, Listed, Refused};
-use potamoi_base::record::{Fate, Format, Key};
+use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused};
+use potamoi_base::file_keys::{Fate, Format, Key};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }

@@ -34,7 +34,7 @@ use crate::{
 use grid::GridShape;
 use occupancy::Occupancy;
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 use potamoi_base::sh;
 use potamoi_reference::bounds::VectorBounds;
 

@@ -22,7 +22,7 @@ use super::wrong::{Wrong, check, finite, is};
 use super::{NGP, Ngp, Placement};
 use crate::snapshot_error::SnapshotError;
 use crate::{FieldError, HashUnit};
-use potamoi_base::record::{Notes, Record, told, told_within};
+use potamoi_base::file_keys::{FileKeys, Notes, told, told_within};
 
 /// The largest expanded document in bytes: for any file, for small files, and beyond the length of
 /// the file. Occupancy is mostly zeros and compresses well: 4 MiB a cube, at most eight cubes.
@@ -61,7 +61,7 @@ pub(super) fn from_reader(
 ) -> Result<Ngp, FieldError> {
     let (document, unread) = read(path, bytes, length)?;
     let mut notes = Notes::default();
-    let record = Record::new(&NGP, unread.into_iter().map(|key| (key, ())));
+    let record = FileKeys::new(&NGP, unread.into_iter().map(|key| (key, ())));
     record
         .finish(&mut notes)
         .map_err(|source| SnapshotError::Key {

@@ -20,10 +20,10 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::{Activation, Tensorf, encode};
-use crate::codes::held;
 use crate::gather_plan::finest_of;
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, multiply, need, rescale};
+use crate::quantisation::held;
 use crate::{Coded, Field as _, FieldError, calibrate};
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 use potamoi_reference::Product;

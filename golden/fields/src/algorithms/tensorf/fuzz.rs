@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::Tensorf;
 use crate::FixedField;
-use crate::made::{Made, harms, survives};
+use crate::test_checkpoints::{Made, harms, survives};
 
 /// A small one, with everything that is read.
 fn whole() -> Made {
@@ -101,7 +101,7 @@ fn depths_that_are_no_range_are_refused() {
 /// Keys of other models by name; the others, known or not, are used or listed.
 #[test]
 fn every_key_is_honoured_refused_or_listed() {
-    use potamoi_base::record::Fate;
+    use potamoi_base::file_keys::Fate;
     let rows = super::TENSORF.keys.iter().map(|row| (row.name, row.fate));
     let new = [("news", Fate::Listed), ("kwargs/news", Fate::Listed)];
     for (name, fate) in rows.chain(new).filter(|(_, fate)| *fate != Fate::Honoured) {

@@ -1,8 +1,8 @@
 //! Keys of TensoRF checkpoints, after the code that writes them (`TensorBase.get_kwargs`, `save`
 //! and the `state_dict` of each model).
 
-use potamoi_base::record::Fate::{Honoured, Listed, Refused, Whole};
-use potamoi_base::record::{Fate, Format, Key};
+use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused, Whole};
+use potamoi_base::file_keys::{Fate, Format, Key};
 
 const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
     Key { name, fate, about }

@@ -34,7 +34,7 @@ pub use keys::TENSORF;
 use mask::AlphaMask;
 pub use planes::Known;
 use potamoi_base::camera::Camera;
-use potamoi_base::record::Notes;
+use potamoi_base::file_keys::Notes;
 use potamoi_reference::bounds::VectorBounds;
 pub use rules::{Activation, Rules};
 

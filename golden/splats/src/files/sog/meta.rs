@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::super::error::{FileError, Origin};
 use super::{FORMAT, PALETTE_ROW, entries};
-use potamoi_base::record::{Notes, Record};
+use potamoi_base::file_keys::{FileKeys, Notes};
 use potamoi_base::sh;
 
 /// Entries of a codebook, one for each value of a byte.
@@ -91,7 +91,7 @@ impl Meta {
         }
         let has_harmonics = all.iter().any(|(key, _)| key.starts_with("shN."));
         let mut fields = Fields {
-            record: Record::new(&FORMAT, all),
+            record: FileKeys::new(&FORMAT, all),
             notes,
             name,
         };
@@ -174,7 +174,7 @@ impl Meta {
 
 /// The fields of the file that have not been read.
 struct Fields<'a> {
-    record: Record<Value>,
+    record: FileKeys<Value>,
     notes: &'a mut Notes,
     name: Origin<'a>,
 }

@@ -24,7 +24,7 @@ use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use meta::Meta;
 use pixels::Wanted;
-use potamoi_base::record::{Fate, Format, Key, Notes, told};
+use potamoi_base::file_keys::{Fate, Format, Key, Notes, told};
 use potamoi_containers::archive;
 
 mod entries;

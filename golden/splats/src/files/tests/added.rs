@@ -1,7 +1,7 @@
 //! A format added as in docs/adding/format.md is read, refused and listed like any other.
 
 use super::*;
-use potamoi_base::record::{Fate, Format, Key, Notes};
+use potamoi_base::file_keys::{Fate, Format, Key, Notes};
 
 /// Centres as text, a Gaussian a line, each as large and as bright as the others.
 static FORMAT: Format = Format {

@@ -9,8 +9,8 @@ mod tests;
 use std::path::Path;
 
 use super::{Mesh, MeshError};
+use potamoi_base::file_keys::{FileKeys, Notes};
 use potamoi_base::files;
-use potamoi_base::record::{Notes, Record};
 
 pub use keys::{OBJ, PLY};
 pub use obj::read_obj;
@@ -71,7 +71,7 @@ fn wrong(
 }
 
 /// Checks the keys that a reader has not used.
-fn judged(record: Record<()>, origin: &str) -> Result<Notes, MeshError> {
+fn judged(record: FileKeys<()>, origin: &str) -> Result<Notes, MeshError> {
     let mut notes = Notes::default();
     let judged = record.finish(&mut notes);
     judged.map_err(|source| MeshError::Key {

@@ -4,7 +4,7 @@
 use super::keys::OBJ;
 use super::{Parts, judged, wrong};
 use crate::mesh::{Mesh, MeshError};
-use potamoi_base::record::{Notes, Record};
+use potamoi_base::file_keys::{FileKeys, Notes};
 
 /// Maximum length of a value in messages, in characters.
 const SHOWN: usize = 40;
@@ -22,7 +22,7 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// a way that is not supported. Vertices may follow the faces that refer to them.
 pub fn read_obj(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> {
     let mut parts = Parts::default();
-    let mut record = Record::new(&OBJ, []);
+    let mut record = FileKeys::new(&OBJ, []);
     let mut joined = vec![];
     let mut farthest = None;
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
@@ -66,7 +66,7 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 }
 
 /// Adds a first word once.
-fn list(record: &mut Record<()>, word: String) {
+fn list(record: &mut FileKeys<()>, word: String) {
     if record.keys().count() < MAX_WORDS && !record.has(&word) {
         record.add(word, ());
     }
@@ -94,7 +94,7 @@ impl Line<'_> {
         &self,
         line: &[u8],
         parts: &mut Parts,
-        record: &mut Record<()>,
+        record: &mut FileKeys<()>,
         farthest: &mut Option<Ahead>,
     ) -> Result<(), MeshError> {
         let mut halves = line.splitn(2, |b| *b == b'#');
@@ -172,7 +172,12 @@ impl Line<'_> {
 
     /// The vertex of `7`, `7/1`, `7//3` or `7/1/3`, from 0; -1 is the last of those `there`. It may
     /// be one that comes later. The other numbers are of textures and normals.
-    fn corner(&self, word: &[u8], there: usize, record: &mut Record<()>) -> Result<u32, MeshError> {
+    fn corner(
+        &self,
+        word: &[u8],
+        there: usize,
+        record: &mut FileKeys<()>,
+    ) -> Result<u32, MeshError> {
         let number = |part: &[u8]| std::str::from_utf8(part).ok()?.parse::<i64>().ok();
         let mut parts = word.split(|b| *b == b'/');
         let vertex = parts.next().and_then(number).and_then(|own| match own {

@@ -10,8 +10,8 @@ use ply_rs_bw::ply::{ElementDef, PropertyType, ScalarType};
 use super::keys::PLY;
 use super::{Parts, judged, wrong};
 use crate::mesh::{Mesh, MeshError};
+use potamoi_base::file_keys::{FileKeys, Notes};
 use potamoi_base::files;
-use potamoi_base::record::{Notes, Record};
 use potamoi_containers::ply::PlyFileError;
 use potamoi_containers::ply::header::{self, Header, least_bytes, type_name};
 use potamoi_containers::ply::rows::{Layout, Rows};
@@ -41,7 +41,7 @@ pub fn read_ply(bytes: &[u8], origin: &str) -> Result<(Mesh, Notes), MeshError> 
         let field = format!("element `{name}`");
         found.ok_or_else(|| wrong(origin, field, "missing", "a mesh of vertices and faces"))
     };
-    let mut record = Record::new(&PLY, entries(&header));
+    let mut record = FileKeys::new(&PLY, entries(&header));
     let place = columns(element("vertex")?, &mut record, origin)?;
     let list = list(element("face")?, &mut record, origin)?;
     let mut notes = judged(record, origin)?;
@@ -126,7 +126,7 @@ fn entries(header: &Header) -> Vec<(String, ())> {
 /// Columns of the coordinates.
 fn columns(
     vertex: &ElementDef,
-    record: &mut Record<()>,
+    record: &mut FileKeys<()>,
     origin: &str,
 ) -> Result<[usize; 3], MeshError> {
     let mut all = [0; 3];
@@ -152,7 +152,7 @@ fn columns(
 }
 
 /// The column of a face's corners.
-fn list(face: &ElementDef, record: &mut Record<()>, origin: &str) -> Result<usize, MeshError> {
+fn list(face: &ElementDef, record: &mut FileKeys<()>, origin: &str) -> Result<usize, MeshError> {
     let found = LISTS.iter().find_map(|n| face.properties.get_full(*n));
     match found {
         Some((i, name, p)) if matches!(p.data_type, PropertyType::List(..)) => {

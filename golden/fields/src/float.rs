@@ -81,7 +81,7 @@ pub fn render_masked(
     let view = View {
         camera,
         sampling,
-        frame: Frame::WORLD,
+        frame: CoordinateFrame::WORLD,
     };
     Ok(follow(field, &view, background, only))
 }
@@ -89,14 +89,14 @@ pub fn render_masked(
 /// The frame of reference in which rays are followed. Positions, lengths and bounds of a field and
 /// of its sampling are in its units.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Frame {
+pub(crate) struct CoordinateFrame {
     /// Origin in world coordinates.
     pub(crate) corner: DVec3,
     /// Unit of length, in world units.
     pub(crate) edge: f64,
 }
 
-impl Frame {
+impl CoordinateFrame {
     pub(crate) const WORLD: Self = Self {
         corner: DVec3::ZERO,
         edge: 1.0,
@@ -107,7 +107,7 @@ impl Frame {
 pub(crate) struct View<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) sampling: Sampling,
-    pub(crate) frame: Frame,
+    pub(crate) frame: CoordinateFrame,
 }
 
 /// Renders a field whose sampling and mask have been checked.
@@ -244,10 +244,15 @@ pub(super) struct Samples {
 impl Samples {
     /// The samples on the ray through the centre of a pixel, in world coordinates.
     pub(super) fn of(sampling: &Sampling, camera: &Camera, pixel: [u32; 2]) -> Self {
-        Self::within(sampling, camera, Frame::WORLD, pixel)
+        Self::within(sampling, camera, CoordinateFrame::WORLD, pixel)
     }
 
-    fn within(sampling: &Sampling, camera: &Camera, frame: Frame, [x, y]: [u32; 2]) -> Self {
+    fn within(
+        sampling: &Sampling,
+        camera: &Camera,
+        frame: CoordinateFrame,
+        [x, y]: [u32; 2],
+    ) -> Self {
         let (origin, direction) = camera.ray(x, y);
         let origin = (origin - frame.corner) / frame.edge;
         let axis = camera.axis();

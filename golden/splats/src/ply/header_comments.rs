@@ -4,7 +4,7 @@ use glam::DVec3;
 use ply_rs_bw::ply::Header as PlyHeader;
 
 use super::PlyError;
-use potamoi_base::record::Record;
+use potamoi_base::file_keys::FileKeys;
 
 /// Antialiased training, by Brush and its successors: `mip` or `default`.
 pub(crate) const RENDER_MODE: &str = "comment SplatRenderMode";
@@ -15,7 +15,7 @@ pub(crate) const VERTICAL_AXIS: &str = "comment Vertical axis";
 
 /// The comments' settings that change a picture.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Says {
+pub(crate) struct HeaderComments {
     pub(crate) antialiased: bool,
     pub(crate) up: Option<DVec3>,
 }
@@ -47,7 +47,10 @@ fn known(line: &str) -> Option<(String, String)> {
 }
 
 /// Removes the known comments from the record and returns their settings.
-pub(crate) fn take(record: &mut Record<String>, origin: &str) -> Result<Says, PlyError> {
+pub(crate) fn take(
+    record: &mut FileKeys<String>,
+    origin: &str,
+) -> Result<HeaderComments, PlyError> {
     let mut said: Option<bool> = None;
     for (key, [yes, no], expected) in [
         (RENDER_MODE, [&["mip"][..], &["default"]], "mip or default"),
@@ -81,7 +84,7 @@ pub(crate) fn take(record: &mut Record<String>, origin: &str) -> Result<Says, Pl
     if up.is_some() {
         record.take(VERTICAL_AXIS);
     }
-    Ok(Says {
+    Ok(HeaderComments {
         antialiased: said.unwrap_or(false),
         up,
     })

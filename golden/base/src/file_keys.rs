@@ -1,12 +1,12 @@
 //! Bookkeeping of a file's keys: each key is honoured, refused or listed.
 //!
-//! A reader puts the keys of its file into a [`Record`] and takes out those that it uses.
-//! [`Record::finish`] treats the rest by the format's table: a key that changes the picture is
+//! A reader puts the keys of its file into a [`FileKeys`] and takes out those that it uses.
+//! [`FileKeys::finish`] treats the rest by the format's table: a key that changes the picture is
 //! refused, any other is listed in [`Notes`], which every report prints as "not checked". So no
 //! reader can drop a key silently.
 //!
 //! ```
-//! use potamoi_base::record::{Fate, Format, Key, Notes, Record};
+//! use potamoi_base::file_keys::{Fate, Format, Key, Notes, FileKeys};
 //!
 //! static FORMAT: Format = Format {
 //!     name: "example",
@@ -19,13 +19,13 @@
 //!     others: Fate::Listed,
 //! };
 //! let entries = [("size".to_owned(), 2.0), ("author".to_owned(), 0.0)];
-//! let mut record = Record::new(&FORMAT, entries);
+//! let mut record = FileKeys::new(&FORMAT, entries);
 //! assert_eq!(record.take("size"), Some(2.0));
 //! let mut notes = Notes::default();
 //! record.finish(&mut notes).unwrap();
 //! assert_eq!(notes.not_used(), ["author"]);
 //!
-//! let bent = Record::new(&FORMAT, [("lens_k1".to_owned(), 0.1)]);
+//! let bent = FileKeys::new(&FORMAT, [("lens_k1".to_owned(), 0.1)]);
 //! let error = bent.finish(&mut notes).unwrap_err().to_string();
 //! assert_eq!(error, "`lens_k1` cannot be honoured: only pinholes are rendered");
 //! ```
@@ -255,12 +255,12 @@ impl Notes {
 
 /// The keys of a file that no reader has taken yet, with their values.
 #[derive(Debug)]
-pub struct Record<V> {
+pub struct FileKeys<V> {
     format: &'static Format,
     left: Vec<(String, V)>,
 }
 
-impl<V> Record<V> {
+impl<V> FileKeys<V> {
     /// All keys of a file, in its order. Of two equal keys the reader sees the first; the second
     /// remains and is treated by the table.
     pub fn new(format: &'static Format, entries: impl IntoIterator<Item = (String, V)>) -> Self {
@@ -323,7 +323,7 @@ impl<V> Record<V> {
         self.finish_valued(notes, |_| None)
     }
 
-    /// As [`Record::finish`]; `shown` formats the value of a key that is refused.
+    /// As [`FileKeys::finish`]; `shown` formats the value of a key that is refused.
     ///
     /// # Errors
     /// The first key that is refused.
@@ -392,7 +392,7 @@ mod tests {
     };
 
     fn finished(format: &'static Format, keys: &[&str]) -> Result<Notes, KeyError> {
-        let mut record = Record::new(format, keys.iter().map(|k| ((*k).to_owned(), ())));
+        let mut record = FileKeys::new(format, keys.iter().map(|k| ((*k).to_owned(), ())));
         record.take("x");
         let mut notes = Notes::default();
         record.finish(&mut notes).map(|()| notes)
@@ -412,7 +412,7 @@ mod tests {
             let (key, about) = ("layer.2".to_owned(), "a reason");
             assert_eq!(error, KeyError::Left { key, about });
         }
-        let record = Record::new(&OPEN, [("k_7_end".to_owned(), 7)]);
+        let record = FileKeys::new(&OPEN, [("k_7_end".to_owned(), 7)]);
         let error = record.finish_valued(&mut Notes::default(), |v| Some(v.to_string()));
         let expected = "`k_7_end` cannot be honoured: a reason; its value is 7";
         assert_eq!(error.unwrap_err().to_string(), expected);
@@ -441,7 +441,7 @@ mod tests {
     fn values_that_change_nothing_are_taken_of_refused_keys_alone() {
         let entries = [("k_1_end", 0), ("k_2_end", 7), ("note", 0), ("new", 0)];
         let entries = entries.map(|(key, value)| (key.to_owned(), value));
-        let mut record = Record::new(&OPEN, entries);
+        let mut record = FileKeys::new(&OPEN, entries);
         record.take_neutral(|value| *value == 0);
         let left: Vec<_> = record.keys().collect();
         assert_eq!(left, ["k_2_end", "note", "new"]);

@@ -1,7 +1,7 @@
 //! Keys of any camera file that change what a camera sees. They are refused unless their value has
 //! no effect.
 
-use potamoi_base::record::{Fate, Format, KeyError, told};
+use potamoi_base::file_keys::{Fate, Format, KeyError, told};
 use potamoi_formats::document::Value;
 
 pub(super) const PINHOLE: &str = "only pinholes are rendered: render with undistorted pictures' cameras \
@@ -30,8 +30,8 @@ const DEPTH: usize = 8;
 /// Keys of a format, its own before these.
 macro_rules! with_strange_lenses {
     ($($own:expr),* $(,)?) => {{
-        use potamoi_base::record::Fate::Refused;
-        use $crate::strange_lens::{CROPPED, OTHER_AXES, OTHER_NAMES, PINHOLE};
+        use potamoi_base::file_keys::Fate::Refused;
+        use $crate::lens_keys::{CROPPED, OTHER_AXES, OTHER_NAMES, PINHOLE};
         &[
             $($own,)*
             key("k1", Refused, PINHOLE),

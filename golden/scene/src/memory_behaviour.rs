@@ -11,7 +11,7 @@ use crate::characterise::{
 use potamoi_base::mask::Mask;
 use potamoi_fields::Size;
 use potamoi_fields::voxels::{self, MVoxels, Placement, StoredField, Volume, stored};
-use potamoi_fields::{Field, FieldError, FixedField, Stops};
+use potamoi_fields::{Field, FieldError, FixedField, RayLengths};
 use potamoi_reference::ReferenceUnits;
 use potamoi_splats::{Cloud, View};
 
@@ -76,7 +76,7 @@ impl Scene {
     pub fn accesses(&self, capacity: u32, only: Option<&Mask>) -> Result<Accesses, SceneError> {
         let field = |field: &dyn Field| -> Result<Accesses, SceneError> {
             let field = self.stopping(field);
-            let stops = Stops::masked(&field, &self.camera, only)?;
+            let stops = RayLengths::masked(&field, &self.camera, only)?;
             Ok(field_accesses(&stops, None, capacity)?)
         };
         match self.model.kind() {
@@ -102,7 +102,7 @@ impl Scene {
     ) -> Result<Characterised, SceneError> {
         let full = full.map(|size| FullSize::new(field, size)).transpose()?;
         let stopping = self.stopping(field);
-        let stops = Stops::find(&stopping, &self.camera)?;
+        let stops = RayLengths::find(&stopping, &self.camera)?;
         let (accesses, traffic) = join(|| field_accesses(&stops, full.as_ref(), capacity), traffic);
         Ok(Characterised {
             accesses: accesses?,

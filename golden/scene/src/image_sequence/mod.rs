@@ -13,10 +13,10 @@ use super::description::{
 use super::transforms::{self, PathFrame};
 use super::{SceneError, picture_files};
 use potamoi_base::camera::Camera;
+use potamoi_base::file_keys::Notes;
 use potamoi_base::files;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
-use potamoi_base::record::Notes;
 use potamoi_warp::{Geometry, Renderer, Shaded, VOID_BELOW, WarpError, is_void};
 
 /// The largest image file, in bytes.

@@ -8,7 +8,7 @@ mod surfels;
 #[cfg(test)]
 mod tests;
 
-use crate::compact::Compact;
+use crate::compact_3dgs::Compact;
 pub(super) use grids::{dvgo, tensorf};
 use potamoi_analytic::Analytic;
 use potamoi_fields::FieldError;

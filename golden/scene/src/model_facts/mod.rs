@@ -8,7 +8,7 @@ pub(crate) use cache::Cache;
 use potamoi_base::bands::{self, Bands};
 use potamoi_base::sh;
 use potamoi_fields::voxels::{Grid, STOP_BELOW};
-use potamoi_fields::{Directions, Field, HashedColour, Mlp, Stopping, Table};
+use potamoi_fields::{Directions, Field, HashedColour, Mlp, Table, WithEarlyTermination};
 use potamoi_splats::{Cloud, Rules, sigmoid};
 pub use thickness::Thickness;
 
@@ -36,7 +36,7 @@ pub struct Perceptron {
 
 /// Facts about a model's data.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Facts {
+pub struct ModelFacts {
     /// Name and number of its parts.
     pub parts: (&'static str, u64),
     /// Spherical harmonics, if any.
@@ -58,7 +58,7 @@ pub struct Facts {
     pub most_opaque: Option<f64>,
 }
 
-impl Facts {
+impl ModelFacts {
     /// Determines the facts of a model. `rules` are those of splats, `step` is that of grids in
     /// voxel edges, `stop` overrides the early-termination threshold (transmittance).
     #[must_use]
@@ -74,7 +74,7 @@ impl Facts {
             },
             (_, Kind::Splats(cloud)) => of_cloud(cloud, rules),
             (_, Kind::Voxels(grid)) => of_grid(grid, step, stop.unwrap_or(STOP_BELOW)),
-            (_, Kind::Field(field)) => of_field(&Stopping::new(field, stop)),
+            (_, Kind::Field(field)) => of_field(&WithEarlyTermination::new(field, stop)),
         }
     }
 
@@ -144,7 +144,7 @@ fn harmonics(mlp: &Mlp, inputs: &[usize]) -> Bands {
     Bands::of(inputs.len().isqrt().saturating_sub(1), holders)
 }
 
-fn of_cloud(cloud: &Cloud, rules: &Rules) -> Facts {
+fn of_cloud(cloud: &Cloud, rules: &Rules) -> ModelFacts {
     let coefficients = |index| {
         let own = cloud.sh(index).iter();
         bands::used(own.map(<[f32; 3]>::as_slice))
@@ -163,7 +163,7 @@ fn of_cloud(cloud: &Cloud, rules: &Rules) -> Facts {
             thickness.depth -= (-opacity).ln_1p();
         }
     }
-    Facts {
+    ModelFacts {
         parts: ("Gaussians", cloud.len() as u64),
         harmonics: Some(Bands::of(
             cloud.degree(),
@@ -179,7 +179,7 @@ fn of_cloud(cloud: &Cloud, rules: &Rules) -> Facts {
     }
 }
 
-fn of_grid(grid: &Grid, step: f64, stop: f64) -> Facts {
+fn of_grid(grid: &Grid, step: f64, stop: f64) -> ModelFacts {
     let channels = grid.layout().channels();
     let terms = grid.layout().coefficients();
     let vertices = grid.features().chunks_exact(channels);
@@ -194,7 +194,7 @@ fn of_grid(grid: &Grid, step: f64, stop: f64) -> Facts {
     });
     let most = vertices.fold(0f32, |most, vertex| most.max(vertex[0]));
     let diagonal = glam::DVec3::from(grid.points().map(|p| (p - 1) as f64)).length();
-    Facts {
+    ModelFacts {
         parts: ("vertices", (grid.features().len() / channels) as u64),
         harmonics: Some(Bands::of(terms.isqrt() - 1, holders)),
         holders: "vertices",
@@ -217,7 +217,7 @@ fn of_grid(grid: &Grid, step: f64, stop: f64) -> Facts {
     }
 }
 
-fn of_field(field: &dyn Field) -> Facts {
+fn of_field(field: &dyn Field) -> ModelFacts {
     let (harmonics, perceptron, holders) = match field.directions() {
         Directions::None => (None, None, "rows"),
         Directions::Harmonics(bands) => (Some(bands), None, "fine cells"),
@@ -231,7 +231,7 @@ fn of_field(field: &dyn Field) -> Facts {
         }
     };
     let tables = tables(field.tables());
-    Facts {
+    ModelFacts {
         parts: ("rows", tables.iter().map(|table| table.rows as u64).sum()),
         harmonics,
         holders,

@@ -9,7 +9,7 @@ pub(super) type Surroundings = fn(DVec3) -> DVec3;
 
 /// The radiance of a point, linear RGB, as a function of the viewing direction.
 #[derive(Debug, Clone, Copy)]
-pub struct Look {
+pub struct Appearance {
     base: DVec3,
     normal: DVec3,
     /// Head-on reflectance by colour.
@@ -19,7 +19,7 @@ pub struct Look {
     surroundings: Option<Surroundings>,
 }
 
-impl Look {
+impl Appearance {
     /// A view-independent appearance.
     pub(super) fn matte(base: DVec3) -> Self {
         Self {

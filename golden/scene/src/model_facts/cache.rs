@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use super::Facts;
+use super::ModelFacts;
 
 /// Rows of an MVoxel and halvings of its cells, with the numbers of MVoxels before and after
 /// merging.
@@ -12,13 +12,13 @@ type Merging = ((usize, u32), [usize; 2]);
 /// Cached facts. Clones share them. A cache depends only on the model, so any two compare equal.
 #[derive(Clone, Default)]
 pub(crate) struct Cache {
-    facts: Arc<OnceLock<Facts>>,
+    facts: Arc<OnceLock<ModelFacts>>,
     merging: Arc<OnceLock<Merging>>,
     content: Arc<OnceLock<blake3::Hash>>,
 }
 
 impl Cache {
-    pub(crate) fn facts(&self, find: impl FnOnce() -> Facts) -> &Facts {
+    pub(crate) fn facts(&self, find: impl FnOnce() -> ModelFacts) -> &ModelFacts {
         self.facts.get_or_init(find)
     }
 

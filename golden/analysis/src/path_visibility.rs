@@ -6,7 +6,7 @@ use potamoi_base::camera::{Camera, crossing};
 
 /// Visibility of a scene along a path.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Seen {
+pub struct PathVisibility {
     /// Number of frames on the path.
     pub frames: usize,
     /// Frames whose camera differs in any bit from that of the frame before.
@@ -31,7 +31,7 @@ pub fn is_still(path: &[Camera]) -> bool {
     path.windows(2).all(|pair| pair[0] == pair[1])
 }
 
-impl Seen {
+impl PathVisibility {
     /// The motion of a path's cameras.
     #[must_use]
     pub fn moved(path: &[Camera]) -> Self {

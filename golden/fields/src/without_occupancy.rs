@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::{Algorithm, Field, Sampling, Table};
 
 /// Wraps a field and marks no space as empty.
-pub(super) struct Everywhere<'a>(pub(super) &'a dyn Field);
+pub(super) struct WithoutOccupancy<'a>(pub(super) &'a dyn Field);
 
-impl Field for Everywhere<'_> {
+impl Field for WithoutOccupancy<'_> {
     fn algorithm(&self) -> &'static Algorithm {
         self.0.algorithm()
     }

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use codes::Stages;
 use npz::Npz;
-use potamoi_base::record::{Fate, Format, Key, Notes, Record};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
 use potamoi_base::sh;
 use potamoi_fields::{FieldError, FieldWork, FixedColour, HashedColour};
 use potamoi_march::FixedStats;
@@ -127,7 +127,7 @@ impl Compact {
     ) -> Result<(Self, Notes), FileError> {
         let name = Origin(origin);
         let mut npz = Npz::open(bytes, name)?;
-        let mut record = Record::new(&FORMAT, npz.keys().map(|own| (own, ())));
+        let mut record = FileKeys::new(&FORMAT, npz.keys().map(|own| (own, ())));
         for own in ARRAYS {
             record.take(own);
         }
@@ -208,7 +208,7 @@ impl Compact {
 
     /// The Gaussians with the colours that a camera at `eye` sees.
     #[must_use]
-    pub fn seen_from(&self, eye: DVec3) -> Cloud {
+    pub fn distances_from(&self, eye: DVec3) -> Cloud {
         let means = self.asked_at();
         let eye = self.axes.of_file(eye);
         let colours = means.par_iter().map_init(Vec::new, |scratch, mean| {
@@ -238,7 +238,7 @@ impl Compact {
         let eye = self.axes.of_file(eye);
         let fixed = FixedColour::new(&self.colour, &centres, config)?;
         let mut stats = FixedStats::default();
-        let colours = fixed.seen_from(eye, &centres, work, units, &mut stats)?;
+        let colours = fixed.distances_from(eye, &centres, work, units, &mut stats)?;
         Ok((self.gaussians.recoloured(colours), stats))
     }
 
