@@ -156,7 +156,7 @@ fn found(
         if name.starts_with('.') {
             continue;
         }
-        if !potamoi_kept::ends_with_key(&name) {
+        if !potamoi_result_cache::ends_with_key(&name) {
             foreign.push(entry.path());
             continue;
         }

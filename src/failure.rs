@@ -14,9 +14,9 @@ use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;
 use potamoi_scene::trace::TraceError;
 use potamoi_synth::SynthError;
-use potamoi_system::runtime::RuntimeError;
-use potamoi_system::soc::work::WorkCacheError;
-use potamoi_system::soc::{CostError, ModelError as SystemModelError, SystemError};
+use potamoi_system::path_schedule::ScheduleError;
+use potamoi_system::system_model::work::WorkCacheError;
+use potamoi_system::system_model::{CostError, ModelError as SystemModelError, SystemError};
 use potamoi_verilated::Error as ModelError;
 use potamoi_warp::WarpError;
 use potamoi_warp::mesh::MeshError;
@@ -44,7 +44,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Warp(#[from] WarpError),
     #[error(transparent)]
-    Runtime(#[from] RuntimeError),
+    Runtime(#[from] ScheduleError),
     #[error(transparent)]
     Mesh(#[from] MeshError),
     #[error(transparent)]

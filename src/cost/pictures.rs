@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plotters::prelude::*;
-use potamoi_explore::accuracy::{Likeness, Place, Point, Sweep, front};
+use potamoi_explore::accuracy::{CostQuality, ImageQuality, Point, Sweep, front};
 
 use crate::charts::{Area, COLOURS, Drawn, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
@@ -20,8 +20,8 @@ const FRAME: ShapeStyle = ShapeStyle {
 
 /// Place of a point by one of its qualities; `None` where pictures are equal or the quality is
 /// unknown.
-fn place(point: &Point, of: impl Fn(&Point) -> Option<Likeness>) -> Option<Place> {
-    Some(Place {
+fn place(point: &Point, of: impl Fn(&Point) -> Option<ImageQuality>) -> Option<CostQuality> {
+    Some(CostQuality {
         cost: point.frame_ns * 1e-3,
         quality: of(point)?.db?,
     })
@@ -65,12 +65,12 @@ fn panel(
     report: &Sweep,
     what: &str,
     aside: f64,
-    of: impl Fn(&Point) -> Option<Likeness>,
+    of: impl Fn(&Point) -> Option<ImageQuality>,
 ) -> Drawn {
-    let seen: Vec<(usize, Place)> = (report.points.iter().enumerate())
+    let seen: Vec<(usize, CostQuality)> = (report.points.iter().enumerate())
         .filter_map(|(i, point)| Some((i, place(point, &of)?)))
         .collect();
-    let range = |of: fn(&Place) -> f64| {
+    let range = |of: fn(&CostQuality) -> f64| {
         let all = seen.iter().map(|(_, place)| of(place));
         all.fold((f64::MAX, f64::MIN), |(low, high), v| {
             (low.min(v), high.max(v))
@@ -96,7 +96,7 @@ fn panel(
         .label_style(LETTERS)
         .max_light_lines(1)
         .draw()?;
-    let places: Vec<Place> = seen.iter().map(|(_, place)| *place).collect();
+    let places: Vec<CostQuality> = seen.iter().map(|(_, place)| *place).collect();
     let kept = front(&places)
         .into_iter()
         .map(|i| (places[i].cost, places[i].quality));

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use potamoi_explore::accuracy::knobs::Knob;
-use potamoi_explore::accuracy::{Found, Likeness, Point, Sweep};
+use potamoi_explore::accuracy::{Found, ImageQuality, Point, Sweep};
 
 use crate::model::ladder;
 use crate::stdout::say;
@@ -16,7 +16,7 @@ fn number(of: Option<f64>, digits: usize) -> String {
     of.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
 }
 
-fn db(of: Likeness) -> String {
+fn db(of: ImageQuality) -> String {
     of.db
         .map_or_else(|| "equal".to_owned(), |v| format!("{v:.2}"))
 }

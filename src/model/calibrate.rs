@@ -1,7 +1,7 @@
 //! Calibration of the GPU's efficiencies to the paper's times, and their error on held-out times.
 
 use potamoi_explore::system::{GpuFactors, SIDE, TIMED, Timed, WARPED};
-use potamoi_system::soc::System;
+use potamoi_system::system_model::System;
 use serde::Serialize;
 
 use super::ModelArgs;

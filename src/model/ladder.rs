@@ -1,8 +1,8 @@
 //! `potamoi model --ladder`: formulas, cycle models and the hardware compared.
 
 use potamoi_explore::system::{Fidelity, Rung};
-use potamoi_system::soc::System;
-use potamoi_system::soc::work::Replay;
+use potamoi_system::system_model::System;
+use potamoi_system::system_model::work::Replay;
 
 use super::ModelArgs;
 use super::report::{self, Report};

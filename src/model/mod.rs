@@ -17,8 +17,8 @@ use clap::{Args, ValueEnum};
 use potamoi_explore::Setup;
 use potamoi_explore::system::Modelled;
 use potamoi_scene::Scene;
-use potamoi_system::soc::work::{PathOptions, PathWork};
-use potamoi_system::soc::{Scenario, System, Variant, chrome_trace};
+use potamoi_system::system_model::work::{PathOptions, PathWork};
+use potamoi_system::system_model::{Scenario, System, Variant, chrome_trace};
 
 use crate::args::Common;
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! Saving by merging cells of splats into fuller `MVoxel`s.
 
 use potamoi_explore::system::{Merging, Side};
-use potamoi_system::soc::System;
+use potamoi_system::system_model::System;
 
 use super::ModelArgs;
 use super::report::{self, Report};

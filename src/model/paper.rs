@@ -1,6 +1,6 @@
 //! The paper's figures, for comparison.
 
-use potamoi_system::soc::{Frames, Outcome, Scenario};
+use potamoi_system::system_model::{Frames, Outcome, Scenario};
 
 /// Mean speed-up and energy saving over the scenario's baseline (paper, Sec. "Performance and
 /// Energy"); bars by algorithm exist as pictures only.

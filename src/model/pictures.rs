@@ -4,7 +4,7 @@ use std::path::Path;
 
 use plotters::prelude::*;
 use potamoi_explore::system::Modelled;
-use potamoi_system::soc::{EnergyByPart, Memory, Outcome, Scenario, System};
+use potamoi_system::system_model::{EnergyByPart, Memory, Outcome, Scenario, System};
 
 use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;

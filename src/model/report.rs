@@ -1,6 +1,6 @@
 //! JSON reports.
 
-use potamoi_system::soc::System;
+use potamoi_system::system_model::System;
 use serde::Serialize;
 
 use super::ModelArgs;

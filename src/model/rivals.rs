@@ -1,7 +1,7 @@
 //! Comparison of Instant-NGP with `NeuRex` and `NGPC`.
 
 use potamoi_explore::system::{Accelerators, NEUREX_SIDE};
-use potamoi_system::soc::System;
+use potamoi_system::system_model::System;
 
 use super::ModelArgs;
 use super::report::{self, Report};

@@ -1,7 +1,7 @@
 //! Sensitivity of the results to calibrated and assumed parameters, and results without a GPU.
 
 use potamoi_explore::system::{CountedScene, Sensitivity, SensitivityRow};
-use potamoi_system::soc::{Scenario, System};
+use potamoi_system::system_model::{Scenario, System};
 
 use super::ModelArgs;
 use super::report::{self, Report};

@@ -1,7 +1,7 @@
 //! Table of many scenes.
 
 use potamoi_explore::system::Modelled;
-use potamoi_system::soc::Outcome;
+use potamoi_system::system_model::Outcome;
 
 use super::paper::{BY_TRAFFIC, Paper, figure, gathering_speed_up};
 use super::report::Report;

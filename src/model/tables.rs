@@ -1,9 +1,9 @@
 //! Tables of results.
 
 use potamoi_explore::system::Modelled;
-use potamoi_system::soc::job_scheduler::Resource;
-use potamoi_system::soc::work::{PathReplay, Replayed};
-use potamoi_system::soc::{Frames, Gpu, Outcome, Scenario, System};
+use potamoi_system::system_model::job_scheduler::Resource;
+use potamoi_system::system_model::work::{PathReplay, Replayed};
+use potamoi_system::system_model::{Frames, Gpu, Outcome, Scenario, System};
 use potamoi_warp::Profile;
 
 use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};

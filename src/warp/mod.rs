@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 use potamoi_base::effects::Effect;
-use potamoi_explore::warping::{Method, PlannedWay, Study, Truth, Warping, Way};
-use potamoi_system::runtime::chrome_trace;
+use potamoi_explore::warping::{Method, MethodSettings, PlannedWay, Study, Truth, Warping};
+use potamoi_system::path_schedule::chrome_trace;
 use potamoi_warp::{Frame, Rule};
 
 use crate::failure::Failure;
@@ -153,7 +153,7 @@ impl WarpArgs {
     }
 
     /// Refuses options that apply to a single method only.
-    fn check(&self, ways: &[Way]) -> Result<(), Failure> {
+    fn check(&self, ways: &[MethodSettings]) -> Result<(), Failure> {
         if self.out_dir.is_some() && ways.len() != 1 {
             return Err(Failure::Usage(
                 "--out-dir: frames of one way are written: name one --method, --window, --phi and \

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use potamoi_explore::warping::{Likeness, Part, Variant, Warping};
+use potamoi_explore::warping::{ImageQuality, Part, Variant, Warping};
 use potamoi_warp::Counts;
 
 use super::report::Reports;
@@ -111,8 +111,8 @@ fn print_frames(variant: &Variant) {
         };
         let Part { model, truth, .. } = &frame.frame;
         let fore = &frame.foreground;
-        let psnr = |l: &Option<Likeness>, digits| number(l.and_then(|l| l.psnr_db), digits);
-        let ssim = |l: &Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
+        let psnr = |l: &Option<ImageQuality>, digits| number(l.and_then(|l| l.psnr_db), digits);
+        let ssim = |l: &Option<ImageQuality>| number(l.and_then(|l| l.ssim), 4);
         let mut row = vec![frame.number.to_string(), from];
         row.extend(shares(&frame.frame.pixels));
         row.extend(shares(&fore.pixels));
@@ -147,9 +147,9 @@ fn print_totals(found: &Warping) {
     let mut pixels = tables::lined(1, &header);
     for variant in &found.variants {
         let [frame, fore] = [&variant.frame, &variant.foreground];
-        let mean = |l: Option<Likeness>| number(l.and_then(|l| l.mean_psnr_db), 2);
-        let psnr = |l: Option<Likeness>| number(l.and_then(|l| l.psnr_db), 2);
-        let ssim = |l: Option<Likeness>| number(l.and_then(|l| l.ssim), 4);
+        let mean = |l: Option<ImageQuality>| number(l.and_then(|l| l.mean_psnr_db), 2);
+        let psnr = |l: Option<ImageQuality>| number(l.and_then(|l| l.psnr_db), 2);
+        let ssim = |l: Option<ImageQuality>| number(l.and_then(|l| l.ssim), 4);
         // Of its pace.
         let papers = variant.papers_loss().filter(|_| found.fps == Some(30.0));
         quality.add_row([

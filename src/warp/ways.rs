@@ -1,7 +1,7 @@
 //! Arguments of the rendering methods to compare.
 
 use clap::{Args, ValueEnum};
-use potamoi_explore::warping::{Method, Source, Way};
+use potamoi_explore::warping::{Method, MethodSettings, Source};
 use potamoi_warp::{Angle, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope};
 
 /// What is compared, and by which rules.
@@ -143,13 +143,13 @@ impl WayArgs {
     }
 
     /// All distinct combinations requested. `depths` are the names of the depths.
-    pub(super) fn ways(&self, depths: &[String]) -> Vec<Way> {
+    pub(super) fn ways(&self, depths: &[String]) -> Vec<MethodSettings> {
         let methods: Vec<Method> = self.method.iter().map(|name| (*name).into()).collect();
-        Way::all(&methods, &self.window, &self.phi, depths)
+        MethodSettings::all(&methods, &self.window, &self.phi, depths)
     }
 
     /// The rule of one method.
-    pub(super) fn rule(&self, way: &Way) -> Rule {
+    pub(super) fn rule(&self, way: &MethodSettings) -> Rule {
         let base = Profile::from(self.profile).rule();
         Rule {
             nearer: self.nearer.unwrap_or(base.nearer),
@@ -175,7 +175,7 @@ impl WayArgs {
         }
     }
 
-    pub(super) fn plan(&self, way: &Way, source: &Source) -> PlanOptions {
+    pub(super) fn plan(&self, way: &MethodSettings, source: &Source) -> PlanOptions {
         let reference = match self.reference {
             Some(From::Predicted) => ReferenceFrom::Predicted,
             Some(From::First) => ReferenceFrom::First,

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use potamoi_scene::Scene;
 use potamoi_splats::files;
-use potamoi_system::soc::System;
+use potamoi_system::system_model::System;
 
 use super::scenes::{all, cameras};
 

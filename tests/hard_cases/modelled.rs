@@ -4,14 +4,16 @@
 use glam::DVec3;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
+use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::Config;
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model as Shown, Scene};
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised};
-use potamoi_system::soc::npu::Array;
-use potamoi_system::soc::work::{FrameWork, PathOptions, PathWork};
-use potamoi_system::soc::{Costs, Gathering, Memory, Model, Program, Scenario, System, Variant};
+use potamoi_system::system_model::work::{FrameWork, PathOptions, PathWork};
+use potamoi_system::system_model::{
+    Costs, Gathering, Memory, Model, Program, Scenario, System, Variant,
+};
 use potamoi_warp::Profile;
 
 use super::system::sound;
@@ -47,7 +49,7 @@ fn pictures_of_samples_are_modelled() {
         let config = &case.config;
         let mut twins = ReferenceUnits::new(config);
         let counted =
-            FrameWork::rendered(&scene, config, Array::PAPER, CACHE, None, &mut twins).unwrap();
+            FrameWork::rendered(&scene, config, MacArray::PAPER, CACHE, None, &mut twins).unwrap();
         assert_eq!(counted.rendered.picture, case.picture, "{name}");
         let options = PathOptions {
             frames: 3,

@@ -24,7 +24,7 @@ const FLOW: [&str; 22] = [
     "units",
     "rust-hdl",
     // Both.
-    "kept",
+    "result-cache",
     "cycles",
     "gates",
     "rtl",

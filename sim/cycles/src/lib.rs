@@ -1,4 +1,5 @@
-//! Cycle models of the two units, written from their documented rules.
+//! Cycle models of the two units and of the MAC array, written from their documented rules, and
+//! meters that count a frame's work by them. Nothing here runs Verilog.
 //!
 //! [`gathering_unit`] and [`vector_unit`] step one clock cycle a call, and return every handshake,
 //! issue and counter of that cycle. [`closed`] computes the same totals for each MVoxel in closed
@@ -8,7 +9,9 @@
 //!
 //! [`GatherWork`] is the input of a gathering unit: golden tasks as a run of MVoxels, their beats as
 //! port words ([`BeatWords`]), and the order of feature beats. Counters of work and drivers of
-//! hardware share it. [`layouts`] counts one frame for several organisations.
+//! hardware share it. [`layouts`] counts one frame for several organisations. [`frame_meter`] and
+//! [`effect_meter`] observe the units' calls while a frame is rendered: its batches, and which
+//! cycles are for which effect.
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -29,11 +32,14 @@
 mod beat_words;
 pub mod closed;
 pub mod drive;
+pub mod effect_meter;
 pub mod exponential;
 pub mod feature_major;
+pub mod frame_meter;
 mod gather_work;
 pub mod gathering_unit;
 pub mod layouts;
+pub mod mac_array;
 mod organisation;
 mod rit_buffer;
 pub mod rounds;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use dramsim3::MemorySystem;
-use potamoi_system::soc::dram::{Access, Geometry, Timing};
+use potamoi_system::system_model::dram::{Access, Geometry, Timing};
 
 /// Its configuration: the sizes and delays of the model, the policies that the model says of
 /// itself. The file that comes with DRAMsim3 for 8 Gb x32 at 1600 MT/s has a bus of 64 bits,

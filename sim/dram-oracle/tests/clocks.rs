@@ -4,7 +4,7 @@
 mod common;
 
 use common::agree;
-use potamoi_system::soc::dram::Access;
+use potamoi_system::system_model::dram::Access;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

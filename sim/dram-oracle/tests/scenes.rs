@@ -11,7 +11,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
 use potamoi_scene::Scene;
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
-use potamoi_system::soc::dram::Access;
+use potamoi_system::system_model::dram::Access;
 
 const BURST: u64 = 32;
 /// Bursts of a sequence at most.

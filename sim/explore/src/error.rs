@@ -7,9 +7,9 @@ use potamoi_reference::UnitError;
 use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;
 use potamoi_synth::SynthError;
-use potamoi_system::runtime::RuntimeError;
-use potamoi_system::soc::work::WorkCacheError;
-use potamoi_system::soc::{CostError, ModelError};
+use potamoi_system::path_schedule::ScheduleError;
+use potamoi_system::system_model::work::WorkCacheError;
+use potamoi_system::system_model::{CostError, ModelError};
 use potamoi_warp::WarpError;
 use potamoi_warp::mesh::MeshError;
 use thiserror::Error;
@@ -38,7 +38,7 @@ pub enum ExploreError {
     Warp(#[from] WarpError),
     /// Scheduling of frames failed.
     #[error(transparent)]
-    Runtime(#[from] RuntimeError),
+    Runtime(#[from] ScheduleError),
     /// A mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
-use potamoi_system::soc::npu::Array;
-use potamoi_system::soc::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
-use potamoi_system::soc::{Costs, Memory, Model, Program, System};
+use potamoi_system::system_model::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
+use potamoi_system::system_model::{Costs, Memory, Model, Program, System};
 
 use crate::{ExploreError, Progress};
 
@@ -48,7 +48,7 @@ pub struct Setup {
     /// The system around the units.
     pub system: System,
     memory: Memory,
-    known: Known,
+    known: UnitParameters,
     costs: Costs,
     replay: Option<PathReplay>,
 }
@@ -65,7 +65,7 @@ impl Setup {
         scene: Scene,
         synth: Option<&Path>,
     ) -> Result<Self, ExploreError> {
-        let known = Known::read(&chosen.config, synth)?;
+        let known = UnitParameters::read(&chosen.config, synth)?;
         let costs = known.costs(&scene, &chosen.config)?;
         Ok(Self::of(scene, chosen, system, known, costs))
     }
@@ -80,7 +80,7 @@ impl Setup {
         scene: Scene,
         synth: Option<&Path>,
     ) -> Result<Self, ExploreError> {
-        let known = Known::read(&chosen.config, synth)?;
+        let known = UnitParameters::read(&chosen.config, synth)?;
         let costs = match known.costs(&scene, &chosen.config) {
             Ok(costs) => costs,
             Err(_) => known.costs(&scene, &Chosen::for_scene(&scene)?.config)?,
@@ -93,7 +93,7 @@ impl Setup {
         scene: Scene,
         Chosen { config, preset }: Chosen,
         system: &System,
-        known: Known,
+        known: UnitParameters,
         costs: Costs,
     ) -> Self {
         Self {
@@ -189,7 +189,7 @@ impl Setup {
     ///
     /// # Errors
     /// As [`WorkCache::frame`].
-    pub fn frame_of(&self, config: &Config, array: Array) -> Result<FrameWork, ExploreError> {
+    pub fn frame_of(&self, config: &Config, array: MacArray) -> Result<FrameWork, ExploreError> {
         let cache = self.system.gpu.cache_bytes;
         Ok(store()?.frame(&self.scene, config, array, cache)?.0)
     }
@@ -205,7 +205,7 @@ pub fn store() -> Result<WorkCache, ExploreError> {
 }
 
 /// Known unit parameters: a given file, then those that come with the program.
-struct Known {
+struct UnitParameters {
     reports: Vec<Synthesised>,
     /// Whether the first was given.
     is_given: bool,
@@ -213,7 +213,7 @@ struct Known {
     memories: SynthReport,
 }
 
-impl Known {
+impl UnitParameters {
     fn read(config: &Config, given: Option<&Path>) -> Result<Self, ExploreError> {
         let checked_in = Synthesised::checked_in()?;
         let memories = checked_in[0].report.clone();

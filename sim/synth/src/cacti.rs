@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use potamoi_kept as kept;
+use potamoi_result_cache as result_cache;
 use potamoi_verilated::child;
 use serde::{Deserialize, Serialize};
 
 use super::SynthError;
+use super::cache_keys::MemoryInputs;
 use super::error::cannot_keep;
-use super::kept_inputs::MemoryInputs;
 use super::scaling::Factors;
 use super::tools::{broken, says};
 use super::work_folder::WorkFolder;
@@ -159,7 +159,7 @@ impl Cacti {
         };
         std::fs::create_dir_all(&self.cache).map_err(cannot_keep(&self.cache))?;
         let kept = inputs.key().file(&self.cache, "json");
-        if let Some(figures) = kept::read(&kept) {
+        if let Some(figures) = result_cache::read(&kept) {
             return Ok(figures);
         }
         let folder = WorkFolder::new()?;
@@ -184,7 +184,7 @@ impl Cacti {
             let said = first.unwrap_or("no array of this size");
             fail(format!("no figures, {}: {said}", output.status))
         })?;
-        kept::write(&kept, &figures).map_err(cannot_keep(&kept))?;
+        result_cache::write(&kept, &figures).map_err(cannot_keep(&kept))?;
         Ok(figures)
     }
 }

@@ -6,12 +6,12 @@ use std::path::Path;
 use std::process::Command;
 
 use potamoi_formats::config::Config;
-use potamoi_kept as kept;
 use potamoi_netlist::{Header, verilog};
+use potamoi_result_cache as result_cache;
 use serde::{Deserialize, Serialize};
 
+use super::cache_keys::FpgaInputs;
 use super::error::{CHECK_VERSIONS, cannot_keep};
-use super::kept_inputs::FpgaInputs;
 use super::tools::{left_nothing, run, says};
 use super::work_folder::WorkFolder;
 use super::{SynthError, UnitKind};
@@ -189,7 +189,7 @@ pub fn place_and_route(
     };
     std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
     let kept = inputs.key().file(cache, "json");
-    if let Some(report) = kept::read(&kept) {
+    if let Some(report) = result_cache::read(&kept) {
         return Ok((report, true));
     }
 
@@ -218,7 +218,7 @@ pub fn place_and_route(
         what: "utilisation and clock".to_owned(),
         remedy: CHECK_VERSIONS,
     })?;
-    kept::write(&kept, &report).map_err(cannot_keep(&kept))?;
+    result_cache::write(&kept, &report).map_err(cannot_keep(&kept))?;
     Ok((report, false))
 }
 
@@ -230,11 +230,11 @@ fn read(text: &str, unit: &str) -> Option<FpgaUnit> {
         achieved: f64,
     }
     #[derive(Deserialize)]
-    struct Report {
+    struct NextpnrReport {
         fmax: BTreeMap<String, Clock>,
         utilization: BTreeMap<String, Part>,
     }
-    let report: Report = serde_json::from_str(text).ok()?;
+    let report: NextpnrReport = serde_json::from_str(text).ok()?;
     let part = |name: &str| report.utilization.get(name).copied();
     let clocks = report.fmax.values().map(|c| c.achieved);
     let clock_mhz = clocks.fold(f64::INFINITY, f64::min);

@@ -31,15 +31,14 @@
 
 mod access;
 mod attributes;
+mod cache_keys;
 mod cacti;
 mod cell_gates;
-mod ends;
 mod error;
 mod fanout;
 pub mod fit;
 mod fpga;
 pub mod grid;
-mod kept_inputs;
 mod liberty;
 mod library;
 mod lookup;
@@ -47,6 +46,7 @@ mod mapped_netlist;
 mod memories;
 mod netlist;
 mod parameters;
+mod path_ends;
 mod power;
 mod power_report;
 mod report;
@@ -63,7 +63,6 @@ mod work_folder;
 
 pub use access::{access_times, with_memories};
 pub use cacti::{Cacti, Figures, Settings, Shape};
-pub use ends::{PathEnd, path_ends};
 pub use error::SynthError;
 pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
 pub use library::{Cell, Library};
@@ -71,6 +70,7 @@ pub use mapped_netlist::{cell_functions, netlist};
 pub use memories::{Memories, MemoryReport, SYSTEM, macros, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
 pub use parameters::Synthesised;
+pub use path_ends::{PathEnd, path_ends};
 pub use power::{
     Extent, GatherWindow, Order, POWER_STEPS, Sampler, VectorWindow, Verified, estimate,
     verify_netlist,

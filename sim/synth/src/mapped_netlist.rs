@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use potamoi_kept as kept;
 use potamoi_netlist::{Header, Module, verilog};
+use potamoi_result_cache as result_cache;
 
+use crate::cache_keys::MappedInputs;
 use crate::error::cannot_keep;
-use crate::kept_inputs::MappedInputs;
 use crate::script::{LIBRARY, NETLIST, scripts};
 use crate::tools::{SYNTH, left_nothing};
 use crate::work_folder::WorkFolder;
@@ -105,7 +105,7 @@ impl Run<'_> {
             texts,
         };
         let kept = inputs.key().file(cache, "v");
-        if let Some(text) = kept::read_text(&kept) {
+        if let Some(text) = result_cache::read_text(&kept) {
             return Ok(text);
         }
         std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
@@ -118,7 +118,7 @@ impl Run<'_> {
         tools.yosys(folder.path(), SYNTH, unit)?;
         let text = folder.read(result);
         let text = text.ok_or_else(|| left_nothing("yosys", unit, "leaves no netlist"))?;
-        kept::write_text(&kept, &text).map_err(cannot_keep(&kept))?;
+        result_cache::write_text(&kept, &text).map_err(cannot_keep(&kept))?;
         Ok(text)
     }
 }

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use potamoi_kept as kept;
+use potamoi_result_cache as result_cache;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::cache_keys::RetimeInputs;
 use super::error::{CHECK_LIBRARY, cannot_keep};
-use super::kept_inputs::RetimeInputs;
 use super::script::{LIBRARY, NETLIST};
 use super::tools::TIMING;
 use super::work_folder::WorkFolder;
@@ -57,7 +57,7 @@ impl Retiming<'_> {
             others: wanted.others,
         };
         let kept = inputs.key().file(self.cache, "json");
-        if let Some(found) = kept::read(&kept) {
+        if let Some(found) = result_cache::read(&kept) {
             return Ok(found);
         }
         let folder = WorkFolder::new()?;
@@ -76,8 +76,8 @@ impl Retiming<'_> {
             what: wanted.what.to_owned(),
             remedy: CHECK_LIBRARY,
         })?;
-        kept::write(&kept, &found).map_err(cannot_keep(&kept))?;
+        result_cache::write(&kept, &found).map_err(cannot_keep(&kept))?;
         // As it is read again, so that nothing depends on whether it was kept.
-        Ok(kept::read(&kept).unwrap_or(found))
+        Ok(result_cache::read(&kept).unwrap_or(found))
     }
 }

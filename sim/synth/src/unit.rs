@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use potamoi_formats::config::Config;
-use potamoi_kept as kept;
 use potamoi_netlist::{Header, MemoryMacro, verilog};
+use potamoi_result_cache as result_cache;
 
+use super::cache_keys::UnitInputs;
 use super::error::{CHECK_LIBRARY, cannot_keep};
-use super::kept_inputs::UnitInputs;
 use super::netlist::{self, MemoryArea, ModuleArea, Types};
 use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, Scripts, scripts};
 use super::tools::{FINISH, SYNTH, TIMING, left_nothing};
@@ -75,8 +75,8 @@ pub fn synthesise(
     let key = inputs.key();
     std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
     let [kept, kept_netlist] = ["json", "v"].map(|ending| key.file(cache, ending));
-    if let Some((report, hash)) = kept::read::<(UnitReport, String)>(&kept)
-        && let Some(netlist) = kept::read_text(&kept_netlist)
+    if let Some((report, hash)) = result_cache::read::<(UnitReport, String)>(&kept)
+        && let Some(netlist) = result_cache::read_text(&kept_netlist)
         && hash_of(&netlist) == hash
     {
         return Ok(Made {
@@ -89,8 +89,8 @@ pub fn synthesise(
     let mapped = Mapped::run((unit, &files), &scripts, library, tools, step)?;
     let report = mapped.report(unit, library, macros, flop_memories)?;
     let netlist = mapped.netlist;
-    kept::write_text(&kept_netlist, &netlist).map_err(cannot_keep(&kept_netlist))?;
-    kept::write(&kept, &(&report, hash_of(&netlist))).map_err(cannot_keep(&kept))?;
+    result_cache::write_text(&kept_netlist, &netlist).map_err(cannot_keep(&kept_netlist))?;
+    result_cache::write(&kept, &(&report, hash_of(&netlist))).map_err(cannot_keep(&kept))?;
     Ok(Made {
         report,
         netlist,

@@ -1,9 +1,9 @@
 //! Model of the system around the units, and the scheduler of warped paths.
 //!
-//! [`soc`] counts a frame's work by the cycle models, and gives time and energy of it on the
-//! accelerator, a GPU, its memory and a link. [`runtime`] decides when references and targets of
-//! a warped sequence are rendered. [`effects`] says which cycles of a frame are for what. No
-//! Verilog is run for any of it.
+//! [`system_model`] counts a frame's work by the meters of `potamoi_cycles`, and gives time and
+//! energy of it on the accelerator, a GPU, its memory and a link. [`path_schedule`] decides when
+//! references and targets of a warped sequence are rendered. [`call_digest`] tells two frames apart
+//! by the calls of the units. No Verilog is run for any of it.
 //!
 //! # Example
 //!
@@ -13,8 +13,8 @@
 //! ```
 //! use potamoi_formats::config::Config;
 //! use potamoi_scene::Scene;
-//! use potamoi_system::soc::work::FrameWork;
-//! use potamoi_system::soc::{Memory, System, gpu_only};
+//! use potamoi_system::system_model::work::FrameWork;
+//! use potamoi_system::system_model::{Memory, System, gpu_only};
 //!
 //! let (config, system) = (Config::paper(), System::default());
 //! let mut scene = Scene::open("garden")?;
@@ -31,9 +31,9 @@
 //! # Ok::<(), potamoi_scene::SceneError>(())
 //! ```
 
-pub mod effects;
+pub mod call_digest;
 mod frame_scheduler;
 pub mod link;
-pub mod runtime;
-pub mod soc;
+pub mod path_schedule;
+pub mod system_model;
 mod trace_events;

@@ -48,7 +48,7 @@ pub struct Peer {
 
 /// Times of both drivers for the same cycles.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+pub struct DriverTimes {
     /// Cycles in each round.
     pub cycles: usize,
     /// Median processor time of a cycle driven from Rust, in nanoseconds.
@@ -143,7 +143,7 @@ impl Peer {
     /// # Errors
     /// [`Error::Peer`] when the stimulus is empty or no whole number of cycles, when `rounds` is
     /// 0, or when the two sides do not read the same; [`Error::Stopped`] when the model stops.
-    pub fn compare(&self, stimulus: &[u32], rounds: usize) -> Result<Report, Error> {
+    pub fn compare(&self, stimulus: &[u32], rounds: usize) -> Result<DriverTimes, Error> {
         let stimulus = self.masked(stimulus)?;
         if rounds == 0 {
             return Err(Error::Peer(
@@ -156,7 +156,7 @@ impl Peer {
         let file = folder.path().join("stimulus");
         let bytes: Vec<u8> = stimulus.iter().flat_map(|w| w.to_le_bytes()).collect();
         std::fs::write(&file, bytes).map_err(|e| Error::io("write", &file, &e))?;
-        let mut twin = Twin::start(&self.program, &file)?;
+        let mut twin = CppDriver::start(&self.program, &file)?;
         let (mut rust, mut cpp) = (Vec::new(), Vec::new());
         let mut checksum = 0;
         for round in 0..rounds {
@@ -181,7 +181,7 @@ impl Peer {
         }
         let per_cycle = |times: Vec<f64>| median(times) / cycles as f64;
         let (rust_ns, cpp_ns) = (per_cycle(rust), per_cycle(cpp));
-        Ok(Report {
+        Ok(DriverTimes {
             cycles,
             rust_ns,
             cpp_ns,
@@ -254,13 +254,13 @@ impl Peer {
 }
 
 /// The C++ program; it waits for a byte before each round.
-struct Twin {
+struct CppDriver {
     child: Child,
     ask: ChildStdin,
     answers: BufReader<ChildStdout>,
 }
 
-impl Twin {
+impl CppDriver {
     fn start(program: &Path, stimulus: &Path) -> Result<Self, Error> {
         let fail = |reason: String| Error::Peer(format!("the C++ test bench {reason}"));
         let mut child = Command::new(program)
@@ -270,7 +270,7 @@ impl Twin {
             .spawn()
             .map_err(|e| fail(format!("did not start: {e}")))?;
         match (child.stdin.take(), child.stdout.take()) {
-            (Some(ask), Some(answers)) => Ok(Twin {
+            (Some(ask), Some(answers)) => Ok(CppDriver {
                 child,
                 ask,
                 answers: BufReader::new(answers),
@@ -298,7 +298,7 @@ impl Twin {
     }
 }
 
-impl Drop for Twin {
+impl Drop for CppDriver {
     fn drop(&mut self) {
         // It has nothing to save, and one that has ended already is as good.
         let _ = self.child.kill();

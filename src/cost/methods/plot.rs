@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plotters::prelude::*;
-use potamoi_explore::accuracy::{Place, front};
+use potamoi_explore::accuracy::{CostQuality, front};
 use potamoi_explore::exponential::{Method, Peer};
 
 use super::PAPER;
@@ -58,8 +58,8 @@ pub(super) fn plot(path: &Path, methods: &[Method], peers: &[Peer]) -> Result<()
             .label_style(LETTERS)
             .max_light_lines(1)
             .draw()?;
-        let places: Vec<Place> = (methods.iter())
-            .map(|m| Place {
+        let places: Vec<CostQuality> = (methods.iter())
+            .map(|m| CostQuality {
                 cost: m.clocks,
                 quality: -m.max_ulp,
             })

@@ -37,7 +37,7 @@ struct Step {
 
 /// Where the next step is read.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct ReadPosition {
     half: usize,
     vertex: u32,
     channel: u64,
@@ -69,7 +69,7 @@ pub struct FeatureMajorModel {
     lanes: [Half; 2],
     fill_half: usize,
     fill_group: u32,
-    place: Place,
+    place: ReadPosition,
     step: Option<Step>,
     mft_loaded: [bool; 2],
     mft_begun: bool,
@@ -104,7 +104,7 @@ impl FeatureMajorModel {
             lanes: [Half::default(); 2],
             fill_half: 0,
             fill_group: 0,
-            place: Place::default(),
+            place: ReadPosition::default(),
             step: None,
             mft_loaded: [false; 2],
             mft_begun: false,

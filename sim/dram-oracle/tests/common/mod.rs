@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use potamoi_dram_oracle::clocks;
-use potamoi_system::soc::dram::{Access, Dram, Geometry, Timing};
+use potamoi_system::system_model::dram::{Access, Dram, Geometry, Timing};
 
 /// What the model may be off.
 const WITHIN: f64 = 0.03;

@@ -7,17 +7,17 @@ use potamoi_base::picture::Picture;
 use potamoi_formats::config::{Config, Layer};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
-use potamoi_system::soc::work::{Counted, FrameWork, PathOptions};
-use potamoi_system::soc::{Frames, Gathering, Model, Scenario, Variant};
+use potamoi_system::system_model::work::{Counted, FrameWork, PathOptions};
+use potamoi_system::system_model::{Frames, Gathering, Model, Scenario, Variant};
 use potamoi_warp::Profile;
 
-use super::front::Place;
+use super::image_quality::{ImageQuality, PixelError};
 use super::knobs::{Change, PathVariant, RenderChange, Setting};
-use super::likeness::{Likeness, PixelError};
+use super::local_search::Paths;
+use super::pareto_front::CostQuality;
 use super::point::{Point, priced};
 use super::price::Price;
-use super::search::Paths;
-use super::units::{Known, UnitErrors};
+use super::units::{UnitErrorCache, UnitErrors};
 use crate::{ExploreError, Setup, store};
 
 /// Frame rate of built-in paths.
@@ -29,8 +29,8 @@ struct Tried {
     scene: Scene,
     picture: Picture,
     work: FrameWork,
-    model: Likeness,
-    truth: Option<Likeness>,
+    model: ImageQuality,
+    truth: Option<ImageQuality>,
     frame_ns: f64,
     energy_mj: Option<f64>,
     area_mm2: Option<f64>,
@@ -44,7 +44,7 @@ pub struct Bench {
     model: Picture,
     truth: Option<Picture>,
     frames: u32,
-    known: Known,
+    known: UnitErrorCache,
     /// Results of path variants that were tried alone.
     alone: RefCell<Vec<(PathVariant, Moved)>>,
 }
@@ -67,7 +67,7 @@ impl Bench {
                 None => None,
             },
             frames,
-            known: Known::default(),
+            known: UnitErrorCache::default(),
             alone: RefCell::default(),
             setup,
         })
@@ -103,7 +103,7 @@ impl Bench {
         settings: &[&Setting],
         paths: Paths,
         price: Price,
-    ) -> Result<Option<Place>, ExploreError> {
+    ) -> Result<Option<CostQuality>, ExploreError> {
         let tried = self.tried(settings, paths)?;
         let costs = [Some(tried.frame_ns), tried.energy_mj, tried.area_mm2];
         Ok(priced(tried.model, tried.truth, costs, price))
@@ -184,8 +184,8 @@ impl Bench {
         let model = self.setup.model_of(&config, used);
         let run = model.frame(&work, Gathering::Unit)?;
         let mut tried = Tried {
-            model: Likeness::of(&rendered.picture, &self.model),
-            truth: (self.truth.as_ref()).map(|truth| Likeness::of(&rendered.picture, truth)),
+            model: ImageQuality::of(&rendered.picture, &self.model),
+            truth: (self.truth.as_ref()).map(|truth| ImageQuality::of(&rendered.picture, truth)),
             picture: rendered.picture,
             work,
             frame_ns: run.span_ns,
@@ -282,7 +282,7 @@ impl Tried {
     /// Scales time and energy by the path's ratios, and shifts the quality as the path's.
     fn move_by(&mut self, moved: &Moved) {
         let [way, full] = moved.truth;
-        self.model = Likeness::path(moved.model, self.model);
+        self.model = ImageQuality::path(moved.model, self.model);
         self.truth = self.truth.map(|frame| frame.moved(way, full));
         self.frame_ns *= moved.time;
         self.energy_mj = self.energy_mj.map(|own| own * moved.energy);

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::front::Place;
-use super::likeness::{Likeness, PixelError};
+use super::image_quality::{ImageQuality, PixelError};
+use super::pareto_front::CostQuality;
 use super::price::Price;
 use super::units::UnitErrors;
 
@@ -17,9 +17,9 @@ pub struct Point {
     /// Errors of the units' operations.
     pub units: UnitErrors,
     /// Quality against the float model.
-    pub model: Likeness,
+    pub model: ImageQuality,
     /// Quality against the ground truth that the model was sampled from, where it is known.
-    pub truth: Option<Likeness>,
+    pub truth: Option<ImageQuality>,
     /// Largest error of a pixel's channel against the float model; `None` for path variants.
     pub worst: Option<PixelError>,
     /// Cycles of the gathering unit for a full frame.
@@ -40,13 +40,13 @@ pub struct Point {
 impl Point {
     /// Quality and time.
     #[must_use]
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> CostQuality {
         place(self.model, self.truth, self.frame_ns)
     }
 
     /// Quality and another cost; `None` where that is not known.
     #[must_use]
-    pub fn priced(&self, price: Price) -> Option<Place> {
+    pub fn priced(&self, price: Price) -> Option<CostQuality> {
         let costs = [Some(self.frame_ns), self.energy_mj, self.area_mm2];
         priced(self.model, self.truth, costs, price)
     }
@@ -54,8 +54,8 @@ impl Point {
 
 /// Quality against the ground truth where it is known, else against the model. Equal pictures have
 /// infinite quality.
-fn place(model: Likeness, truth: Option<Likeness>, cost: f64) -> Place {
-    Place {
+fn place(model: ImageQuality, truth: Option<ImageQuality>, cost: f64) -> CostQuality {
+    CostQuality {
         cost,
         quality: truth.unwrap_or(model).db.unwrap_or(f64::INFINITY),
     }
@@ -63,10 +63,10 @@ fn place(model: Likeness, truth: Option<Likeness>, cost: f64) -> Place {
 
 /// [`place`] by time, energy or area; `None` where that is not known.
 pub(super) fn priced(
-    model: Likeness,
-    truth: Option<Likeness>,
+    model: ImageQuality,
+    truth: Option<ImageQuality>,
     costs: [Option<f64>; 3],
     price: Price,
-) -> Option<Place> {
+) -> Option<CostQuality> {
     price.of(costs).map(|cost| place(model, truth, cost))
 }

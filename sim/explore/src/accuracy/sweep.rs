@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::bench::Bench;
-use super::front::{Place, front, knee};
 use super::knobs::Knob;
+use super::pareto_front::{CostQuality, front, knee};
 use super::point::Point;
 use crate::system::{Rung, rungs};
 use crate::{ExploreError, Progress};
@@ -79,7 +79,7 @@ impl Sweep {
         }
         progress.now("three ways to the frame's time");
         let ladder = rungs(&bench.setup)?;
-        let places: Vec<Place> = points.iter().map(Point::place).collect();
+        let places: Vec<CostQuality> = points.iter().map(Point::place).collect();
         let front = front(&places);
         let scene = &bench.setup.scene;
         Ok(Self {

@@ -80,7 +80,7 @@ pub struct UnitErrors {
 
 /// Results that take long, computed once per model.
 #[derive(Debug, Default)]
-pub(super) struct Known {
+pub(super) struct UnitErrorCache {
     /// Operations that the model is rendered with.
     operations: OnceCell<Vec<OpCode>>,
     /// Bounds by analysis of netlists.
@@ -89,7 +89,7 @@ pub(super) struct Known {
     logistic: RefCell<HashMap<u32, Option<Rc<LogisticReference>>>>,
 }
 
-impl Known {
+impl UnitErrorCache {
     /// Netlist bound of an operation; `None` if it is not built or the unit is invalid.
     fn bound(&self, config: &Config, op: OpCode) -> Option<f64> {
         let key = format!("{op:?} {:?} {:?}", config.vu.ops, config.vu.exp);
@@ -145,7 +145,7 @@ fn has_rays(scene: &Scene, config: &Config) -> bool {
 }
 
 impl UnitErrors {
-    pub(super) fn of(scene: &Scene, config: &Config, known: &Known) -> Self {
+    pub(super) fn of(scene: &Scene, config: &Config, known: &UnitErrorCache) -> Self {
         let interpolates = scene.facts().tables.iter().any(|t| t.vertices == 8);
         Self {
             exponential: exponential(config, known),
@@ -169,7 +169,7 @@ impl UnitErrors {
     }
 }
 
-fn exponential(config: &Config, known: &Known) -> Option<UnitError> {
+fn exponential(config: &Config, known: &UnitErrorCache) -> Option<UnitError> {
     let exp = &config.vu.exp;
     if !config.vu.ops.contains(&OpCode::Exp) || exp.input.width() > 16 {
         return None;
@@ -191,7 +191,7 @@ fn even(n: u32, prime: u32) -> f64 {
     (f64::from(n) * f64::from(prime).sqrt()).fract()
 }
 
-fn one_minus_exp(config: &Config, known: &Known) -> UnitError {
+fn one_minus_exp(config: &Config, known: &UnitErrorCache) -> UnitError {
     let exp = &config.vu.exp;
     let twin = ReferenceExponential::new(exp);
     let bits = exp.one_minus_frac_bits as i32;
@@ -211,7 +211,12 @@ fn one_minus_exp(config: &Config, known: &Known) -> UnitError {
     }
 }
 
-fn logistic(scene: &Scene, config: &Config, known: &Known, of: Logistic) -> Option<UnitError> {
+fn logistic(
+    scene: &Scene,
+    config: &Config,
+    known: &UnitErrorCache,
+    of: Logistic,
+) -> Option<UnitError> {
     let exp = &config.vu.exp;
     let op = match of {
         Logistic::Sigmoid => OpCode::Sigmoid,
@@ -275,7 +280,7 @@ mod tests {
 
     /// Errors of a scene's units, as the text sets them.
     fn of(scene: &str) -> impl Fn(&str) -> UnitErrors {
-        let (scene, known) = (Scene::open(scene).unwrap(), Known::default());
+        let (scene, known) = (Scene::open(scene).unwrap(), UnitErrorCache::default());
         move |text| UnitErrors::of(&scene, &Config::from_toml(text, "test").unwrap(), &known)
     }
 

@@ -3,10 +3,11 @@
 use potamoi_analysis::{Finding, Hardware};
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::picture::Picture;
+use potamoi_cycles::effect_meter::{EffectCycles, EffectMeter};
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::{Rendered, Scene};
-use potamoi_system::effects::{Digest, EffectCycles, EffectMeter};
+use potamoi_system::call_digest::CallDigest;
 use serde::Serialize;
 
 use super::wall::{Pairs, Stopwatch};
@@ -24,7 +25,7 @@ impl Outcome {
     fn of(watch: &Stopwatch<'_>, scene: &Scene) -> Result<Self, ExploreError> {
         let mut twins = ReferenceUnits::new(watch.config);
         let mut meter = EffectMeter::new(watch.config);
-        let mut digest = Digest::default();
+        let mut digest = CallDigest::default();
         let mut units = Observed::new(&mut twins, watch.config)
             .by(&mut meter)
             .by(&mut digest);

@@ -3,10 +3,10 @@
 use potamoi_analysis::{Analysis, Finding, Hardware, LeftOut, Surroundings};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::{Choices, Effect};
+use potamoi_cycles::effect_meter::EffectMeter;
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
-use potamoi_system::effects::EffectMeter;
 use serde::Serialize;
 
 use super::compare::{Forced, Without};

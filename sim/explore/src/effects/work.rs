@@ -1,8 +1,8 @@
 //! Work of an effect, by unit.
 
 use potamoi_base::effects::Effect;
+use potamoi_cycles::effect_meter::EffectCycles;
 use potamoi_scene::{FrameCounts, Scene};
-use potamoi_system::effects::EffectCycles;
 use serde::Serialize;
 
 /// Work of an effect: the unit and the amount.

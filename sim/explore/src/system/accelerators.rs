@@ -1,10 +1,10 @@
 //! Comparison of Instant-NGP with `NeuRex` and `NGPC`, modelled by their published structure
 //! (paper, Sec. "Compared with Prior Works").
 
+use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::{Config, Modes, Organisation};
-use potamoi_system::soc::npu::Array;
-use potamoi_system::soc::work::PathWork;
-use potamoi_system::soc::{Gathering, Outcome, Scenario, Variant};
+use potamoi_system::system_model::work::PathWork;
+use potamoi_system::system_model::{Gathering, Outcome, Scenario, Variant};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -37,7 +37,7 @@ impl Accelerators {
     pub fn of(name: &str, setup: &Setup, path: &PathWork) -> Result<Self, ExploreError> {
         let model = setup.model();
         // Banks that hold whole vectors, lanes that want them, and a larger array.
-        let array = Array {
+        let array = MacArray {
             rows: NEUREX_SIDE,
             columns: NEUREX_SIDE,
             ..setup.system.array()

@@ -1,7 +1,7 @@
 //! Calibration of GPU efficiencies to the times in the paper.
 
-use potamoi_system::soc::work::FrameWork;
-use potamoi_system::soc::{Gpu, GpuOnlyTime, Memory, System, gpu_only};
+use potamoi_system::system_model::work::FrameWork;
+use potamoi_system::system_model::{Gpu, GpuOnlyTime, Memory, System, gpu_only};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};

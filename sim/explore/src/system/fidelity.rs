@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
-use potamoi_system::soc::Gathering;
-use potamoi_system::soc::work::{Counted, FrameWork, Replay};
+use potamoi_system::system_model::Gathering;
+use potamoi_system::system_model::work::{Counted, FrameWork, Replay};
 use serde::Serialize;
 
 use crate::{ExploreError, Progress, Setup};

@@ -1,10 +1,10 @@
 //! Saving by merging cells of splats into fuller `MVoxel`s.
 
+use potamoi_cycles::frame_meter::Batch;
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_splats::{Cells, Octree};
-use potamoi_system::soc::Gathering;
-use potamoi_system::soc::work::Batch;
+use potamoi_system::system_model::Gathering;
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};

@@ -1,8 +1,8 @@
 //! Results of the system for a scene's path.
 
 use potamoi_base::camera::Camera;
-use potamoi_system::soc::work::{PathOptions, PathReplay, PathWork};
-use potamoi_system::soc::{Gathered, Outcome, Scenario, Timeline, Variant};
+use potamoi_system::system_model::work::{PathOptions, PathReplay, PathWork};
+use potamoi_system::system_model::{Gathered, Outcome, Scenario, Timeline, Variant};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -47,7 +47,7 @@ impl Modelled {
     /// outermost. Also returns the timeline of the last.
     ///
     /// # Errors
-    /// As [`Model::run`](potamoi_system::soc::Model::run).
+    /// As [`Model::run`](potamoi_system::system_model::Model::run).
     pub fn of(
         (path, was_kept): (&PathWork, bool),
         setup: &Setup,

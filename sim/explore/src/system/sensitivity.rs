@@ -1,7 +1,7 @@
 //! Sensitivity of the results to calibrated and assumed parameters, and results without a GPU.
 
-use potamoi_system::soc::work::PathWork;
-use potamoi_system::soc::{Gpu, Model, Scenario, System, Variant};
+use potamoi_system::system_model::work::PathWork;
+use potamoi_system::system_model::{Gpu, Model, Scenario, System, Variant};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};

@@ -97,7 +97,7 @@ impl Footage {
 
     /// Quality of the model's full frames against the ground truth; `None` where that is not known.
     #[must_use]
-    pub fn quality(&self) -> Option<Likeness> {
+    pub fn quality(&self) -> Option<ImageQuality> {
         let mut sums = Sums::default();
         for (full, truth) in self.full.iter().zip(&self.truth) {
             sums.add(&full.picture, truth.as_ref()?, |_| true);
@@ -108,7 +108,7 @@ impl Footage {
 
 /// Quality of a picture or a sequence against another.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Likeness {
+pub struct ImageQuality {
     /// PSNR in dB from the mean squared error over all counted pixels, peak 1; `None` where they
     /// are equal.
     pub psnr_db: Option<f64>,
@@ -145,9 +145,9 @@ impl Sums {
         }
     }
 
-    fn likeness(&self) -> Option<Likeness> {
+    fn likeness(&self) -> Option<ImageQuality> {
         let finite = |v: f64| v.is_finite().then_some(v);
-        (self.frames > 0).then(|| Likeness {
+        (self.frames > 0).then(|| ImageQuality {
             psnr_db: finite(decibels(self.squared / self.pixels)),
             mean_psnr_db: finite(self.psnr / self.frames as f64),
             ssim: (self.ssims > 0).then(|| self.ssim / self.ssims as f64),
@@ -165,9 +165,9 @@ pub struct Part {
     /// Pixels by origin.
     pub pixels: Counts,
     /// Quality against the model's full frames.
-    pub model: Option<Likeness>,
+    pub model: Option<ImageQuality>,
     /// Quality against the ground truth.
-    pub truth: Option<Likeness>,
+    pub truth: Option<ImageQuality>,
 }
 
 /// Quality of one frame.

@@ -4,14 +4,14 @@ use std::time::Instant;
 
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Notes;
-use potamoi_system::runtime::Schedule;
+use potamoi_system::path_schedule::Schedule;
 use potamoi_warp::{Counts, Frame, Geometry, Plan, PlanOptions, Rule, Warper};
 
+use super::method::MethodSettings;
 use super::quality::{Footage, Measured, Truth};
 use super::source::{Depth, Source};
 use super::timetable::{Times, Timetable, Timing, given_up};
 use super::variant::{Variant, Warping};
-use super::way::Way;
 use crate::{ExploreError, Progress};
 
 /// A study of several methods on one path.
@@ -34,7 +34,7 @@ pub struct Study<'a> {
 #[derive(Debug, Clone)]
 pub struct PlannedWay {
     /// The method.
-    pub way: Way,
+    pub way: MethodSettings,
     /// Rule that classifies pixels.
     pub rule: Rule,
     /// Plan of references.
@@ -128,7 +128,7 @@ impl Study<'_> {
     /// the frames too, which are then rendered again.
     fn frames<'f, E: From<ExploreError>>(
         &self,
-        way: &Way,
+        way: &MethodSettings,
         warper: Warper<'_>,
         plan: &Plan,
         footage: &'f Footage,

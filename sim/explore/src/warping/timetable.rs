@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use potamoi_base::camera::Camera;
 use potamoi_system::link;
-use potamoi_system::runtime::{
+use potamoi_system::path_schedule::{
     Link, LinkUse, Made, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
     live, schedule,
 };

@@ -1,13 +1,13 @@
 //! Results of rendering methods.
 
 use potamoi_base::camera::Camera;
-use potamoi_system::runtime::Schedule;
+use potamoi_system::path_schedule::Schedule;
 use potamoi_warp::{Plan, PlanOptions, ReferenceFrom};
 use serde::Serialize;
 
-use super::quality::{FrameQuality, Likeness, Measured, Part};
+use super::method::{Method, MethodSettings};
+use super::quality::{FrameQuality, ImageQuality, Measured, Part};
 use super::timetable::Timing;
-use super::way::{Method, Way};
 
 /// Results for one scene.
 #[derive(Debug, Clone, Serialize)]
@@ -23,7 +23,7 @@ pub struct Warping {
     /// Frames a second, where the rate can be chosen.
     pub fps: Option<f64>,
     /// Quality of the model's full frames against the ground truth.
-    pub model: Option<Likeness>,
+    pub model: Option<ImageQuality>,
     /// Results by method.
     pub variants: Vec<Variant>,
     /// Items that the model's file leaves open.
@@ -84,7 +84,7 @@ pub struct Prediction {
 impl Variant {
     /// Results of a method whose source of depth has this name.
     pub(super) fn new(
-        way: &Way,
+        way: &MethodSettings,
         depth: String,
         measured: Measured<'_>,
         plan: &Plan,
@@ -128,8 +128,8 @@ impl Variant {
     /// Loss of PSNR against the ground truth relative to the model's own, in dB, from means over
     /// frames.
     #[must_use]
-    pub fn loss(&self, model: Option<&Likeness>) -> Option<f64> {
-        let psnr = |l: Option<&Likeness>| l?.mean_psnr_db;
+    pub fn loss(&self, model: Option<&ImageQuality>) -> Option<f64> {
+        let psnr = |l: Option<&ImageQuality>| l?.mean_psnr_db;
         Some(psnr(model)? - psnr(self.frame.truth.as_ref())?)
     }
 

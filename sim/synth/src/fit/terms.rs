@@ -3,8 +3,8 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 
-use crate::ends::OUTPUTS;
 use crate::grid::Family;
+use crate::path_ends::OUTPUTS;
 
 /// Numbers that terms depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]

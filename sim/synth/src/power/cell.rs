@@ -2,8 +2,8 @@
 
 use potamoi_gates::{Gate, Truth};
 
-use super::lack::Lack;
 use super::table::{Table, Tables};
+use super::unavailable::Unavailable;
 use crate::liberty::Group;
 
 /// Internal energy of a cell for a transition of a pin, in the library's unit: of its capacitance
@@ -74,16 +74,21 @@ pub(super) struct CellPower {
 pub(super) type Class = ([Vec<usize>; 2], bool);
 
 impl CellPower {
-    pub(super) fn read(tables: &Tables<'_>, cell: &Group, gate: &Gate) -> Result<Self, Lack> {
+    pub(super) fn read(
+        tables: &Tables<'_>,
+        cell: &Group,
+        gate: &Gate,
+    ) -> Result<Self, Unavailable> {
         let clock = gate.flop.as_ref().map(|f| f.clock.as_str());
         let pin = |name: &str| cell.groups("pin").find(|p| p.name() == name);
-        let load = |name: &str| -> Result<f64, Lack> {
-            let pin = pin(name).ok_or_else(|| Lack::of(gate, "no pin"))?;
+        let load = |name: &str| -> Result<f64, Unavailable> {
+            let pin = pin(name).ok_or_else(|| Unavailable::of(gate, "no pin"))?;
             let text = pin.value("capacitance");
             let number = text
                 .and_then(|t| t.parse().ok())
                 .filter(|v: &f64| *v >= 0.0);
-            number.ok_or_else(|| Lack::of(gate, &format!("no capacitance of its pin {name}")))
+            number
+                .ok_or_else(|| Unavailable::of(gate, &format!("no capacitance of its pin {name}")))
         };
         let mut found = Self {
             energies: vec![],
@@ -117,7 +122,7 @@ impl CellPower {
             found.inputs.push(own.transpose()?.unwrap_or_default());
         }
         for name in &gate.outputs {
-            let own = pin(name).ok_or_else(|| Lack::of(gate, "no pin"))?;
+            let own = pin(name).ok_or_else(|| Unavailable::of(gate, "no pin"))?;
             let (mut energies, mut timings) = (vec![], vec![]);
             for cause in &causes {
                 energies.push(found.energies(tables, own, Some(cause), &names)?);
@@ -126,11 +131,11 @@ impl CellPower {
             // Cells without inputs tie nets to 0 or 1.
             if !causes.is_empty() && energies.iter().all(Vec::is_empty) {
                 let what = format!("no internal_power of its output {name}");
-                return Err(Lack::of(gate, &what));
+                return Err(Unavailable::of(gate, &what));
             }
             if let Some(i) = timings.iter().position(Vec::is_empty) {
                 let what = format!("no delay from {} to {name}", causes[i]);
-                return Err(Lack::of(gate, &what));
+                return Err(Unavailable::of(gate, &what));
             }
             found.outputs.push(energies);
             found.timings.push(timings);
@@ -146,7 +151,7 @@ impl CellPower {
         pin: &Group,
         related: Option<&str>,
         names: &[&str],
-    ) -> Result<Vec<usize>, Lack> {
+    ) -> Result<Vec<usize>, Unavailable> {
         let mut found: Vec<(Option<&str>, usize)> = vec![];
         for group in pin.groups("internal_power") {
             let is_related = match (group.value("related_pin"), related) {
@@ -191,7 +196,7 @@ impl CellPower {
 
     /// Refuses a cell that yields energy over a full cycle of transitions: its measurement is
     /// wrong.
-    fn check(&self, gate: &Gate) -> Result<(), Lack> {
+    fn check(&self, gate: &Gate) -> Result<(), Unavailable> {
         for (output, name) in self.outputs.iter().zip(&gate.outputs) {
             let all: Vec<usize> = output.iter().flatten().copied().collect();
             let both = |e: &usize| {
@@ -201,7 +206,7 @@ impl CellPower {
             let sum: f64 = all.iter().map(both).sum();
             if sum < 0.0 {
                 let what = format!("negative internal_power of its output {name}, up and down");
-                return Err(Lack::of(gate, &what));
+                return Err(Unavailable::of(gate, &what));
             }
         }
         Ok(())
@@ -265,19 +270,19 @@ impl CellPower {
     }
 }
 
-fn timing(tables: &Tables<'_>, pin: &Group, cause: &str) -> Result<Vec<Timing>, Lack> {
+fn timing(tables: &Tables<'_>, pin: &Group, cause: &str) -> Result<Vec<Timing>, Unavailable> {
     let mut found = vec![];
     for group in pin.groups("timing") {
         let related = group.value("related_pin").unwrap_or_default();
         if !related.split_whitespace().any(|p| p == cause) {
             continue;
         }
-        let read = |kind: &'static str| -> Result<Option<Table>, Lack> {
+        let read = |kind: &'static str| -> Result<Option<Table>, Unavailable> {
             let table = group.groups(kind).next();
             let table = table.map(|t| tables.read(t, "lu_table_template"));
             Ok(table.transpose()?)
         };
-        let pair = |fall, rise| -> Result<Option<[Table; 2]>, Lack> {
+        let pair = |fall, rise| -> Result<Option<[Table; 2]>, Unavailable> {
             Ok(match (read(fall)?, read(rise)?) {
                 (Some(fall), Some(rise)) => Some([fall, rise]),
                 _ => None,
@@ -297,8 +302,8 @@ fn timing(tables: &Tables<'_>, pin: &Group, cause: &str) -> Result<Vec<Timing>, 
 
 /// Leakage in no particular state, in the library's unit; a mean over states where only those are
 /// given.
-fn leakage(tables: &Tables<'_>, cell: &Group, gate: &Gate) -> Result<f64, Lack> {
-    let number = |group: &Group, name: &str| -> Result<Option<f64>, Lack> {
+fn leakage(tables: &Tables<'_>, cell: &Group, gate: &Gate) -> Result<f64, Unavailable> {
+    let number = |group: &Group, name: &str| -> Result<Option<f64>, Unavailable> {
         let Some(text) = group.value(name) else {
             return Ok(None);
         };
@@ -329,5 +334,5 @@ fn leakage(tables: &Tables<'_>, cell: &Group, gate: &Gate) -> Result<f64, Lack> 
     };
     found
         .filter(|v| *v >= 0.0)
-        .ok_or_else(|| Lack::of(gate, "no leakage of 0 or more"))
+        .ok_or_else(|| Unavailable::of(gate, "no leakage of 0 or more"))
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use potamoi_gates::Flat;
 
 use super::count::Energies;
-use super::still::Still;
+use super::static_data::StaticData;
 use crate::netlist::ModuleArea;
 
 /// A kind of module in a slice.
@@ -32,7 +32,7 @@ pub(super) struct Slice {
 }
 
 impl Slice {
-    pub(super) fn new(size: u64, still: &Still, energies: &[Energies]) -> Self {
+    pub(super) fn new(size: u64, still: &StaticData, energies: &[Energies]) -> Self {
         let flat: &Flat = &still.flat;
         let mut own = vec![[0u64; 2]; flat.modules.len()];
         for cell in &flat.cells {

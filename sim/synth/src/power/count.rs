@@ -6,7 +6,7 @@ use std::sync::Arc;
 use potamoi_gates::{Flat, Watch};
 
 use super::cell::{CellPower, Class};
-use super::still::Still;
+use super::static_data::StaticData;
 
 /// Energy classes of the transitions of a kind of cell.
 #[derive(Debug, Default)]
@@ -132,7 +132,7 @@ impl Energies {
 }
 
 impl Counter {
-    pub(super) fn new(still: &Still) -> Self {
+    pub(super) fn new(still: &StaticData) -> Self {
         let flat = still.flat.clone();
         let kinds: Vec<Kind> = flat
             .gates
@@ -181,7 +181,7 @@ impl Counter {
     }
 
     /// Energies of the counts over `cycles`, by kind of module.
-    pub(super) fn energies(&self, still: &Still, cycles: u64) -> Vec<Energies> {
+    pub(super) fn energies(&self, still: &StaticData, cycles: u64) -> Vec<Energies> {
         let units = &still.units;
         let mut sums = vec![Energies::default(); self.flat.modules.len()];
         let charge = |load: f64| 0.5 * load * units.load_ff * units.volts * units.volts;

@@ -7,17 +7,17 @@ use std::sync::Arc;
 
 use potamoi_formats::config::{Config, rules};
 use potamoi_gates::Flat;
-use potamoi_kept as kept;
 use potamoi_netlist::Module;
+use potamoi_result_cache as result_cache;
 
-use super::lack::Lack;
 use super::library::PowerLibrary;
 use super::measure::{Measured, Work, measure};
 use super::order::{Extent, Order};
-use super::still::{Still, named_loads};
+use super::static_data::{StaticData, named_loads};
 use super::total::Ran;
+use super::unavailable::Unavailable;
+use crate::cache_keys::PowerInputs;
 use crate::error::cannot_keep;
-use crate::kept_inputs::PowerInputs;
 use crate::mapped_netlist::netlist;
 use crate::power_report::{Power, PowerReport};
 use crate::{SynthError, UnitKind};
@@ -46,18 +46,18 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
     };
     let parts = order.parts(&work, cache)?;
     let kept = order.inputs(&parts).key().file(cache, "json");
-    if let Some(power) = kept::read(&kept) {
+    if let Some(power) = result_cache::read(&kept) {
         return Ok(power);
     }
     let power = match order.compute(&work, &parts, &measure) {
         Ok(report) => Power::Estimated(Box::new(report)),
-        Err(Lack::Absent(absent)) => Power::Absent { absent },
-        Err(Lack::Wrong(error)) => return Err(error),
+        Err(Unavailable::Absent(absent)) => Power::Absent { absent },
+        Err(Unavailable::Wrong(error)) => return Err(error),
     };
     std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
-    kept::write(&kept, &power).map_err(cannot_keep(&kept))?;
+    result_cache::write(&kept, &power).map_err(cannot_keep(&kept))?;
     // As it is read again, so that nothing depends on whether it was kept.
-    Ok(kept::read(&kept).unwrap_or(power))
+    Ok(result_cache::read(&kept).unwrap_or(power))
 }
 
 /// A netlist to simulate, with its work, run after run.
@@ -72,7 +72,7 @@ pub(super) struct Part {
 }
 
 /// Simulates work on a netlist, with delays or without.
-pub(super) type Measure = dyn Fn(&Still, &Config, &Work, bool) -> Result<Measured, SynthError>;
+pub(super) type Measure = dyn Fn(&StaticData, &Config, &Work, bool) -> Result<Measured, SynthError>;
 
 /// Banks or lanes of slices of two sizes for each of the unit's kinds, with weights. Both sizes
 /// cover the same ones: the larger slice all at once, the smaller one some at a time.
@@ -176,7 +176,7 @@ impl Order<'_> {
         work: &Work,
         parts: &[Part],
         measure: &Measure,
-    ) -> Result<PowerReport, Lack> {
+    ) -> Result<PowerReport, Unavailable> {
         let mut ran = vec![];
         for (part, still) in parts.iter().zip(self.stills(parts)?) {
             let runs = [false, true].map(|is_delayed| -> Result<Vec<Measured>, SynthError> {
@@ -197,7 +197,7 @@ impl Order<'_> {
     }
 
     /// The parts' netlists. Nets that fan out to all banks or lanes are slower in the whole unit.
-    fn stills(&self, parts: &[Part]) -> Result<Vec<Still>, Lack> {
+    fn stills(&self, parts: &[Part]) -> Result<Vec<StaticData>, Unavailable> {
         let library = PowerLibrary::read(self.library)?;
         let whole = match parts {
             [_] => BTreeMap::new(),
@@ -208,7 +208,7 @@ impl Order<'_> {
         };
         let still = |part: &Part| {
             let flat = self.flat(&library, &part.netlist, &part.module)?;
-            Still::new(&library, &Arc::new(flat), &whole)
+            StaticData::new(&library, &Arc::new(flat), &whole)
         };
         parts.iter().map(still).collect()
     }

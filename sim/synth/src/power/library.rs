@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use potamoi_gates::{Flat, Gate};
 
 use super::cell::{CellPower, Timing};
-use super::lack::Lack;
 use super::table::Tables;
+use super::unavailable::Unavailable;
 use crate::cell_gates::gates;
 use crate::liberty::{self, Group};
 use crate::{Library, SynthError};
@@ -56,26 +56,26 @@ impl PowerLibrary {
     }
 
     /// Data of the cells of a netlist, in the order of its gates.
-    pub(super) fn cells(&self, flat: &Flat) -> Result<Vec<CellPower>, Lack> {
+    pub(super) fn cells(&self, flat: &Flat) -> Result<Vec<CellPower>, Unavailable> {
         if self.units.volts <= 0.0 {
             let what = "the library has no nom_voltage above 0";
-            return Err(Lack::Absent(what.to_owned()));
+            return Err(Unavailable::Absent(what.to_owned()));
         }
         flat.gates.iter().map(|gate| self.cell(gate)).collect()
     }
 
-    fn cell(&self, gate: &Gate) -> Result<CellPower, Lack> {
+    fn cell(&self, gate: &Gate) -> Result<CellPower, Unavailable> {
         let tables = Tables::of(&self.file, &self.origin);
         let cell = self.file.groups("cell").find(|c| c.name() == gate.name);
-        let cell = cell.ok_or_else(|| Lack::of(gate, "no cell"))?;
+        let cell = cell.ok_or_else(|| Unavailable::of(gate, "no cell"))?;
         CellPower::read(&tables, cell, gate)
     }
 
     /// Assumed transition of inputs, memories and the clock: that of the smallest buffer loaded
     /// with four of its inputs, driven by another one.
-    pub(super) fn transition(&self) -> Result<f64, Lack> {
+    pub(super) fn transition(&self) -> Result<f64, Unavailable> {
         let gate = self.gates.get(&self.buffer).and_then(|g| g.as_ref().ok());
-        let what = || Lack::Absent(format!("the buffer {} has no delays", self.buffer));
+        let what = || Unavailable::Absent(format!("the buffer {} has no delays", self.buffer));
         let buffer = self.cell(gate.ok_or_else(what)?)?;
         let timing: &Timing = buffer.timings[0][0].first().ok_or_else(what)?;
         let mut transition = timing.first_transition();
@@ -91,7 +91,7 @@ pub(crate) fn usual_transition_ps(library: &Library) -> Result<Option<f64>, Synt
     let own = PowerLibrary::read(library)?;
     match own.transition() {
         Ok(transition) => Ok(Some(transition * own.units.time_ps)),
-        Err(Lack::Absent(_)) => Ok(None),
-        Err(Lack::Wrong(error)) => Err(error),
+        Err(Unavailable::Absent(_)) => Ok(None),
+        Err(Unavailable::Wrong(error)) => Err(error),
     }
 }

@@ -8,7 +8,7 @@ use potamoi_rtl::{GateEngine, RtlError, VectorBatch};
 
 use super::activity::{GatherWindow, VectorWindow};
 use super::count::{Counter, Energies};
-use super::still::Still;
+use super::static_data::StaticData;
 use crate::SynthError;
 
 /// Idle cycles measured after the work.
@@ -90,7 +90,7 @@ pub(super) struct Measured {
 /// Simulates work on a netlist, compared with golden results in every output bit and every cycle,
 /// with the cells' delays or without.
 pub(super) fn measure(
-    still: &Still,
+    still: &StaticData,
     config: &Config,
     work: &Work,
     is_delayed: bool,

@@ -16,15 +16,15 @@ mod cell;
 mod compose;
 mod count;
 mod estimate;
-mod lack;
 mod library;
 mod measure;
 mod order;
-mod still;
+mod static_data;
 mod table;
 #[cfg(test)]
 mod tests;
 mod total;
+mod unavailable;
 mod verify;
 
 pub use activity::{GatherWindow, Sampler, VectorWindow};

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use potamoi_gates::Flat;
 
 use super::count::Counter;
-use super::lack::Lack;
 use super::library::PowerLibrary;
-use super::still::{Still, named_loads};
+use super::static_data::{StaticData, named_loads};
+use super::unavailable::Unavailable;
 use crate::{Library, SynthError};
 
 const HANDFUL: &str = include_str!("../../cells/handful.lib");
@@ -26,9 +26,9 @@ fn library(text: &str) -> Result<PowerLibrary, SynthError> {
 const TURNS: &str = "module top(clk, y);\n input clk;\n output y;\n wire q;\n\
     DFF d (.CK(clk), .D(y), .Q(q));\n INV i (.A(q), .Y(y));\nendmodule\n";
 
-fn still(library: &PowerLibrary, netlist: &str) -> Result<Still, Lack> {
+fn still(library: &PowerLibrary, netlist: &str) -> Result<StaticData, Unavailable> {
     let flat = Flat::new(netlist, "top", &library.gates, &BTreeMap::new()).unwrap();
-    Still::new(library, &Arc::new(flat), &BTreeMap::new())
+    StaticData::new(library, &Arc::new(flat), &BTreeMap::new())
 }
 
 /// All values are worked out from the model at the head of the library.
@@ -92,7 +92,7 @@ fn nets_of_a_larger_unit_are_as_slow_as_there() {
     let loads = named_loads(&library, &flat).unwrap();
     assert!((loads["q"] - 1.0).abs() < 1e-9 && (loads["y"] - 4.9).abs() < 1e-9);
     let whole = BTreeMap::from([("q".to_owned(), 31.0)]);
-    let found = Still::new(&library, &flat, &whole).unwrap();
+    let found = StaticData::new(&library, &flat, &whole).unwrap();
     let (q, y) = (flat.inputs(1)[0], flat.inputs(0)[0]);
     let at_q = 2.2 * 4.0 * (3.0 + 31.0) + 0.1 * found.clock_transition;
     assert!((found.load(q) - 1.0).abs() < 1e-9 && (found.far_load(q) - 31.0).abs() < 1e-9);
@@ -137,9 +137,9 @@ fn conditions_and_rails_are_heeded() {
     }
 }
 
-fn lack(text: &str) -> Lack {
+fn lack(text: &str) -> Unavailable {
     library(text)
-        .map_err(Lack::from)
+        .map_err(Unavailable::from)
         .and_then(|library| still(&library, TURNS).map(drop))
         .unwrap_err()
 }
@@ -173,8 +173,8 @@ fn what_a_library_does_not_say_is_absent_and_what_is_wrong_is_an_error() {
         let text = HANDFUL.replace(from, to);
         assert_ne!(text, HANDFUL, "{from}");
         match lack(&text) {
-            Lack::Absent(why) => assert!(why.contains(expected), "{why}"),
-            Lack::Wrong(error) => unreachable!("{error}"),
+            Unavailable::Absent(why) => assert!(why.contains(expected), "{why}"),
+            Unavailable::Wrong(error) => unreachable!("{error}"),
         }
     }
     for (from, to, expected) in [
@@ -194,7 +194,7 @@ fn what_a_library_does_not_say_is_absent_and_what_is_wrong_is_an_error() {
         let text = HANDFUL.replacen(from, to, 1);
         assert_ne!(text, HANDFUL, "{from}");
         match lack(&text) {
-            Lack::Wrong(error @ SynthError::Liberty { .. }) => {
+            Unavailable::Wrong(error @ SynthError::Liberty { .. }) => {
                 assert!(error.to_string().contains(expected), "{error}");
             }
             other => unreachable!("{expected}: {other:?}"),

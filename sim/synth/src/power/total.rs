@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::compose::{Slice, compose};
 use super::count::Energies;
-use super::lack::Lack;
 use super::measure::{Measured, Work};
 use super::order::Order;
-use super::still::Still;
+use super::static_data::StaticData;
+use super::unavailable::Unavailable;
 use crate::UnitKind;
 use crate::power_report::{Activity, Figures, ModulePower, PowerReport};
 
@@ -15,7 +15,7 @@ use crate::power_report::{Activity, Figures, ModulePower, PowerReport};
 pub(super) struct Ran {
     /// Banks or lanes.
     pub(super) size: u64,
-    pub(super) still: Still,
+    pub(super) still: StaticData,
     /// Weight of each work in the energy.
     pub(super) shares: Vec<f64>,
     /// Measurements of each work, without and with delays.
@@ -24,8 +24,8 @@ pub(super) struct Ran {
 
 impl Order<'_> {
     /// Report from slices, the smaller first, or from the whole unit.
-    pub(super) fn report(&self, work: &Work, ran: &[Ran]) -> Result<PowerReport, Lack> {
-        let nothing = || Lack::Absent("nothing was simulated".to_owned());
+    pub(super) fn report(&self, work: &Work, ran: &[Ran]) -> Result<PowerReport, Unavailable> {
+        let nothing = || Unavailable::Absent("nothing was simulated".to_owned());
         let Ran {
             still: largest,
             shares,
@@ -35,7 +35,7 @@ impl Order<'_> {
         let last = runs[0].first().ok_or_else(nothing)?;
         let mut ways = vec![];
         for way in 0..2 {
-            let of = |pick: fn(&Measured) -> &[Energies]| -> Result<_, Lack> {
+            let of = |pick: fn(&Measured) -> &[Energies]| -> Result<_, Unavailable> {
                 let slices = ran.iter().map(|own| {
                     let slice = |m| Slice::new(own.size, &own.still, pick(m));
                     let all: Vec<Slice> = own.runs[way].iter().map(slice).collect();
@@ -101,13 +101,13 @@ impl Order<'_> {
     }
 
     /// The whole unit, composed of slices or measured itself.
-    fn whole(&self, slices: &[Slice]) -> Result<Whole, Lack> {
+    fn whole(&self, slices: &[Slice]) -> Result<Whole, Unavailable> {
         let (report, _) = self.made;
         match slices {
             [small, large] => {
                 let pair = [small.clone(), large.clone()];
                 compose(&pair, self.size().into(), &report.modules).map_err(|module| {
-                    Lack::Absent(format!("its module {module} is in no slice of it"))
+                    Unavailable::Absent(format!("its module {module} is in no slice of it"))
                 })
             }
             _ => {
@@ -220,7 +220,7 @@ mod tests {
 
     /// For k runs: k fJ a lane without delays and twice that with them, as much for the unit around
     /// the lanes, and internally one femtojoule for each unit of load on `q`.
-    fn measured(still: &Still, work: &Work, is_delayed: bool) -> Measured {
+    fn measured(still: &StaticData, work: &Work, is_delayed: bool) -> Measured {
         let Work::Vector(window) = work else {
             unreachable!("lanes alone")
         };
@@ -283,7 +283,7 @@ mod tests {
             part(1, &[(0.25, 1), (0.75, 3)]),
             part(2, &[(0.75, 2), (0.25, 4)]),
         ];
-        let run = |still: &Still, _: &Config, work: &Work, is_delayed: bool| {
+        let run = |still: &StaticData, _: &Config, work: &Work, is_delayed: bool| {
             Ok(measured(still, work, is_delayed))
         };
         let found = order.compute(&work(2, 24), &parts, &run).unwrap();

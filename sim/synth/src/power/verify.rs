@@ -7,10 +7,10 @@ use potamoi_formats::config::Config;
 use potamoi_gates::{Flat, NoCount};
 
 use super::activity::Sampler;
-use super::lack::Lack;
 use super::library::PowerLibrary;
 use super::measure::Work;
-use super::still::Still;
+use super::static_data::StaticData;
+use super::unavailable::Unavailable;
 use crate::{Library, SynthError, UnitKind};
 
 /// Amount compared.
@@ -50,10 +50,10 @@ pub fn verify_netlist(
     let cells = PowerLibrary::read(library)?;
     let memories = unit.module(config)?.memory_modules();
     let flat = Flat::new(netlist, unit.top(), &cells.gates, &memories).map_err(wrong)?;
-    let still = Still::new(&cells, &Arc::new(flat), &BTreeMap::new());
+    let still = StaticData::new(&cells, &Arc::new(flat), &BTreeMap::new());
     let still = still.map_err(|lack| match lack {
-        Lack::Absent(what) => wrong(what),
-        Lack::Wrong(error) => error,
+        Unavailable::Absent(what) => wrong(what),
+        Unavailable::Wrong(error) => error,
     })?;
     let mut verified = Verified {
         runs: 0,

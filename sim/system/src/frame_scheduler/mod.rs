@@ -9,9 +9,9 @@
 //!
 //! [`FrameScheduler`] keeps these rules for both executors. It has neither renderers nor a clock.
 //! It is told what happened, and reports which jobs may begin and what they waited for, in
-//! *moments* of its user's choice. In [`runtime`](crate::runtime) a moment is a time in
-//! nanoseconds, and each renderer does one frame after the other. In [`soc`](crate::soc) a moment
-//! is the job at whose end an event happens. Its answers become dependencies of jobs ([`unroll`]),
+//! *moments* of its user's choice. In [`path_schedule`](crate::path_schedule) a moment is a time in
+//! nanoseconds, and each renderer does one frame after the other. In
+//! [`system_model`](crate::system_model) a moment is the job at whose end an event happens. Its answers become dependencies of jobs ([`unroll`]),
 //! since there parts of several frames overlap on units that share memory.
 
 mod slots;

@@ -9,8 +9,8 @@ use potamoi_warp::{Counts, Plan, ReferenceTask, TargetTask};
 use proptest::prelude::*;
 
 use super::*;
-use crate::runtime::{self, FixedClock, Options, Poses};
-use crate::soc::job_scheduler::{self, Resource};
+use crate::path_schedule::{self, FixedClock, Options, Poses};
+use crate::system_model::job_scheduler::{self, Resource};
 
 fn scheduler<M: Copy + Default + Ord>(
     window: usize,
@@ -101,7 +101,7 @@ fn ends(
         concurrent: true,
     };
     let counts = vec![Counts::default(); frames];
-    let schedule = runtime::schedule(&plan, &counts, &clock, &options, None).unwrap();
+    let schedule = path_schedule::schedule(&plan, &counts, &clock, &options, None).unwrap();
     let mut timed: Vec<_> = schedule
         .tasks
         .iter()

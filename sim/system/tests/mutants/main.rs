@@ -12,13 +12,13 @@ use std::sync::{Arc, OnceLock};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use potamoi_formats::config::Config;
-use potamoi_kept as kept;
+use potamoi_result_cache as result_cache;
 use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::grid::Grid;
 use potamoi_synth::{Library, SynthReport, Synthesised, UnitKind};
-use potamoi_system::soc::work::FrameWork;
-use potamoi_system::soc::{Costs, Gathering, Memory, Model, Program, System};
+use potamoi_system::system_model::work::FrameWork;
+use potamoi_system::system_model::{Costs, Gathering, Memory, Model, Program, System};
 
 use frame::{Format, Rng, Verdict, text, tree};
 
@@ -142,10 +142,10 @@ fn library(path: &Path) -> Verdict {
 
 /// What is kept is believed or made again; whatever is believed can be written again.
 fn kept_work(path: &Path) -> Verdict {
-    match kept::read::<FrameWork>(path) {
+    match result_cache::read::<FrameWork>(path) {
         None => Verdict::Refused(format!("{}: not believed", path.display())),
-        Some(work) => Verdict::of(kept::write(path, &work), |()| {
-            let again = kept::read::<FrameWork>(path);
+        Some(work) => Verdict::of(result_cache::write(path, &work), |()| {
+            let again = result_cache::read::<FrameWork>(path);
             (again.as_ref() == Some(&work))
                 .then_some(())
                 .ok_or_else(|| "it is another when read again".to_owned())
@@ -175,7 +175,7 @@ fn whole_kept() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     // Under the name that mutants have: another name's results are not believed.
     let path = folder.path().join(KEPT);
-    kept::write(&path, work()).unwrap();
+    result_cache::write(&path, work()).unwrap();
     std::fs::read(path).unwrap()
 }
 

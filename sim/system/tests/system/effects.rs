@@ -2,14 +2,14 @@
 use potamoi_analysis::Hardware;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
+use potamoi_cycles::effect_meter::{EffectCycles, EffectMeter};
+use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::Config;
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::{BUILTIN, Scene};
-use potamoi_system::effects::{EffectCycles, EffectMeter};
-use potamoi_system::soc::npu::Array;
-use potamoi_system::soc::work::FrameWork;
+use potamoi_system::system_model::work::FrameWork;
 
 fn opened(name: &str, width: u32) -> Scene {
     let mut scene = Scene::open(name).unwrap();
@@ -80,6 +80,6 @@ fn modelled_the_same(name: &str, width: u32) {
     let mut forced = scene.clone();
     forced.set_choices(Choices::all());
     let work =
-        |scene: &Scene| FrameWork::count(scene, &config, Array::PAPER, 1 << 19, None).unwrap();
+        |scene: &Scene| FrameWork::count(scene, &config, MacArray::PAPER, 1 << 19, None).unwrap();
     assert_eq!(work(&scene), work(&forced), "{name}");
 }

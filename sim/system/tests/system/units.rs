@@ -1,5 +1,6 @@
 //! The hardware in the renderers' place gives the twins' picture.
 use potamoi_base::mask::Mask;
+use potamoi_cycles::mac_array::MacArray;
 use potamoi_fields::voxels::{self, MVoxels};
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Change, Fault};
@@ -7,8 +8,7 @@ use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_scene::{Scene, garden, lantern};
 use potamoi_splats::{self as splats, Profile};
-use potamoi_system::soc::npu::Array;
-use potamoi_system::soc::work::FrameWork;
+use potamoi_system::system_model::work::FrameWork;
 use potamoi_units::vector_unit::vector_unit;
 
 fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
@@ -88,7 +88,7 @@ fn a_composed_frame_takes_the_cycles_of_the_hardware() {
         scene.set_size(Some(24), Some(20)).unwrap();
         let some = Mask::new([24, 20], |i| i % 7 < 2);
         for only in [None, Some(&some)] {
-            let work = FrameWork::count(&scene, &config, Array::PAPER, 1 << 19, only).unwrap();
+            let work = FrameWork::count(&scene, &config, MacArray::PAPER, 1 << 19, only).unwrap();
             let mut rtl = RtlUnits::new(&config);
             match only {
                 None => scene.render_fixed(&config, &mut rtl).unwrap(),

@@ -3,7 +3,7 @@
 mod access;
 mod errors;
 mod slot;
-mod trace;
+mod wave_dump;
 
 use crate::{
     Direction, Error, PortId,

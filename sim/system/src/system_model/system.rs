@@ -1,0 +1,313 @@
+//! Parameters of the system, each with its meaning and source.
+
+use potamoi_formats::document::{self, Value};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::gpu::Gpu;
+use super::kernels::Instructions;
+use super::ranges::RANGES;
+use crate::link;
+use potamoi_cycles::mac_array::MacArray;
+
+/// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
+/// states them, and named assumptions elsewhere.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct System {
+    /// Rows of the MAC array.
+    pub array_rows: u32,
+    /// Columns of the MAC array.
+    pub array_columns: u32,
+    /// Whether each unit holds a second weight, loaded while the first is used.
+    pub array_double_buffered: bool,
+    /// Bytes of the global feature buffer.
+    pub feature_buffer_bytes: u64,
+    /// Bytes of a block of it; blocks are filled while others are read.
+    pub feature_block_bytes: u32,
+    /// Banks of it, with one port of 16 bytes each; the paper's block of 32 KB is one of them.
+    pub feature_banks: u32,
+    /// Banks in a group. The words of a block are interleaved over a group. An assumption: all
+    /// banks.
+    pub feature_block_banks: u32,
+    /// Bytes of the weight buffer, with one port of 48 bytes. Weights that fit are loaded once per
+    /// path.
+    pub weight_buffer_bytes: u64,
+    /// Channels of LPDDR3-1600, 6.4 GB/s each.
+    pub memory_channels: u32,
+    /// Bytes of a DMA descriptor, read once per transfer: the spacing of a published controller
+    /// (AMD, PG021, "Scatter Gather Descriptor").
+    pub dma_descriptor_bytes: f64,
+    /// Bytes that the interconnect between memory, GPU and accelerator moves in a clock of the
+    /// accelerator. An assumption: one burst.
+    pub interconnect_bytes_a_clock: f64,
+    /// Picojoules of a byte on it. An assumption: 5 mm of wire at 0.2 pF a mm (Ho et al., "The
+    /// Future of Wires", Proc. IEEE 2001), as much again of repeaters, at 0.7 V, half of the bits
+    /// changing.
+    pub interconnect_pj_per_byte: f64,
+    /// Ray groups in flight: steps of a field's frame that may be under way before the first of
+    /// them has determined which rays continue. An assumption.
+    pub groups_in_flight: u32,
+    /// The GPU of the system.
+    pub gpu: Gpu,
+    /// The GPU at the other end of the link. It neither warps nor upscales, and misses of the
+    /// device's cache count as misses of its own: both fields for these are refused.
+    pub remote: Gpu,
+    /// Instructions of GPU programs.
+    pub instructions: Instructions,
+    /// Bandwidth of the link in bytes a second.
+    pub link_bytes_per_second: f64,
+    /// Nanojoules of a byte sent or received.
+    pub link_nj_per_byte: f64,
+    /// Bytes of a pixel's colour on the link: three channels, uncompressed.
+    pub link_colour_bytes: f64,
+    /// Bytes of a pixel's depth, sent with references.
+    pub link_depth_bytes: f64,
+}
+
+impl Default for System {
+    fn default() -> Self {
+        Self {
+            array_rows: 24,
+            array_columns: 24,
+            array_double_buffered: false,
+            feature_buffer_bytes: 1_536 * 1024,
+            feature_block_bytes: 32 * 1024,
+            feature_banks: 48,
+            feature_block_banks: 48,
+            weight_buffer_bytes: 96 * 1024,
+            memory_channels: 4,
+            dma_descriptor_bytes: 64.0,
+            interconnect_bytes_a_clock: 32.0,
+            interconnect_pj_per_byte: 2.0,
+            groups_in_flight: 2,
+            gpu: Gpu::XAVIER,
+            remote: Gpu::RTX_2080_TI,
+            instructions: Instructions::default(),
+            link_bytes_per_second: link::BYTES_PER_SECOND as f64,
+            link_nj_per_byte: link::NANOJOULES_PER_BYTE as f64,
+            link_colour_bytes: link::COLOUR_BYTES.into(),
+            link_depth_bytes: link::DEPTH_BYTES.into(),
+        }
+    }
+}
+
+/// Why a description is no system.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SystemError {
+    /// The text is not a valid description.
+    #[error("{name}: {problem}")]
+    Text {
+        /// Name of its source.
+        name: String,
+        /// The problem.
+        problem: String,
+    },
+    /// A field is out of range.
+    #[error("{name}: `{field}` is {value}: expected {expected}")]
+    Value {
+        /// Name of its source.
+        name: String,
+        /// Path of the field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// The allowed values.
+        expected: &'static str,
+    },
+}
+
+impl System {
+    /// Reads a description in TOML; fields that it leaves out have their defaults.
+    ///
+    /// # Errors
+    /// Text that is not TOML, an unknown field, a value out of range.
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, SystemError> {
+        Self::from_bytes(text.as_bytes(), name)
+    }
+
+    /// Reads a description from a file's bytes.
+    ///
+    /// # Errors
+    /// As [`System::from_toml`].
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, SystemError> {
+        let fail = |problem: String| SystemError::Text {
+            name: name.to_owned(),
+            problem,
+        };
+        let wrong = |wrong: document::Wrong| fail(wrong.to_string());
+        let given = document::toml(bytes).map_err(wrong)?;
+        // Parts of the GPUs, too, are as in the default where they are not named.
+        let default = Self::default().document().map_err(fail)?;
+        let system: Self = given.over(default).read().map_err(wrong)?;
+        system.check(name)?;
+        Ok(system)
+    }
+
+    fn document(&self) -> Result<Value, String> {
+        let table = toml::Table::try_from(self).map_err(|e| e.to_string())?;
+        document::of_toml(table).map_err(|e| e.to_string())
+    }
+
+    fn check(&self, name: &str) -> Result<(), SystemError> {
+        let refuse = |field, value: String, expected| {
+            Err(SystemError::Value {
+                name: name.to_owned(),
+                field,
+                value,
+                expected,
+            })
+        };
+        let values = self.document().map_err(|problem| SystemError::Text {
+            name: name.to_owned(),
+            problem,
+        })?;
+        for range in &RANGES {
+            let value = range
+                .field
+                .split('.')
+                .try_fold(&values, |at, part| at.get(part));
+            // A memory of its own is none that every GPU has.
+            let value = value.and_then(Value::number);
+            if let Some(value) = value.filter(|value| !range.holds(*value)) {
+                return refuse(range.field, value.to_string(), range.expected);
+            }
+        }
+        if ![1, 2, 4, 8, 16].contains(&self.memory_channels) {
+            let value = self.memory_channels.to_string();
+            return refuse("memory_channels", value, "1, 2, 4, 8 or 16");
+        }
+        if self.feature_buffer_bytes < 2 * u64::from(self.feature_block_bytes) {
+            let value = self.feature_buffer_bytes.to_string();
+            return refuse("feature_buffer_bytes", value, "two blocks or more");
+        }
+        if !self.feature_banks.is_multiple_of(self.feature_block_banks) {
+            let value = self.feature_block_banks.to_string();
+            return refuse("feature_block_banks", value, "a divisor of feature_banks");
+        }
+        for (field, gpu, expected) in [
+            ("gpu.idle_watts", &self.gpu, "gpu.watts at most"),
+            ("remote.idle_watts", &self.remote, "remote.watts at most"),
+        ] {
+            if gpu.idle_watts > gpu.watts {
+                return refuse(field, gpu.idle_watts.to_string(), expected);
+            }
+        }
+        let fixed = Gpu::RTX_2080_TI;
+        for (field, value, fixed, expected) in [
+            (
+                "remote.cache_bytes",
+                f64::from(self.remote.cache_bytes),
+                f64::from(fixed.cache_bytes),
+                "the default's: misses are counted in the device's cache (gpu.cache_bytes), for both",
+            ),
+            (
+                "remote.pictures_efficiency",
+                self.remote.pictures_efficiency,
+                fixed.pictures_efficiency,
+                "the default's: nothing is warped or scaled there",
+            ),
+        ] {
+            if value != fixed {
+                return refuse(field, value.to_string(), expected);
+            }
+        }
+        Ok(())
+    }
+
+    /// The MAC array.
+    #[must_use]
+    pub fn array(&self) -> MacArray {
+        MacArray {
+            rows: self.array_rows.into(),
+            columns: self.array_columns.into(),
+            is_double_buffered: self.array_double_buffered,
+            ..MacArray::PAPER
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
+        match value {
+            Value::Map(entries) => {
+                for (key, value) in entries {
+                    let path = match path {
+                        "" => key.to_string(),
+                        path => format!("{path}.{key}"),
+                    };
+                    numbers(value, &path, found);
+                }
+            }
+            other if other.number().is_some() => found.push(path.to_owned()),
+            _ => {}
+        }
+    }
+
+    fn all() -> System {
+        let mut all = System::default();
+        all.gpu.memory_gb_s = Some(100.0);
+        all
+    }
+
+    /// A number without a range could be any.
+    #[test]
+    fn every_number_has_a_range_and_every_range_a_number() {
+        let mut found = vec![];
+        numbers(&all().document().unwrap(), "", &mut found);
+        let mut rows: Vec<_> = RANGES.iter().map(|range| range.field.to_owned()).collect();
+        found.sort();
+        rows.sort();
+        assert_eq!(found, rows);
+    }
+
+    /// Just outside of each range, and numbers that are none.
+    #[test]
+    fn numbers_out_of_their_ranges_are_refused_by_field() {
+        for range in &RANGES {
+            for odd in ["-1", "-1e-9", "1e16", "nan", "inf", "-inf"] {
+                let text = format!("{} = {odd}", range.field);
+                let error = System::from_toml(&text, "s.toml").unwrap_err().to_string();
+                let last = range.field.rsplit('.').next().unwrap();
+                assert!(
+                    error.contains(last) && error.contains("s.toml"),
+                    "{text}: {error}"
+                );
+            }
+        }
+        for text in [
+            "gpu.clock_ghz = 0",
+            "gpu.memory_gb_s = 0.0",
+            "gpu.cache_gb_s = 0",
+            "gpu.fields_efficiency = 1.0001",
+            "gpu.gathering_factor = 0",
+            "gpu.idle_watts = 16",
+            "remote.idle_watts = 251",
+            "link_bytes_per_second = 0",
+            "interconnect_bytes_a_clock = 0",
+            "array_rows = 24.5",
+            "array_rows = true",
+            "gpu = 3",
+        ] {
+            assert!(System::from_toml(text, "s.toml").is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_and_marks_are_read_as_others_do() {
+        let read = |text: &[u8]| System::from_bytes(text, "s.toml").unwrap();
+        let expected = System {
+            array_rows: 32,
+            ..System::default()
+        };
+        assert_eq!(read(b"array_rows = 32.0"), expected);
+        assert_eq!(
+            read(b"\xef\xbb\xbf# Gr\xfc\xdfe\r\narray_rows = 3.2e1\r\n"),
+            expected
+        );
+    }
+}

@@ -1,0 +1,241 @@
+//! Work of one frame, in pixel-centric and in memory-centric order.
+
+use std::time::Duration;
+
+use potamoi_base::mask::Mask;
+use potamoi_formats::config::Config;
+use potamoi_reference::observer::Observed;
+use potamoi_reference::{ReferenceUnits, Units};
+use potamoi_scene::characterise::{BANKS, LANES};
+use potamoi_scene::{Rendered, Scene, SceneError};
+use serde::{Deserialize, Serialize};
+
+use potamoi_cycles::frame_meter::{Batch, FrameMeter, GatherSums};
+use potamoi_cycles::mac_array::MacArray;
+
+/// Threads in a warp, and banks of a GPU's shared memory.
+const WARP: usize = 32;
+
+/// Reads of feature vectors in pixel-centric order through a cache with optimal (oracle)
+/// replacement: no cache of that size has fewer misses.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reads {
+    /// Tables of the model.
+    pub tables: u64,
+    /// Bytes of the model's feature vectors.
+    pub model_bytes: u64,
+    /// Vectors read.
+    pub reads: u64,
+    /// Bytes read.
+    pub bytes: u64,
+    /// Sectors of 32 bytes read.
+    pub sectors: u64,
+    /// Bytes of misses.
+    pub missed_bytes: u64,
+    /// Vectors that miss.
+    pub misses: u64,
+    /// Misses that are not adjacent to the miss before.
+    pub not_streaming: u64,
+    /// Bank conflict rate: reads that wait for another vector of their bank, over all reads, with
+    /// 32 lanes and 32 banks that hold whole vectors.
+    pub conflict_rate: f64,
+}
+
+/// Work of a frame, or of some of its pixels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameWork {
+    /// Pixels rendered.
+    pub pixels: u64,
+    /// Pixels of the whole frame.
+    pub frame_pixels: u64,
+    /// Samples along rays, gathered or not; 0 for splats.
+    pub samples: u64,
+    /// Gaussians of the model; 0 for fields.
+    pub gaussians: u64,
+    /// Visible Gaussians: those that touch a tile.
+    pub visible: u64,
+    /// Colour coefficients of a Gaussian that the model has and that are not used.
+    #[serde(default, skip_serializing_if = "super::is_default")]
+    pub left_out_coefficients: u64,
+    /// (tile, Gaussian) pairs.
+    pub pairs: u64,
+    /// Bytes of records that the GPU writes, each once.
+    pub record_bytes: u64,
+    /// Spilled bytes, out and back: partial sums and held records that do not fit on chip.
+    pub spilled_bytes: u64,
+    /// Bytes of rows that are fetched one by one.
+    pub scattered_bytes: u64,
+    /// Reads in pixel-centric order.
+    pub reads: Reads,
+    /// Work in memory-centric order, by step.
+    pub batches: Vec<Batch>,
+}
+
+/// A frame with its counted work.
+#[derive(Debug)]
+pub struct Counted {
+    /// Its work.
+    pub work: FrameWork,
+    /// Its picture.
+    pub rendered: Rendered,
+    /// Gathering cycles by closed form.
+    pub sums: GatherSums,
+    /// Wall time of the cycle models.
+    pub modelled: Duration,
+}
+
+impl FrameWork {
+    /// Renders what a scene's camera sees, or a mask's pixels of it, through the reference units,
+    /// and counts the work. `cache` is the size of the GPU's cache in bytes.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub fn count(
+        scene: &Scene,
+        config: &Config,
+        array: MacArray,
+        cache: u32,
+        only: Option<&Mask>,
+    ) -> Result<Self, SceneError> {
+        let mut twins = ReferenceUnits::new(config);
+        Self::count_through(scene, config, array, cache, only, &mut twins)
+    }
+
+    /// Counts the work through other units of the configuration.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub fn count_through(
+        scene: &Scene,
+        config: &Config,
+        array: MacArray,
+        cache: u32,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Self, SceneError> {
+        Ok(Self::rendered(scene, config, array, cache, only, units)?.work)
+    }
+
+    /// Counts the work, and returns it with the picture.
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub fn rendered(
+        scene: &Scene,
+        config: &Config,
+        array: MacArray,
+        cache: u32,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Counted, SceneError> {
+        let mut meter = FrameMeter::new(config, array);
+        let mut units = Observed::new(units, config).by(&mut meter);
+        let rendered = match only {
+            None => scene.render_fixed(config, &mut units)?,
+            Some(mask) => scene.render_fixed_masked(config, mask, &mut units)?,
+        };
+        let (modelled, sums) = (meter.modelled(), meter.sums());
+        let batches = meter.into_batches();
+        let counts = &rendered.counts;
+        let accesses = scene.accesses(cache, only)?;
+        let memory = accesses.memory;
+        let at = |all: &[usize], of: usize| all.iter().position(|v| *v == of).unwrap_or(0);
+        let banks: Vec<usize> = BANKS.iter().map(|b| *b as usize).collect();
+        let conflicts = accesses.banks[at(&LANES, WARP)][at(&banks, WARP)];
+        let camera = scene.camera();
+        let frame_pixels = u64::from(camera.width) * u64::from(camera.height);
+        let splats = counts.splats.unwrap_or_default();
+        let work = Self {
+            pixels: only.map_or(frame_pixels, |mask| mask.count() as u64),
+            frame_pixels,
+            samples: counts.samples,
+            gaussians: splats.gaussians,
+            visible: splats.visible,
+            left_out_coefficients: scene.left_out_coefficients(),
+            pairs: splats.pairs,
+            record_bytes: counts.streams.records_written,
+            spilled_bytes: counts.streams.spills + 2 * counts.streams.partial_sums,
+            scattered_bytes: counts.scattered_bytes,
+            reads: Reads {
+                tables: accesses.tables.len() as u64,
+                model_bytes: accesses.stored_bytes(),
+                reads: memory.reads,
+                bytes: memory.read_bytes,
+                sectors: memory.sectors,
+                missed_bytes: memory.bytes,
+                misses: memory.misses,
+                not_streaming: memory.not_streaming,
+                conflict_rate: conflicts.conflict_rate(),
+            },
+            batches,
+        };
+        Ok(Counted {
+            work,
+            rendered,
+            sums,
+            modelled,
+        })
+    }
+
+    /// Sum of all batches.
+    #[must_use]
+    pub fn total(&self) -> Batch {
+        let mut sum = Batch::default();
+        self.batches.iter().for_each(|own| sum += *own);
+        sum
+    }
+
+    /// The same work with other total cycles of the units, distributed over the batches in
+    /// proportion to their own.
+    #[must_use]
+    pub fn with_cycles(&self, gather: u64, vector: u64) -> Self {
+        let total = self.total();
+        let mut own = self.clone();
+        let scale = |part: u64, whole: u64, to: u64| {
+            (u128::from(part) * u128::from(to) / u128::from(whole.max(1))) as u64
+        };
+        for batch in &mut own.batches {
+            batch.gather_cycles = scale(batch.gather_cycles, total.gather_cycles, gather);
+            batch.vector_cycles = scale(batch.vector_cycles, total.vector_cycles, vector);
+        }
+        // What rounding left.
+        let spread = own.total();
+        if let Some(last) = own.batches.last_mut() {
+            last.gather_cycles += gather - spread.gather_cycles.min(gather);
+            last.vector_cycles += vector - spread.vector_cycles.min(vector);
+        }
+        own
+    }
+
+    /// Closed-form estimate without simulation: all MVoxels as one, by `sums`, all vectors at their
+    /// units' throughput, without pipeline fill, stalls and drain.
+    #[must_use]
+    pub fn as_one_sum(&self, sums: GatherSums) -> Self {
+        let total = self.total();
+        Self {
+            batches: vec![total],
+            ..self.clone()
+        }
+        .with_cycles(sums.cycles(), total.vector_busy)
+    }
+
+    /// The same frame with all tables on chip, one bank each, which delivers a vertex a cycle
+    /// (NGPC, Mubarik et al., ISCA 2023): a sample takes as many cycles as it has vertices in a
+    /// table, and nothing is loaded.
+    #[must_use]
+    pub fn with_resident_tables(&self) -> Self {
+        const VERTICES: u64 = 8;
+        let tables = self.reads.tables.max(1);
+        let mut own = Self {
+            scattered_bytes: 0,
+            spilled_bytes: 0,
+            ..self.clone()
+        };
+        for batch in &mut own.batches {
+            batch.gather_cycles = batch.entries.div_ceil(tables) * VERTICES;
+            batch.gather_busy = batch.gather_cycles;
+            (batch.row_bytes, batch.rit_bytes, batch.rit_read_bytes) = (0, 0, 0);
+        }
+        own
+    }
+}

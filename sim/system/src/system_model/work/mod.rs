@@ -1,0 +1,18 @@
+//! Work of frames, counted while they are rendered. No ratio is assumed.
+
+mod cache;
+mod frame;
+mod path;
+mod replay;
+#[cfg(test)]
+mod tests;
+
+pub use cache::{WorkCache, WorkCacheError};
+pub use frame::{Counted, FrameWork, Reads};
+pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
+pub use replay::{PathReplay, Replay, Replayed};
+
+/// Whether a value is its default, which is then not serialised.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
