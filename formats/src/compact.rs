@@ -20,7 +20,8 @@ pub const FRACTION_AT: [u32; 3] = [9, 22, 35];
 /// Lowest bit of the slot.
 pub const SLOT_AT: u32 = 48;
 /// The largest fraction, 1.
-pub const FRACTION_ONE: u16 = 1 << 12;
+#[cfg(test)]
+pub(crate) const FRACTION_ONE: u16 = 1 << 12;
 
 /// A sample in a cell of an MVoxel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -47,8 +48,9 @@ impl CompactEntry {
     }
 
     /// Unpacks a word.
+    #[cfg(test)]
     #[must_use]
-    pub fn of_word(word: u64) -> Self {
+    pub(crate) fn of_word(word: u64) -> Self {
         let field = |bits: u32, at: u32| (word >> at & ((1 << bits) - 1)) as u16;
         Self {
             slot: field(16, SLOT_AT),

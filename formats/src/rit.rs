@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Bytes of one {id, weight} word of a structured entry.
 pub const WORD_BYTES: usize = 6;
 /// Bytes of an unstructured entry: one id.
-pub const ID_BYTES: usize = 4;
+pub(crate) const ID_BYTES: usize = 4;
 /// Largest number of vertices of an entry.
 pub const MAX_VERTICES: usize = 8;
 
@@ -145,7 +145,8 @@ impl RitEntry {
     ///
     /// # Errors
     /// A length that is no whole number of entries.
-    pub fn unpack_all(vertices: Vertices, bytes: &[u8]) -> Result<Vec<Self>, RitError> {
+    #[cfg(test)]
+    pub(crate) fn unpack_all(vertices: Vertices, bytes: &[u8]) -> Result<Vec<Self>, RitError> {
         let size = vertices.entry_bytes();
         if !bytes.len().is_multiple_of(size) {
             return Err(RitError::Ragged {

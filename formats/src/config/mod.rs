@@ -29,7 +29,7 @@ pub use overlay::{Layer, overlay};
 pub use vu::VuConfig;
 
 /// The paper's sizes, the default of every command.
-pub const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
+pub(crate) const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
 pub const PRESETS: [(&str, &str); 7] = [
     ("paper", PAPER_PRESET),

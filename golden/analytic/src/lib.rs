@@ -153,7 +153,7 @@ impl Analytic {
     /// Ground truth with steps that are `scale` times as long, above 0. A scale below 1 shows how
     /// far the truth is from its limit.
     #[must_use]
-    pub fn truth_in_steps(self, camera: &Camera, background: [f32; 3], scale: f64) -> Truth {
+    pub(crate) fn truth_in_steps(self, camera: &Camera, background: [f32; 3], scale: f64) -> Truth {
         ground_truth::render(
             self.field(),
             camera,

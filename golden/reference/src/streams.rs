@@ -6,11 +6,11 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::{MAX_VERTICES, Vertices, WORD_BYTES};
 
 /// Error flag: an MVoxel's bytes are not a whole number of entries, or there are none.
-pub const FLAG_RAGGED: u8 = 1 << 3;
+pub(crate) const FLAG_RAGGED: u8 = 1 << 3;
 /// Error flag: bytes or `tuser` of a beat break the protocol.
-pub const FLAG_BEAT: u8 = 1 << 4;
+pub(crate) const FLAG_BEAT: u8 = 1 << 4;
 /// Error flag: an MVoxel that must be kept for several segments exceeds both halves of the buffer.
-pub const FLAG_LARGE: u8 = 1 << 5;
+pub(crate) const FLAG_LARGE: u8 = 1 << 5;
 
 /// A beat of the RIT stream.
 #[derive(Debug, Clone, Copy)]

@@ -86,7 +86,7 @@ pub fn straightness(pieces: u32, f: u32) -> f64 {
 /// power: half a unit for its own rounding, half a unit for that of the operand, and `x e^-x <=
 /// 1/e` times the error of `log2 e`.
 #[must_use]
-pub fn piecewise_budget(config: &ExpConfig) -> f64 {
+pub(crate) fn piecewise_budget(config: &ExpConfig) -> f64 {
     let (engine, widths) = (config.engine(), config.piece_widths());
     let unit = 2f64.powi(config.output_bits as i32);
     let last = |bits: u32| 2f64.powi(-(bits as i32));

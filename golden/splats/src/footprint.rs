@@ -74,7 +74,7 @@ impl Footprint {
     /// The larger eigenvalue by the formula of the reference rasteriser, with at least 0.1 under
     /// its square root.
     #[must_use]
-    pub fn reference_eigenvalue(&self) -> f64 {
+    pub(crate) fn reference_eigenvalue(&self) -> f64 {
         let [xx, xy, yy] = self.covariance;
         let root = ((xx - yy) / 2.0).hypot(xy);
         f64::midpoint(xx, yy) + root.max(0.1f64.sqrt())
@@ -82,7 +82,7 @@ impl Footprint {
 
     /// The squared distance `p^2 + q^2` at an offset from the mean.
     #[must_use]
-    pub fn distance_squared(&self, offset: DVec2) -> f64 {
+    pub(crate) fn distance_squared(&self, offset: DVec2) -> f64 {
         let [l11, l21, l22] = self.factor;
         let p = l11 * offset.x + l21 * offset.y;
         let q = l22 * offset.y;
@@ -91,7 +91,7 @@ impl Footprint {
 
     /// The least [`Footprint::distance_squared`] over a box of offsets.
     #[must_use]
-    pub fn distance_to_box(&self, low: DVec2, high: DVec2) -> f64 {
+    pub(crate) fn distance_to_box(&self, low: DVec2, high: DVec2) -> f64 {
         if low.x <= 0.0 && low.y <= 0.0 && high.x >= 0.0 && high.y >= 0.0 {
             return 0.0;
         }

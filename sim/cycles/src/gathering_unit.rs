@@ -204,7 +204,7 @@ impl GatherModel {
 
     /// Whether the unit is empty, so that the settings may change.
     #[must_use]
-    pub fn is_idle(&self) -> bool {
+    pub(crate) fn is_idle(&self) -> bool {
         self.buffer.is_idle()
             && self.in_flight == 0
             && self.mft_loaded == [false; 2]

@@ -15,7 +15,7 @@ use crate::gather_work::{GatherWork, runs};
 use crate::rounds::waiting;
 
 /// Bandwidth of the paper's memory in bytes a second: LPDDR3-1600, four channels of 32 bits.
-pub const DRAM_BYTES_PER_SECOND: f64 = 25.6e9;
+pub(crate) const DRAM_BYTES_PER_SECOND: f64 = 25.6e9;
 
 /// One organisation, with its counts so far.
 #[derive(Debug, Clone, Serialize)]

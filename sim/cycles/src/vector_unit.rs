@@ -152,8 +152,9 @@ impl VectorModel {
     }
 
     /// Whether no vector is inside.
+    #[cfg(test)]
     #[must_use]
-    pub fn is_idle(&self) -> bool {
+    pub(crate) fn is_idle(&self) -> bool {
         self.inside.is_empty()
     }
 

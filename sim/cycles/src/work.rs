@@ -206,7 +206,7 @@ impl<'a> GatherRun<'a> {
     /// Whether an MVoxel's entries exceed both RIT halves, so that they are streamed again for
     /// every segment.
     #[must_use]
-    pub fn streamed_again(&self, config: &Config, mvoxel: Mvoxel) -> bool {
+    pub(crate) fn streamed_again(&self, config: &Config, mvoxel: Mvoxel) -> bool {
         u64::from(mvoxel.entries) > 2 * u64::from(config.rit_entries(self.vertices))
     }
 
@@ -255,7 +255,7 @@ impl<'a> GatherRun<'a> {
     }
 
     /// Rows of the MFT stream, in order.
-    pub fn mft_beats(&self) -> impl Iterator<Item = MftPiece> + use<'a> {
+    pub(crate) fn mft_beats(&self) -> impl Iterator<Item = MftPiece> + use<'a> {
         let run = *self;
         run.mvoxels.iter().enumerate().flat_map(move |(mvoxel, m)| {
             (0..run.segments).flat_map(move |segment| {

@@ -112,7 +112,7 @@ impl Setup {
     ///
     /// # Errors
     /// Units without known energy.
-    pub fn costs_of(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
+    pub(crate) fn costs_of(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
         self.known.costs(scene, config)
     }
 
@@ -165,7 +165,7 @@ impl Setup {
 
     /// The model of the system with another configuration's units.
     #[must_use]
-    pub fn model_of<'a>(&'a self, config: &Config, costs: &'a Costs) -> Model<'a> {
+    pub(crate) fn model_of<'a>(&'a self, config: &Config, costs: &'a Costs) -> Model<'a> {
         Model {
             system: &self.system,
             memory: &self.memory,
@@ -189,7 +189,11 @@ impl Setup {
     ///
     /// # Errors
     /// As [`WorkCache::frame`].
-    pub fn frame_of(&self, config: &Config, array: MacArray) -> Result<FrameWork, ExploreError> {
+    pub(crate) fn frame_of(
+        &self,
+        config: &Config,
+        array: MacArray,
+    ) -> Result<FrameWork, ExploreError> {
         let cache = self.system.gpu.cache_bytes;
         Ok(store()?.frame(&self.scene, config, array, cache)?.0)
     }

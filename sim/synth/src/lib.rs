@@ -88,7 +88,7 @@ pub use unit_report::{FlopMemory, UnitReport, WithMemories};
 use std::path::PathBuf;
 
 /// The cell library that a package installs: Oklahoma State University, 180 nm.
-pub const DEFAULT_LIBRARY: &str = "/usr/share/qflow/tech/osu018/osu018_stdcells.lib";
+pub(crate) const DEFAULT_LIBRARY: &str = "/usr/share/qflow/tech/osu018/osu018_stdcells.lib";
 
 /// The default library, if it is installed.
 ///

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// Folder of the built models inside the root.
-pub const MODELS: &str = "models";
+pub(crate) const MODELS: &str = "models";
 
 /// Prefixes of the names of unfinished work.
 pub(crate) const BUILDING: &str = ".building-";
@@ -88,7 +88,7 @@ pub fn claim(folder: &Path) -> Result<PathBuf, Error> {
 
 /// Why a file or folder may hold data of other users; `None` if only this user can write it.
 #[must_use]
-pub fn distrust(metadata: &Metadata) -> Option<String> {
+pub(crate) fn distrust(metadata: &Metadata) -> Option<String> {
     let user = rustix::process::geteuid().as_raw();
     let is_link = metadata.file_type().is_symlink();
     let mode = metadata.mode() & 0o7777;

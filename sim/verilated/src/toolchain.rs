@@ -121,7 +121,7 @@ impl Toolchain {
     }
 
     /// Verilator's folder, which holds `include/verilated.h`.
-    pub fn verilator_root(&self) -> &Path {
+    pub(crate) fn verilator_root(&self) -> &Path {
         &self.root
     }
 

@@ -175,7 +175,7 @@ impl ExpConfig {
 
     /// Smallest number of clocks with early termination.
     #[must_use]
-    pub fn earliest_out(&self) -> u32 {
+    pub(crate) fn earliest_out(&self) -> u32 {
         self.digit_clocks() + AGREEMENT
     }
 }

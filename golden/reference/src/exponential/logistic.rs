@@ -43,7 +43,7 @@ impl ReferenceExponential {
     /// `ln(1 + exp(x))` with the constants' fraction bits, before it is rounded;
     /// a unit or so below 0 is possible.
     #[must_use]
-    pub fn softplus_sum(&self, x: i64) -> i128 {
+    pub(crate) fn softplus_sum(&self, x: i64) -> i128 {
         let (from, to) = (self.input.frac_bits(), self.engine.constant_bits);
         let size = x.abs().min((16 << from.min(24)) - 1);
         let s = align(size, from, to);

@@ -118,7 +118,7 @@ impl ReferenceExponential {
 
     /// The engine's registers after the operation `one-minus-exp` of `a`.
     #[must_use]
-    pub fn raw_one_minus(&self, a: i32) -> Raw {
+    pub(crate) fn raw_one_minus(&self, a: i32) -> Raw {
         let g = self.one_minus_bits;
         let code = i64::from(a).clamp(0, (16 << g) - 1);
         let value = align(code, g, self.engine.constant_bits);

@@ -227,7 +227,7 @@ impl Compact {
     /// # Errors
     /// The configuration's units lack an operation or format, a value fits no format, or a unit
     /// fails.
-    pub fn seen_in_codes(
+    pub(crate) fn seen_in_codes(
         &self,
         eye: DVec3,
         config: &Config,

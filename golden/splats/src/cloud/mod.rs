@@ -286,7 +286,7 @@ impl Cloud {
     /// Orders two Gaussians by all their values: a tie-break that does not depend on their
     /// positions in the file. Gaussians that compare equal are interchangeable.
     #[must_use]
-    pub fn compare_content(&self, a: usize, b: usize) -> Ordering {
+    pub(crate) fn compare_content(&self, a: usize, b: usize) -> Ordering {
         let lexical = |x: &[f32], y: &[f32]| {
             x.iter()
                 .zip(y)

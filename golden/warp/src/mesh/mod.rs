@@ -63,7 +63,7 @@ impl Mesh {
 
     /// Whether any triangle has an area, that is, corners that are not collinear.
     #[must_use]
-    pub fn has_area(&self) -> bool {
+    pub(crate) fn has_area(&self) -> bool {
         self.triangles.iter().any(|t| {
             let [a, b, c] = t.map(|v| glam::Vec3::from(self.vertices[v as usize]).as_dvec3());
             (b - a).cross(c - a) != glam::DVec3::ZERO

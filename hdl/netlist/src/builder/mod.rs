@@ -131,7 +131,7 @@ impl ModuleBuilder {
     }
 
     /// `rst_n` as a value: 0 during reset, in the same cycle. Registers do not need it.
-    pub fn out_of_reset(&mut self) -> Signal {
+    pub(crate) fn out_of_reset(&mut self) -> Signal {
         self.node(Op::OutOfReset, Ty::bit())
     }
 

@@ -78,7 +78,7 @@ impl<'a> LaneRun<'a> {
 
     /// Beats of the MFT stream for a segment of an MVoxel: one for each channel of B rows.
     #[must_use]
-    pub fn mft_beats(&self, config: &Config, rows: u32, segment: u32) -> u64 {
+    pub(crate) fn mft_beats(&self, config: &Config, rows: u32, segment: u32) -> u64 {
         beats_of(self.channels, config.gu.banks, rows, segment)
     }
 

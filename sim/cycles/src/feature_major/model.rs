@@ -119,8 +119,9 @@ impl FeatureMajorModel {
     }
 
     /// Whether nothing is held anywhere.
+    #[cfg(test)]
     #[must_use]
-    pub fn is_idle(&self) -> bool {
+    pub(crate) fn is_idle(&self) -> bool {
         self.buffer.is_idle()
             && !self.lanes.iter().any(|h| h.full)
             && self.fill_group == 0

@@ -46,7 +46,7 @@ impl Point {
 
     /// Quality and another cost; `None` where that is not known.
     #[must_use]
-    pub fn priced(&self, price: Price) -> Option<CostQuality> {
+    pub(crate) fn priced(&self, price: Price) -> Option<CostQuality> {
         let costs = [Some(self.frame_ns), self.energy_mj, self.area_mm2];
         priced(self.model, self.truth, costs, price)
     }

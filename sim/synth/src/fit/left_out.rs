@@ -81,8 +81,9 @@ impl Spread {
 
 impl LeftOut {
     /// Largest root mean square, without leakage.
+    #[cfg(test)]
     #[must_use]
-    pub fn largest_rms(&self) -> f64 {
+    pub(crate) fn largest_rms(&self) -> f64 {
         let all = [self.area, self.period, self.zero_delay, self.with_glitches];
         all.iter().fold(0.0, |most, spread| spread.rms.max(most))
     }

@@ -73,7 +73,7 @@ impl Fit {
     ///
     /// # Errors
     /// They use other cells.
-    pub fn with_forms(mut self, forms: Grid, path: &Path) -> Result<Self, SynthError> {
+    pub(crate) fn with_forms(mut self, forms: Grid, path: &Path) -> Result<Self, SynthError> {
         if forms.library != self.grid.library {
             return Err(SynthError::Parameters {
                 path: path.to_owned(),

@@ -276,7 +276,7 @@ impl Costs {
 
     /// Picojoules of writing weights into their buffer.
     #[must_use]
-    pub fn loaded_weights(&self, bytes: f64) -> f64 {
+    pub(crate) fn loaded_weights(&self, bytes: f64) -> f64 {
         bytes / WEIGHT_WORD * self.weights.write_pj
     }
 

@@ -47,7 +47,7 @@ impl Gpu {
     /// The mobile Volta GPU of Xavier: 512 lanes, 1.377 GHz, 512 KB (paper; NVIDIA's data sheet).
     /// It shares the system's memory. Watts are an assumption: half of the module's 30 W mode.
     /// Efficiencies are calibrated by `potamoi model --calibrate`.
-    pub const XAVIER: Self = Self {
+    pub(crate) const XAVIER: Self = Self {
         cores: 512.0,
         clock_ghz: 1.377,
         cache_gb_s: 8.0 * 64.0 * 1.377,
@@ -65,7 +65,7 @@ impl Gpu {
     /// The 2080 Ti of the paper's remote machine: 4352 lanes, 1.545 GHz, 5.5 MB, 616 GB/s (NVIDIA's
     /// Turing white paper). Efficiencies are those of the mobile GPU, an assumption. Power is the
     /// board's 250 W at work (ibid.) and 15 W idle, an assumption; neither counts as the device's.
-    pub const RTX_2080_TI: Self = Self {
+    pub(crate) const RTX_2080_TI: Self = Self {
         cores: 4352.0,
         clock_ghz: 1.545,
         cache_gb_s: 68.0 * 64.0 * 1.545,
@@ -90,7 +90,7 @@ impl Gpu {
 
     /// Efficiency of a rendering program.
     #[must_use]
-    pub const fn reached_by(&self, program: Program) -> f64 {
+    pub(crate) const fn reached_by(&self, program: Program) -> f64 {
         match program {
             Program::Fields => self.fields_efficiency,
             Program::Splats => self.splats_efficiency,
@@ -99,7 +99,7 @@ impl Gpu {
 
     /// Efficiency of a gathering program.
     #[must_use]
-    pub const fn reached_gathering_by(&self, program: Program) -> f64 {
+    pub(crate) const fn reached_gathering_by(&self, program: Program) -> f64 {
         self.reached_by(program) / self.gathering_factor
     }
 
@@ -125,7 +125,7 @@ impl Gpu {
 
     /// Nanoseconds of a kernel launch.
     #[must_use]
-    pub const fn launch_ns(&self) -> f64 {
+    pub(crate) const fn launch_ns(&self) -> f64 {
         self.launch_us * 1e3
     }
 }

@@ -134,7 +134,7 @@ impl Program {
     /// The program that gathers. Where Gaussians' colours are a field (Compact-3DGS), that of
     /// fields: a record is then about a hundred interpolated vectors.
     #[must_use]
-    pub const fn that_gathers(work: &FrameWork) -> Self {
+    pub(crate) const fn that_gathers(work: &FrameWork) -> Self {
         if work.gaussians > 0 && work.reads.tables <= 1 {
             Self::Splats
         } else {

@@ -157,7 +157,7 @@ impl Memory {
 
     /// Milliwatts of all channels in standby and refresh, with rows open for a share of the time.
     #[must_use]
-    pub fn standby_mw(&self, open: f64) -> f64 {
+    pub(crate) fn standby_mw(&self, open: f64) -> f64 {
         let clocks = 1_000_000;
         let channels = self.geometry.channels;
         let refreshes = clocks / self.timing.refresh_interval * u64::from(channels);

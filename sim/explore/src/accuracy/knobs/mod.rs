@@ -93,7 +93,7 @@ pub enum Reproduce {
 impl Change {
     /// How other commands reproduce the change; `None` for changes of the configuration.
     #[must_use]
-    pub fn reproduce(&self) -> Option<Reproduce> {
+    pub(crate) fn reproduce(&self) -> Option<Reproduce> {
         Some(match self {
             Self::Config { .. } => return None,
             Self::Scene(RenderChange::Order(order)) => Reproduce::Render(vec![format!(

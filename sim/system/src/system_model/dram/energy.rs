@@ -45,7 +45,7 @@ impl Currents {
 
     /// Picojoules of opening and closing a row, above standby.
     #[must_use]
-    pub fn activate_pj(&self) -> f64 {
+    pub(crate) fn activate_pj(&self) -> f64 {
         let [open, closed] = self.activate_ns;
         self.above(self.activate, self.open, open) + self.above(self.activate, self.closed, closed)
     }
@@ -64,7 +64,7 @@ impl Currents {
 
     /// Picojoules of a refresh of all banks, which are closed meanwhile.
     #[must_use]
-    pub fn refresh_pj(&self, timing: &Timing) -> f64 {
+    pub(crate) fn refresh_pj(&self, timing: &Timing) -> f64 {
         let ns = timing.refresh as f64 * timing.clock_ns;
         self.above(self.refresh, self.closed, ns)
     }
@@ -105,13 +105,13 @@ pub struct Energy {
 impl Energy {
     /// Total energy in picojoules.
     #[must_use]
-    pub fn total_pj(&self) -> f64 {
+    pub(crate) fn total_pj(&self) -> f64 {
         self.access_pj() + self.refresh_pj + self.standby_pj
     }
 
     /// Energy of accesses in picojoules, without refreshes and standby.
     #[must_use]
-    pub fn access_pj(&self) -> f64 {
+    pub(crate) fn access_pj(&self) -> f64 {
         self.activate_pj + self.read_pj + self.write_pj
     }
 }

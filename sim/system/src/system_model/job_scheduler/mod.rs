@@ -75,7 +75,7 @@ pub struct Job {
 impl Job {
     /// Nanoseconds that its bytes need on a channel at full bandwidth.
     #[must_use]
-    pub fn alone_ns(&self, of: Shared) -> f64 {
+    pub(crate) fn alone_ns(&self, of: Shared) -> f64 {
         let own = self.shares.iter().filter(|share| share.of == of);
         own.map(|share| share.ns).sum()
     }

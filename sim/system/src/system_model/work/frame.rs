@@ -105,7 +105,7 @@ impl FrameWork {
     ///
     /// # Errors
     /// As [`Scene::render_fixed`].
-    pub fn count_through(
+    pub(crate) fn count_through(
         scene: &Scene,
         config: &Config,
         array: MacArray,
