@@ -1,13 +1,22 @@
 //! Pages that say how to add a thing: the files that they list are those that it takes.
 //!
-//! A page has a line `<!-- adding: at most N files, found by WORD -->`, and below it a table whose
-//! first column names files or folders. `found by WORD` means that a search for the example's own
-//! word finds these files and no others, tests aside.
+//! A page has a line `<!-- adding: at most N files, found by WORD, WORD -->`, and below it a table
+//! whose first column names files or folders. A search for the words, which are the example's own,
+//! finds files in all of these and in no others. Tests are found only where the table names them.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::{name, pages_in, read, root};
+use super::{followed, name, pages_in, read, root};
+
+/// The pages, and the most files that each may list.
+const LIMITS: [(&str, usize); 5] = [
+    ("exponential", 8),
+    ("field", 4),
+    ("format", 3),
+    ("knob", 4),
+    ("unit", 14),
+];
 
 /// Rust files below a folder, but for tests and examples.
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -29,64 +38,135 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 /// Whether a text has a word that is no part of another.
 fn has_word(text: &str, word: &str) -> bool {
     let is_part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    let is_open = is_part(word.chars().next_back());
     text.match_indices(word).any(|(at, _)| {
         let (before, after) = (text[..at].chars().next_back(), &text[at + word.len()..]);
-        !is_part(before) && !is_part(after.chars().next())
+        !is_part(before) && !(is_open && is_part(after.chars().next()))
     })
 }
 
-/// Files of the table below the mark, the most that there may be, and the word that finds them.
-fn listed(text: &str) -> Option<(BTreeSet<String>, usize, Option<&str>)> {
-    let (_, rest) = text.split_once("<!-- adding: at most ")?;
-    let (mark, rest) = rest.split_once(" -->")?;
-    let (count, word) = match mark.split_once(" files, found by ") {
-        Some((count, word)) => (count, Some(word)),
-        None => (mark.strip_suffix(" files")?, None),
-    };
-    let rows = rest.lines().skip_while(|line| !line.starts_with('|'));
-    let rows = rows.take_while(|line| line.starts_with('|')).skip(2);
-    let files = rows.filter_map(|row| Some(row.split('`').nth(1)?.to_owned()));
-    Some((files.collect(), count.parse().ok()?, word))
+/// The list of a page.
+struct Listed {
+    /// Files and folders of the table below the mark.
+    files: BTreeSet<String>,
+    /// The most that there may be.
+    most: usize,
+    /// Words that find them.
+    words: Vec<String>,
+}
+
+impl Listed {
+    fn of(text: &str) -> Option<Self> {
+        let (_, rest) = text.split_once("<!-- adding: at most ")?;
+        let (mark, rest) = rest.split_once(" -->")?;
+        let (count, words) = mark.split_once(" files").unwrap_or((mark, ""));
+        let words = words.strip_prefix(", found by ").unwrap_or_default();
+        let rows = rest.lines().skip_while(|line| !line.starts_with('|'));
+        let rows = rows.take_while(|line| line.starts_with('|')).skip(2);
+        let files = rows.filter_map(|row| Some(row.split('`').nth(1)?.to_owned()));
+        Some(Self {
+            files: files.collect(),
+            most: count.parse().ok()?,
+            words: words
+                .split(", ")
+                .filter(|word| !word.is_empty())
+                .map(str::to_owned)
+                .collect(),
+        })
+    }
+
+    /// Whether a text has one of the words.
+    fn is_found_in(&self, text: &str) -> bool {
+        self.words.iter().any(|word| has_word(text, word))
+    }
+
+    /// The file of the list, or the folder of it, that holds a file.
+    fn holder(&self, file: &str) -> Option<&String> {
+        let mut all = self.files.iter();
+        all.find(|own| *own == file || (own.ends_with('/') && file.starts_with(&***own)))
+    }
+}
+
+/// A source without its unit tests.
+fn without_tests(text: &str) -> &str {
+    let tests = text.find("#[cfg(test)]\nmod tests {");
+    &text[..tests.unwrap_or(text.len())]
 }
 
 #[test]
 fn pages_on_adding_list_the_files_that_it_takes() {
-    let mut sources_of_all = vec![];
+    let mut all = vec![];
     for folder in ["formats", "hdl", "golden", "sim", "src"] {
-        sources(&root().join(folder), &mut sources_of_all);
+        sources(&root().join(folder), &mut all);
     }
-    let mut checked = 0;
-    for page in pages_in(&root().join("docs/adding")) {
-        let own = name(&page);
-        let Some((files, most, word)) =
-            listed(&read(&page)).map(|(files, most, word)| (files, most, word.map(str::to_owned)))
-        else {
+    let all: Vec<_> = all.iter().map(|path| (name(path), read(path))).collect();
+    for (page, limit) in LIMITS {
+        let page = format!("docs/adding/{page}.md");
+        let listed = Listed::of(&read(&root().join(&page))).unwrap_or_else(|| panic!("{page}"));
+        assert!(listed.most <= limit, "{page}: at most {limit} files");
+        let count = listed.files.len();
+        assert!(count > 0 && count <= listed.most, "{page}: {count} files");
+        for file in &listed.files {
+            assert!(root().join(file).exists(), "{page}: {file}");
+        }
+        if listed.words.is_empty() {
             continue;
-        };
-        checked += 1;
-        assert!(!files.is_empty() && files.len() <= most, "{own}: {files:?}");
-        for file in &files {
-            assert!(root().join(file).exists(), "{own}: {file}");
         }
-        if let Some(word) = word {
-            let found = sources_of_all
-                .iter()
-                .filter(|path| has_word(&read(path), &word));
-            let found: BTreeSet<String> = found.map(|path| name(path)).collect();
-            assert_eq!(files, found, "{own}: a search for {word}");
+        let found = all
+            .iter()
+            .filter(|(_, text)| listed.is_found_in(without_tests(text)));
+        let mut holders = BTreeSet::new();
+        for (file, _) in found {
+            let holder = listed.holder(file);
+            let words = &listed.words;
+            holders.insert(holder.unwrap_or_else(|| panic!("{page}: {file} has one of {words:?}")));
         }
+        for file in listed.files.iter().filter(|f| f.contains("/tests/")) {
+            if listed.is_found_in(&read(&root().join(file))) {
+                holders.insert(file);
+            }
+        }
+        let named: BTreeSet<_> = listed.files.iter().collect();
+        assert_eq!(holders, named, "{page}: a search for {:?}", listed.words);
     }
-    assert!(checked >= 2, "{checked}");
+}
+
+/// Every page has its limit.
+#[test]
+fn pages_on_adding_have_limits() {
+    let pages = pages_in(&root().join("docs/adding"));
+    let limits = LIMITS.map(|(page, _)| root().join(format!("docs/adding/{page}.md")));
+    assert_eq!(pages, limits);
+}
+
+/// The form that the page adds takes a file where the form of its list has one.
+#[test]
+fn the_added_form_takes_the_files_of_the_list() {
+    let text = read(&root().join(followed::PAGES[0].0));
+    let listed = Listed::of(&text).unwrap().files;
+    let own = listed.iter().map(|f| f.replace("radix4", followed::FORM));
+    let changed = followed::changes(&text).into_iter().map(|c| c.path);
+    assert_eq!(
+        own.collect::<BTreeSet<_>>(),
+        changed.collect::<BTreeSet<_>>()
+    );
 }
 
 #[test]
 fn words_and_lists_are_found() {
     assert!(has_word("a.hashed_levels = 1", "hashed_levels"));
     assert!(!has_word("unhashed_levels_of", "hashed_levels"));
-    let text = "<!-- adding: at most 2 files, found by x -->\n\n| file | |\n|---|---|\n| `a.rs` | b |\n\n| `c` |\n";
-    let (files, most, word) = listed(text).unwrap();
+    assert!(has_word("use tree::Tree", "tree::"));
+    let text = "<!-- adding: at most 2 files, found by x, y z -->\n\n| file | |\n|---|---|\n| `a.rs` | b |\n| `d/` | |\n\n| `c` |\n";
+    let listed = Listed::of(text).unwrap();
+    assert_eq!(listed.files.iter().collect::<Vec<_>>(), ["a.rs", "d/"]);
     assert_eq!(
-        (files.into_iter().collect::<Vec<_>>(), most, word),
-        (vec!["a.rs".to_owned()], 2, Some("x"))
+        (listed.most, &*listed.words),
+        (2, &["x", "y z"].map(str::to_owned)[..])
     );
+    assert!(listed.is_found_in("a y z") && !listed.is_found_in("xy"));
+    assert_eq!(listed.holder("d/e.rs").unwrap(), "d/");
+    assert_eq!(listed.holder("a.rs2"), None);
+    let source = "mod a;\n#[cfg(test)]\nmod tests {\n x\n}\n";
+    assert_eq!(without_tests(source), "mod a;\n");
 }

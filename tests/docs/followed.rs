@@ -12,12 +12,12 @@ use std::process::Command;
 use super::{read, root};
 
 /// The pages, and the tests that their examples have to pass in the copy.
-const PAGES: [(&str, &str); 2] = [
+pub(super) const PAGES: [(&str, &str); 2] = [
     ("docs/adding/exponential.md", "every_form"),
     ("docs/adding/unit.md", "every_operation"),
 ];
 /// The name of the form that the first page adds, as files and modules have it.
-const FORM: &str = "mitchell";
+pub(super) const FORM: &str = "mitchell";
 /// The crates that the examples are in, and those that they are built on.
 const CRATES: [&str; 6] = [
     "formats",
@@ -42,14 +42,14 @@ const COPY: &str = "copy";
 
 /// A change of a file.
 #[derive(Debug, PartialEq)]
-struct Change {
-    path: String,
+pub(super) struct Change {
+    pub(super) path: String,
     at: At,
     text: String,
 }
 
 /// The changes of a page, in order.
-fn changes(page: &str) -> Vec<Change> {
+pub(super) fn changes(page: &str) -> Vec<Change> {
     let mut out = vec![];
     let mut lines = page.lines();
     while let Some(line) = lines.next() {

@@ -27,21 +27,20 @@ mod lattice;
 mod mist;
 mod moons;
 mod noise;
+mod sampler;
 mod sdf;
 #[cfg(test)]
 mod tests;
-mod tree;
 mod vase;
 
 use glam::DVec3;
 
 pub use appearance::Appearance;
 pub use ground_truth::Truth;
+pub use sampler::Sampler;
 
 use field::{Field, Motion, SceneSetup};
 use potamoi_base::camera::Camera;
-use potamoi_fields::FieldError;
-use potamoi_fields::algorithms::efficient::EfficientNerf;
 use potamoi_fields::voxels::Grid;
 use potamoi_march::MarchError;
 
@@ -171,13 +170,10 @@ impl Analytic {
         bake::bake(self.field())
     }
 
-    /// Samples the scene to an EfficientNeRF tree whose fine cells are as wide as the grid's
-    /// voxels.
-    ///
-    /// # Errors
-    /// None in practice, as for [`Analytic::bake`].
-    pub fn tree(self) -> Result<EfficientNerf, FieldError> {
-        tree::tree(self.field())
+    /// What a model that is no grid is sampled from.
+    #[must_use]
+    pub fn sampler(self) -> Sampler {
+        Sampler(self.field())
     }
 
     /// Corners of the box that contains the scene, in world coordinates.

@@ -27,6 +27,12 @@ pub enum Size {
     /// Entries of hashed tables, and the upper limit for dense ones. Vertices and samples do not
     /// change.
     Entries(usize),
-    /// Coarse cells of a tree along each axis. The step in cells does not change.
-    Cells(usize),
+    /// Coarse cells of a tree along each axis, with `fine` cells in each of them along each axis.
+    /// The step in cells does not change.
+    Cells {
+        /// Coarse cells along each axis.
+        coarse: usize,
+        /// Fine cells of a coarse one along each axis.
+        fine: usize,
+    },
 }

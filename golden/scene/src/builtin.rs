@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::{Model, Scene, SceneError, garden, lantern, ready_models as ready};
+use super::ready_models::Representation;
+use super::{Model, Scene, SceneError, garden, lantern};
 use potamoi_analytic::Analytic;
 use potamoi_base::file_keys::told;
-use potamoi_fields::AnyField;
 
 /// Default side of a picture in pixels.
 pub(super) const SIDE: u32 = 400;
@@ -14,77 +14,6 @@ pub(super) const SIDE: u32 = 400;
 pub const BUILTIN: [&str; 10] = [
     "garden", "lantern", "cairn", "vase", "lattice", "mist", "moons", "chrome", "gallery", "city",
 ];
-
-/// The kind of model that represents an analytic scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Representation {
-    /// A grid of densities and colours, sampled.
-    Voxels,
-    /// DirectVoxGO, sampled.
-    Dvgo,
-    /// TensoRF, with factors fitted to samples.
-    Tensorf,
-    /// Instant-NGP, fitted and stored in the program.
-    Ngp,
-    /// 3D Gaussians, placed on surfaces and in fog.
-    Splats,
-    /// A two-level tree of EfficientNeRF, sampled.
-    EfficientNerf,
-    /// Compact-3DGS: 3D Gaussians placed in the same way, coded, fitted and stored.
-    Compact,
-    /// Instant-NGP hashed by MVoxel, only of `cairn`.
-    NgpMVoxel,
-}
-
-impl Representation {
-    /// The representations of every scene; the first is the default.
-    pub const ALL: [Self; 7] = [
-        Self::Voxels,
-        Self::Dvgo,
-        Self::Tensorf,
-        Self::Ngp,
-        Self::Splats,
-        Self::EfficientNerf,
-        Self::Compact,
-    ];
-
-    /// Its name after a scene's name and a colon.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Voxels => "voxels",
-            Self::Dvgo => "dvgo",
-            Self::Tensorf => "tensorf",
-            Self::Ngp => "ngp",
-            Self::Splats => "splats",
-            Self::EfficientNerf => "efficientnerf",
-            Self::Compact => "compact",
-            Self::NgpMVoxel => "ngp-mvoxel",
-        }
-    }
-
-    /// The representations of a scene.
-    fn of(analytic: Analytic) -> Vec<Self> {
-        let mut all = Self::ALL.to_vec();
-        if analytic == ready::HASHED_BY_MVOXEL {
-            all.push(Self::NgpMVoxel);
-        }
-        all
-    }
-
-    fn model(self, analytic: Analytic) -> Result<Model, SceneError> {
-        Ok(match self {
-            Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
-            Self::Dvgo => Model::Field(AnyField::new(ready::dvgo(&analytic.bake()?)?)),
-            Self::Tensorf => Model::Field(AnyField::new(ready::tensorf(&analytic.bake()?)?)),
-            Self::Ngp => Model::Field(AnyField::new(ready::ngp(analytic)?)),
-            Self::Splats => Model::Splats(ready::cloud(analytic, ready::DISCS)?),
-            Self::EfficientNerf => Model::Field(AnyField::new(analytic.tree()?)),
-            Self::Compact => Model::Compact(Box::new(ready::compact(analytic)?)),
-            Self::NgpMVoxel => Model::Field(AnyField::new(ready::ngp_mvoxel()?)),
-        })
-    }
-}
 
 impl Scene {
     /// A built-in scene by name. The name of an analytic scene may be followed by a colon and a

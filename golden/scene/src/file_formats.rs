@@ -26,6 +26,14 @@ pub fn formats() -> Vec<&'static Format> {
     all
 }
 
+/// The names of algorithms whose models come in files, each with its file extensions.
+pub fn field_files() -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    let files = |field: &&'static potamoi_fields::Algorithm| {
+        Some((field.name, field.file.as_ref()?.endings))
+    };
+    algorithms::FIELDS.iter().filter_map(files)
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]

@@ -47,13 +47,13 @@ pub mod transforms;
 mod unverified_parts;
 mod warp_renderer;
 
-pub use builtin::{BUILTIN, Representation};
+pub use builtin::BUILTIN;
 pub use error::SceneError;
 pub use exact_depth::ExactDepth;
 pub use image_sequence::Images;
 pub use memory_behaviour::Characterised;
 pub use orbit::Orbit;
-pub use ready_models::cloud as laid_splats;
+pub use ready_models::{Representation, cloud as laid_splats};
 pub use render::{FrameCounts, Rendered, SplatCounts};
 
 use std::sync::Arc;

@@ -37,8 +37,8 @@ impl FullSize {
                     (TableShape::dense(full, channels)?, scale)
                 }
                 Size::Entries(most) => (with_entries(table, most)?, DVec3::ONE),
-                Size::Cells(side) => {
-                    let made = TableShape::tree(nodes(field, side), channels)?;
+                Size::Cells { coarse, fine } => {
+                    let made = TableShape::tree(nodes(field, coarse, fine), channels)?;
                     let ratio = DVec3::from(made.points().map(|p| p as f64));
                     let scale = ratio / DVec3::from(points.map(|p| p as f64));
                     finest = finest.max(mean(scale, points));
@@ -97,16 +97,12 @@ fn mean(scale: DVec3, points: [usize; 3]) -> f64 {
 }
 
 /// Nodes for the coarse cells whose middle is non-empty in the field.
-fn nodes(field: &dyn Field, side: usize) -> Nodes {
+fn nodes(field: &dyn Field, side: usize, fine: usize) -> Nodes {
     let [low, high] = field.sampling().bounds;
-    Nodes::new(
-        [side; 3],
-        potamoi_fields::algorithms::efficient::FINE,
-        |cell| {
-            let part = DVec3::from(cell.map(|i| (i as f64 + 0.5) / side as f64));
-            field.holds(low + (high - low) * part)
-        },
-    )
+    Nodes::new([side; 3], fine, |cell| {
+        let part = DVec3::from(cell.map(|i| (i as f64 + 0.5) / side as f64));
+        field.holds(low + (high - low) * part)
+    })
 }
 
 #[cfg(test)]
@@ -121,7 +117,13 @@ mod tests {
         for (name, size) in [
             ("moons:ngp", Size::Entries(1 << 19)),
             ("cairn:ngp-mvoxel", Size::Entries(1 << 19)),
-            ("moons:efficientnerf", Size::Cells(96)),
+            (
+                "moons:efficientnerf",
+                Size::Cells {
+                    coarse: 96,
+                    fine: 3,
+                },
+            ),
             ("moons:tensorf", Size::Points(300)),
         ] {
             let scene = crate::tests::opened(name);

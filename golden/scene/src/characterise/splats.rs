@@ -49,7 +49,7 @@ pub fn splat_accesses(
 ) -> Result<Accesses, FieldError> {
     let entries = full.and_then(|size| match size {
         Size::Entries(entries) => Some(entries),
-        Size::Points(_) | Size::Cells(_) => None,
+        Size::Points(_) | Size::Cells { .. } => None,
     });
     let centres = colour.map(Compact::asked_at).unwrap_or_default();
     let colours = colour.map(|model| Colours::new(model.colour(), &centres, entries));

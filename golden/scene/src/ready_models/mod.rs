@@ -2,6 +2,7 @@
 //! least squares, stored hash grids fitted to points, splats placed on surfaces and in fog, and
 //! stored coded splats with a fitted colour field.
 
+mod efficient;
 mod grids;
 mod shade;
 mod surfels;
@@ -9,12 +10,87 @@ mod surfels;
 mod tests;
 
 use crate::compact_3dgs::Compact;
-pub(super) use grids::{dvgo, tensorf};
+use crate::{Model, SceneError};
+use grids::{dvgo, tensorf};
 use potamoi_analytic::Analytic;
-use potamoi_fields::FieldError;
 use potamoi_fields::algorithms::ngp::Ngp;
+use potamoi_fields::{AnyField, FieldError};
 use potamoi_splats::files::FileError;
 pub use surfels::cloud;
+
+/// The kind of model that represents an analytic scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Representation {
+    /// A grid of densities and colours, sampled.
+    Voxels,
+    /// DirectVoxGO, sampled.
+    Dvgo,
+    /// TensoRF, with factors fitted to samples.
+    Tensorf,
+    /// Instant-NGP, fitted and stored in the program.
+    Ngp,
+    /// 3D Gaussians, placed on surfaces and in fog.
+    Splats,
+    /// A two-level tree of EfficientNeRF, sampled.
+    EfficientNerf,
+    /// Compact-3DGS: 3D Gaussians placed in the same way, coded, fitted and stored.
+    Compact,
+    /// Instant-NGP hashed by MVoxel, only of `cairn`.
+    NgpMVoxel,
+}
+
+impl Representation {
+    /// The representations of every scene; the first is the default.
+    pub const ALL: [Self; 7] = [
+        Self::Voxels,
+        Self::Dvgo,
+        Self::Tensorf,
+        Self::Ngp,
+        Self::Splats,
+        Self::EfficientNerf,
+        Self::Compact,
+    ];
+
+    /// Its name after a scene's name and a colon.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Voxels => "voxels",
+            Self::Dvgo => "dvgo",
+            Self::Tensorf => "tensorf",
+            Self::Ngp => "ngp",
+            Self::Splats => "splats",
+            Self::EfficientNerf => "efficientnerf",
+            Self::Compact => "compact",
+            Self::NgpMVoxel => "ngp-mvoxel",
+        }
+    }
+
+    /// The representations of a scene.
+    pub(super) fn of(analytic: Analytic) -> Vec<Self> {
+        let mut all = Self::ALL.to_vec();
+        if analytic == HASHED_BY_MVOXEL {
+            all.push(Self::NgpMVoxel);
+        }
+        all
+    }
+
+    /// The model of a scene.
+    pub(super) fn model(self, analytic: Analytic) -> Result<Model, SceneError> {
+        Ok(match self {
+            Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
+            Self::Dvgo => Model::Field(AnyField::new(dvgo(&analytic.bake()?)?)),
+            Self::Tensorf => Model::Field(AnyField::new(tensorf(&analytic.bake()?)?)),
+            Self::Ngp => Model::Field(AnyField::new(ngp(analytic)?)),
+            Self::Splats => Model::Splats(cloud(analytic, DISCS)?),
+            Self::EfficientNerf => {
+                Model::Field(AnyField::new(efficient::tree(analytic.sampler())?))
+            }
+            Self::Compact => Model::Compact(Box::new(compact(analytic)?)),
+            Self::NgpMVoxel => Model::Field(AnyField::new(ngp_mvoxel()?)),
+        })
+    }
+}
 
 /// Approximate maximum number of discs in a scene's splats.
 pub(super) const DISCS: u32 = 90_000;

@@ -109,7 +109,10 @@ pub static ALGORITHM: Algorithm = Algorithm {
         outside::COEFFICIENTS,
         outside::COMPOSITING,
     ],
-    full_size: Some(Size::Cells(384)),
+    full_size: Some(Size::Cells {
+        coarse: 384,
+        fine: FINE,
+    }),
     preset: "fields",
     file: None,
 };

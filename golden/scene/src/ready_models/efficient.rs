@@ -1,10 +1,8 @@
-//! EfficientNeRF models sampled from analytic fields.
+//! EfficientNeRF models, sampled at the centres of fine cells as wide as the voxels of a scene's grid.
 
 use glam::DVec3;
 
-use super::appearance::Appearance;
-use super::bake::directions;
-use super::field::{Field, INSIDE};
+use potamoi_analytic::{Appearance, Sampler};
 use potamoi_base::sh;
 use potamoi_fields::FieldError;
 use potamoi_fields::algorithms::efficient::{CHANNELS, COEFFICIENTS, EfficientNerf, FINE};
@@ -12,21 +10,19 @@ use potamoi_fields::algorithms::efficient::{CHANNELS, COEFFICIENTS, EfficientNer
 /// Minimum distance of colours from 0 and 1, where logits are infinite.
 const MARGIN: f64 = 1.0 / 512.0;
 
-/// Samples a field at the centres of fine cells as wide as its voxels.
-pub(super) fn tree(field: &dyn Field) -> Result<EfficientNerf, FieldError> {
-    let frame = field.frame();
-    let cells = frame.points.map(|points| (points - 1).div_ceil(FINE));
-    let basis = directions().map(|d| (d, sh::basis(d)));
-    EfficientNerf::sampled(cells, frame.corner, frame.voxel, |at, values| {
-        let density = field.probe(at).density * frame.voxel;
-        if density <= 0.0 {
+/// The tree of a scene.
+pub(crate) fn tree(scene: Sampler) -> Result<EfficientNerf, FieldError> {
+    let cells = scene.points().map(|points| (points - 1).div_ceil(FINE));
+    let basis: Vec<_> = scene.directions().map(|d| (d, sh::basis(d))).collect();
+    EfficientNerf::sampled(cells, scene.corner(), scene.voxel(), |at, values| {
+        let depth = scene.depth(at);
+        if depth <= 0.0 {
             return false;
         }
         // The inverse of softplus.
-        values[0] = density.exp_m1().ln() as f32;
-        // No light gets deep inside.
-        if density < INSIDE {
-            colours(&field.look(at), &basis, values);
+        values[0] = depth.exp_m1().ln() as f32;
+        if !scene.is_dark(depth) {
+            colours(&scene.look(at), &basis, values);
         }
         true
     })
