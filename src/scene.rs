@@ -8,7 +8,7 @@ use clap::Args;
 use potamoi_analytic::Analytic;
 use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::told_within;
-use potamoi_scene::{BUILTIN, Representation, Scene};
+use potamoi_scene::{BUILTIN, Representation, Scene, file_formats};
 use potamoi_splats::{Axes, files};
 
 use crate::args::quoted;
@@ -17,14 +17,16 @@ use crate::stdout::say;
 
 /// Kinds of scenes, for help.
 fn scenes() -> String {
+    let fields = file_formats::field_files()
+        .map(|(name, endings)| format!("{name} (.{})", endings.join(", .")));
     format!(
         "Built-in scene ({}; each but the first two also as a ready model behind a colon, such as \
-         cairn:ngp: {}), splat model (.{}), Compact-3DGS model (.npz), checkpoint of DirectVoxGO \
-         (.tar) or TensoRF (.th), Instant-NGP snapshot (.ingp, .msgpack) or description (.toml) \
-         [default: {DEFAULT}]",
+         cairn:ngp: {}), splat model (.{}), Compact-3DGS model (.npz), model file of a field: \
+         {}; or description (.toml) [default: {DEFAULT}]",
         BUILTIN.join(", "),
         Representation::ALL.map(Representation::name).join(", "),
         files::endings().join(", ."),
+        fields.collect::<Vec<_>>().join(", "),
     )
 }
 
