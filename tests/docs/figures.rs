@@ -11,11 +11,13 @@
 //! ```
 //!
 //! After `figures:` (or `slow figures:`, for tests that run with `--ignored`) stand the program's
-//! arguments, `;` between commands. Each further line names what the next numbers of the body are:
+//! arguments, `;` between commands, or `files` where all figures are of reports in the repository.
+//! Each further line names what the next numbers of the body are:
 //!
-//! - `FILE /POINTER FORMAT`: a number of a JSON report; `[key=value]` in the pointer finds the entry
-//!   of a list; `.2` keeps two decimals, `.1e-3` one of a thousandth, `,` puts commas between
-//!   thousands;
+//! - `FILE /POINTER FORMAT`: a number of a JSON report, which a command wrote or the repository has;
+//!   `[key=value]` in the pointer finds the entry of a list; `.2` keeps two decimals, `.1e-3` one of
+//!   a thousandth, `.1Mi` and `.1Gi` one of 2^20 and 2^30, `,` puts commas between thousands.
+//!   `/POINTER + /POINTER` is a sum, `*` and `/` in its place a product and a quotient;
 //! - `ROW | COLUMN; COLUMN`: the numbers in cells of a table that the last command prints, or, with
 //!   `first: ` before the row, the first one;
 //! - `skip N`: numbers of the text itself;
@@ -30,7 +32,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use super::{name, pages, read};
+use super::{name, pages, read, root};
 use crate::common::{run, stderr, stdout};
 
 const END: &str = "<!-- end -->";
@@ -146,12 +148,43 @@ fn pointed<'a>(value: &'a Value, pointer: &str) -> Option<&'a Value> {
     Some(value)
 }
 
+/// A number of a report: a value by its pointer, or several that are added, multiplied or divided
+/// from left to right.
+fn number(report: &Value, expression: &str) -> Option<f64> {
+    let of = |pointer: &str| pointed(report, pointer).and_then(Value::as_f64);
+    // Names in brackets may have blanks; a pointer begins with a slash.
+    let next = |text: &str| {
+        let operators = [" + /", " * /", " / /"];
+        operators.iter().filter_map(|own| text.find(own)).min()
+    };
+    let end = next(expression).unwrap_or(expression.len());
+    let mut value = of(&expression[..end])?;
+    let mut rest = &expression[end..];
+    while !rest.is_empty() {
+        let (operator, other) = (&rest[1..2], &rest[3..]);
+        let end = next(other).unwrap_or(other.len());
+        let operand = of(&other[..end])?;
+        value = match operator {
+            "+" => value + operand,
+            "*" => value * operand,
+            _ => value / operand,
+        };
+        rest = &other[end..];
+    }
+    Some(value)
+}
+
 /// A number as the documents have it.
 fn formatted(value: f64, format: &str) -> String {
     if let Some(rest) = format.strip_prefix('.') {
-        let (decimals, scale) = match rest.split_once('e') {
-            Some((decimals, power)) => (decimals, format!("1e{power}").parse().unwrap()),
-            None => (rest, 1.0),
+        let (decimals, scale) = if let Some((decimals, power)) = rest.split_once('e') {
+            (decimals, format!("1e{power}").parse().unwrap())
+        } else if let Some(decimals) = rest.strip_suffix("Mi") {
+            (decimals, 2f64.powi(-20))
+        } else if let Some(decimals) = rest.strip_suffix("Gi") {
+            (decimals, 2f64.powi(-30))
+        } else {
+            (rest, 1.0)
         };
         return format!("{:.*}", decimals.parse().unwrap(), value * scale);
     }
@@ -213,7 +246,7 @@ struct Printed {
 fn printed(commands: &[&str]) -> Result<Printed, String> {
     let folder = tempfile::tempdir().unwrap();
     let mut texts = vec![];
-    for command in commands {
+    for command in commands.iter().filter(|command| **command != "files") {
         let arguments: Vec<&str> = command.split(' ').collect();
         let done = run(folder.path(), &arguments);
         if !done.status.success() {
@@ -259,8 +292,10 @@ fn values(
             let Some((file, pointer, format)) = parts else {
                 return Err(format!("{line}: FILE /POINTER FORMAT"));
             };
-            let report = crate::common::json(&printed.folder.path().join(file));
-            let value = pointed(&report, pointer).and_then(Value::as_f64);
+            let made = printed.folder.path().join(file);
+            let made = made.exists().then_some(made);
+            let report = crate::common::json(&made.unwrap_or_else(|| root().join(file)));
+            let value = number(&report, pointer);
             let value = value.ok_or_else(|| format!("{line}: no such number"))?;
             values.push(Some(formatted(value, format)));
         }
@@ -375,6 +410,11 @@ fn numbers_are_told_from_names_and_code() {
     assert_eq!(pointed(&report, "/a/[n/m=y]/v").unwrap(), 2);
     assert_eq!(pointed(&report, "/a/0/v").unwrap(), 1);
     assert!(pointed(&report, "/a/[n/m=z]/v").is_none());
+    assert_eq!(number(&report, "/a/1/v * /a/1/v / /a/0/v"), Some(4.0));
+    assert_eq!(number(&report, "/a/0/v + /a/1/v * /a/1/v"), Some(6.0));
+    assert_eq!(number(&report, "/a/[n/m=x]/v / /a/[n/m=y]/v"), Some(0.5));
+    assert_eq!(number(&report, "/a/1/v - /a/1/v"), None);
+    assert_eq!(formatted(1.5 * 1024.0 * 1024.0, ".1Mi"), "1.5");
     let table = "words\n\n| name  speed-up  gap  dB |\n| one   2.00 (3)        1 |\n| two    4.0 (5)    8   7 |\n\n two  8\n";
     assert_eq!(cell(table, "two", "speed-up"), Some("4.0 (5)"));
     assert_eq!(cell(table, "one", "dB"), Some("1"));
