@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-use pulldown_cmark::{BrokenLink, Event, LinkType, Options, Parser, Tag, TagEnd};
+use pulldown_cmark::{BrokenLink, Event, HeadingLevel, LinkType, Options, Parser, Tag, TagEnd};
 
 use super::{name, pages, pages_in, read, root};
 
@@ -284,6 +284,36 @@ fn the_front_page_of_the_book_leads_to_every_page() {
         assert!(
             FRONT.contains(&&*own) || front.contains(&own),
             "docs/README.md does not lead to {own}"
+        );
+    }
+}
+
+/// Every page has a title, and a sentence below it on what it gives.
+#[test]
+fn every_page_begins_with_a_title_and_a_sentence() {
+    for page in pages_in(&root().join("docs")) {
+        if page.ends_with("SUMMARY.md") {
+            continue;
+        }
+        let text = read(&page);
+        let mut events = Parser::new(&text);
+        let title = events.next();
+        let is_title = matches!(
+            title,
+            Some(Event::Start(Tag::Heading {
+                level: HeadingLevel::H1,
+                ..
+            }))
+        );
+        assert!(is_title, "{}: {title:?}", name(&page));
+        let below = events
+            .skip_while(|event| !matches!(event, Event::End(TagEnd::Heading(_))))
+            .nth(1);
+        assert_eq!(
+            below,
+            Some(Event::Start(Tag::Paragraph)),
+            "{}: below its title",
+            name(&page)
         );
     }
 }
