@@ -50,7 +50,7 @@ impl Appearance {
 
     /// Whether the appearance is view-independent.
     #[must_use]
-    pub(crate) fn is_matte(&self) -> bool {
+    pub fn is_matte(&self) -> bool {
         self.surroundings.is_none()
     }
 
