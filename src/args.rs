@@ -31,7 +31,11 @@ impl Common {
                 return Ok(Config::from_toml(text, &format!("preset {name}"))?);
             }
         }
-        Ok(Config::read(self.named())?)
+        let (config, note) = Config::read_with_note(self.named())?;
+        if let Some(note) = note {
+            crate::stdout::remark(format_args!("{note}"));
+        }
+        Ok(config)
     }
 
     /// The configuration that was asked for; where none was, the preset that has what the scene's

@@ -57,8 +57,9 @@ fn main() -> ExitCode {
     if let Some(code) = emit::finish_if_asked() {
         return code;
     }
+    let arguments = renamed::with_values(std::env::args_os());
     let parsed = renamed::accept(cli::Cli::command())
-        .try_get_matches()
+        .try_get_matches_from(&arguments)
         .and_then(|matches| Ok((cli::Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
@@ -67,8 +68,8 @@ fn main() -> ExitCode {
     if let Some(code) = limits::run_within() {
         return code;
     }
-    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    for note in renamed::notes(matches.subcommand_name().unwrap_or_default(), &arguments) {
+    let arguments = &arguments[1.min(arguments.len())..];
+    for note in renamed::notes(matches.subcommand_name().unwrap_or_default(), arguments) {
         stdout::remark(format_args!("{note}"));
     }
     let done = limits::check_tool_seconds()
@@ -76,7 +77,7 @@ fn main() -> ExitCode {
             cli.common
                 .check(matches.subcommand_name().unwrap_or_default())
         })
-        .and_then(|()| roles::check(&matches, &arguments))
+        .and_then(|()| roles::check(&matches, arguments))
         .and_then(|()| run(&cli));
     if matches!(done, Ok(()) | Err(Failure::Check(_))) {
         scene::say_what_is_left_open();

@@ -20,8 +20,12 @@ const RENAMED: &[Renamed] = &[
     renamed("model", "energy", "plot-energy"),
     renamed("model", "roofline", "plot-roofline"),
     renamed("cost", "unit", "study"),
+    renamed("cost", "table", "csv"),
     renamed("estimate", "grid", "fit-to"),
 ];
+
+/// Values of old flags that could stand without one, by command and flag.
+const UNNAMED: &[(&str, &str, &str)] = &[("cost", "table", "exp-table.csv")];
 
 const fn renamed(command: &'static str, old: &'static str, new: &'static str) -> Renamed {
     Renamed { command, old, new }
@@ -35,6 +39,25 @@ pub(crate) fn accept(mut cli: Command) -> Command {
         });
     }
     cli
+}
+
+/// The arguments, with a value for each old flag that could stand without one.
+pub(crate) fn with_values(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut all: Vec<OsString> = vec![];
+    for word in arguments.into_iter().map(Some).chain([None]) {
+        let is_value = word
+            .as_ref()
+            .is_some_and(|word| !word.to_string_lossy().starts_with('-'));
+        let unnamed = UNNAMED.iter().find(|(command, old, _)| {
+            let is_last = all.last().is_some_and(|last| **last == *format!("--{old}"));
+            is_last && all.iter().any(|own| own == command)
+        });
+        if let (Some((_, _, value)), false) = (unnamed, is_value) {
+            all.push(value.into());
+        }
+        all.extend(word);
+    }
+    all
 }
 
 /// One note for each old name among the arguments of `command`.
@@ -122,8 +145,27 @@ mod tests {
         assert!(notes("emit", &["emit", "--out-dir", "out"]).is_empty());
         assert!(notes("render", &["render", "--out", "p.png"]).is_empty());
         assert_eq!(notes("cost", &["cost", "--unit", "exp"]).len(), 1);
+        assert_eq!(notes("cost", &["cost", "--table", "e.csv"]).len(), 1);
         let given = |words: [&str; 3]| as_given("estimate", "fit-to", &words.map(OsString::from));
         assert_eq!(given(["estimate", "--grid", "g.json"]), "--grid");
         assert_eq!(given(["estimate", "--fit-to", "g.json"]), "--fit-to");
+    }
+
+    #[test]
+    fn an_old_flag_without_a_value_gets_its_own() {
+        for (given, expected) in [
+            ("cost --table", "cost --table exp-table.csv"),
+            (
+                "cost --table --json r",
+                "cost --table exp-table.csv --json r",
+            ),
+            ("cost --table e.csv", "cost --table e.csv"),
+            ("cost --csv e.csv", "cost --csv e.csv"),
+            ("verify --table", "verify --table"),
+        ] {
+            let [given, expected] = [given, expected]
+                .map(|line| -> Vec<OsString> { line.split(' ').map(OsString::from).collect() });
+            assert_eq!(with_values(given), expected);
+        }
     }
 }

@@ -20,8 +20,9 @@ use crate::stdout::say;
 pub(crate) struct TraceArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// File to write: a PNG picture (`render`; of several frames, the name that numbers are added
-    /// to), an NPZ trace (`trace`)
+    /// File for the result
+    ///
+    /// A trace as a NumPy archive (NPZ), which `potamoi verify --trace` reads.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Folder for `$readmemh` files and testbenches that read them

@@ -33,6 +33,18 @@ const VALUES: &[(&str, &str)] = &[
 /// Placeholders without a unit.
 const UNITLESS: &[&str] = &["AXES", "DIR", "EFFECT", "FILE", "N", "NAME", "SCENE"];
 
+/// Units by quantity (clock, duration, angle), each with its spellings in lower case. Flags have one
+/// unit of each.
+const UNITS: [&[&[&str]]; 3] = [
+    &[&["ghz", "gigahertz"], &["mhz", "megahertz"]],
+    &[
+        &["ms", "milliseconds"],
+        &["s", "seconds"],
+        &["us", "microseconds"],
+    ],
+    &[&["deg", "degrees"], &["rad", "radians"]],
+];
+
 /// A flag of one command.
 struct Flag {
     command: String,
@@ -150,20 +162,33 @@ fn faults(cli: &Command) -> Vec<String> {
                     faults.push(format!("{place}: {value} has no unit"));
                 }
             }
+            let is_named = |other: &&Flag| flag.meaning.contains(&format!("`{}`", other.command));
+            if let Some(other) = uses.iter().filter(|_| uses.len() > 1).find(is_named) {
+                faults.push(format!(
+                    "{place} has a meaning of its own in {}",
+                    other.command
+                ));
+            }
             if flag.default.is_none() {
                 faults.push(format!("{place} does not tell what it is unless given"));
             }
         }
     }
-    let told = |unit: &str| {
+    let told = |unit: &[&str]| {
         flags.values().flatten().find(|flag| {
             let value = flag.value.clone().unwrap_or_default();
             let told = [&flag.name, &flag.meaning, &value].map(|text| text.to_lowercase());
-            told.iter().any(|text| text.contains(unit))
+            let is_end = |c: char| !c.is_alphanumeric() && !['\'', '/'].contains(&c);
+            let mut words = told.iter().flat_map(|text| text.split(is_end));
+            words.any(|word| unit.contains(&word))
         })
     };
-    if let (Some(a), Some(b)) = (told("ghz"), told("mhz")) {
-        faults.push(format!("--{} is in GHz, --{} in MHz", a.name, b.name));
+    for units in UNITS {
+        let mut told = units.iter().filter_map(|unit| Some((unit, told(unit)?)));
+        if let (Some((one, a)), Some((other, b))) = (told.next(), told.next()) {
+            let (one, other) = (one[0], other[0]);
+            faults.push(format!("--{} is in {one}, --{} in {other}", a.name, b.name));
+        }
     }
     faults
 }
@@ -292,7 +317,16 @@ fn faults_of_a_vocabulary_are_found() {
     let far = flag("far", "N", "How far [default: 1]").value_parser(clap::value_parser!(f64));
     assert!(found(far).contains("no unit"));
     assert!(found(flag("far", "N", "How far")).contains("unless given"));
-    assert!(found(flag("bus-mhz", "N", "Clock of a bus [default: 1]")).contains("in MHz"));
+    assert!(found(flag("bus-mhz", "N", "Clock of a bus [default: 1]")).contains("in mhz"));
+    assert!(found(flag("wait-s", "N", "A wait [default: 1]")).contains("in s"));
+    let both = "Seed of stalls (`doctor`) or of a placement (`synth`) [default: 1]";
+    let both = |cli: Command| {
+        ["doctor", "cache"].into_iter().fold(cli, |cli, command| {
+            cli.mut_subcommand(command, |own| own.arg(flag("start", "N", both)))
+        })
+    };
+    let said = faults(&both(Cli::command())).join("; ");
+    assert!(said.contains("a meaning of its own in doctor"), "{said}");
     let local = clap::builder::PossibleValue::new("local").help("Another place");
     let scenario = "Where full frames are rendered [default: local]";
     let scenario = flag("scenario", "X", scenario).value_parser([local]);

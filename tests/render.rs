@@ -136,7 +136,7 @@ fn every_exponential_is_listed() {
         at,
         0,
         &[
-            "cost", "--study", "exp", "--table", "e.csv", "--json", "r.json",
+            "cost", "--study", "exp", "--csv", "e.csv", "--json", "r.json",
         ],
     );
     assert!(

@@ -417,6 +417,7 @@ fn a_small_unit_is_placed_and_routed() {
     assert_eq!(used("multipliers"), 8);
     assert_eq!(used("block_rams"), 4 * 2 + 48);
     assert!(used("luts") > 1000 && used("flops") > 1000, "{unit}");
+    assert!(unit["clock_ghz"].as_f64().unwrap() > 0.02, "{unit}");
     assert!(unit["clock_mhz"].as_f64().unwrap() > 20.0, "{unit}");
     assert!(place("1").contains("made earlier"));
     assert_eq!(json(&at.join("r.json")), report);

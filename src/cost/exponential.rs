@@ -27,7 +27,7 @@ pub(super) fn run(config: &Config, args: &CostArgs) -> Result<(), Failure> {
         error => error.into(),
     })?;
     spinner.finish_and_clear();
-    if let Some(path) = &args.table {
+    if let Some(path) = &args.csv {
         files::write(path, &sweep.csv())?;
     }
     print(&sweep.report, args);
@@ -124,7 +124,7 @@ fn print(report: &ExponentialReport, args: &CostArgs) {
         report.interval_cycles,
         report.exponentials_per_cycle
     );
-    if let Some(path) = &args.table {
+    if let Some(path) = &args.csv {
         say!("  every input, result and latency: {}", path.display());
     }
 }

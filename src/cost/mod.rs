@@ -67,22 +67,13 @@ pub(crate) struct CostArgs {
     /// [default: those that come with the program, and the formulas]
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,
-    /// The points as CSV; `--study exp` has --table instead
+    /// Write the results as CSV: one line for each point of a scene, each form of `--study methods`, or
+    /// each input of `--study exp` (u_code, y_code, cycles)
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Every input of the exponential with its result and cycles, as CSV: u_code, y_code, cycles;
-    /// without a name, exp-table.csv
-    #[arg(
-        long,
-        value_name = "FILE",
-        num_args = 0..=1,
-        default_missing_value = "exp-table.csv",
-        requires = "study"
-    )]
-    table: Option<PathBuf>,
     /// Write the report as JSON; of several scenes or frames, one report of all
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -118,7 +109,7 @@ impl From<By> for Price {
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
-    let written = [&args.table, &args.json, &args.csv, &args.plot];
+    let written = [&args.json, &args.csv, &args.plot];
     files::prepare(written.map(Option::as_ref))?;
     for (name, goal) in [
         ("--target-psnr", args.target_psnr),
@@ -135,19 +126,9 @@ pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
             "--plot: expected without --study exp, which has one point; --study methods has many"
                 .to_owned(),
         )),
-        Some(Study::Exp) if args.csv.is_some() => Err(Failure::Usage(
-            "--csv: expected without --study exp; --table writes its inputs and results".to_owned(),
-        )),
         Some(Study::Methods) if common.config.is_some() => Err(Failure::Usage(
             "--config: expected without --study methods, whose forms are its own; --study exp measures \
              that of a configuration"
-                .to_owned(),
-        )),
-        None if args.table.is_some() => Err(Failure::Usage(
-            "--table: expected with --study exp; --csv writes the points of a scene".to_owned(),
-        )),
-        Some(Study::Methods) if args.table.is_some() => Err(Failure::Usage(
-            "--table: expected with --study exp; --csv writes the forms of --study methods"
                 .to_owned(),
         )),
         Some(Study::Methods) => methods::run(args),

@@ -28,7 +28,7 @@ pub(super) const TOOLS: [Tool; 9] = [
         ask: &["--version"],
         minimum: "5.006",
         required: true,
-        disables: "verify, render --numerics rtl, cost --table: Verilog cannot be simulated",
+        disables: "verify, render --numerics rtl, cost --study exp: Verilog cannot be simulated",
         remedy: "tools/setup, or: apt-get install verilator (Debian 12, Ubuntu 24.04 or later)",
     },
     Tool {

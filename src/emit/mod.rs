@@ -170,7 +170,9 @@ fn print(report: &Report, stale: &[String], args: &EmitArgs) {
 
 /// Text of a configuration file.
 fn text_of(config: &Config) -> Result<String, Failure> {
-    toml::to_string(config).map_err(|error| Failure::Check(format!("{CONFIGURATION}: {error}")))
+    config
+        .to_toml()
+        .map_err(|error| Failure::Check(format!("{CONFIGURATION}: {error}")))
 }
 
 const fn name_of(organisation: Organisation) -> &'static str {

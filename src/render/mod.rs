@@ -29,8 +29,10 @@ pub(crate) struct RenderArgs {
     /// What computes the picture
     #[arg(long, value_enum, default_value_t = By::Fixed)]
     numerics: By,
-    /// File to write: a PNG picture (`render`; of several frames, the name that numbers are added
-    /// to), an NPZ trace (`trace`)
+    /// File for the result
+    ///
+    /// A PNG picture. With --frames, the number of each frame is inserted before the ending:
+    /// a.png becomes a.0000.png, a.0001.png and so on.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Frames of the camera path [default: one picture, from the scene's camera]

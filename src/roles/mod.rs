@@ -34,7 +34,7 @@ fn role(argument: &str) -> Option<Role> {
         "config" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system"
         | "synth" | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
         "out" | "json" | "vcd" | "csv" | "plot" | "plot_energy" | "plot_roofline" | "found"
-        | "table" | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
+        | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
         _ => return None,
     })
 }

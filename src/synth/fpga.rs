@@ -43,7 +43,7 @@ pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(),
             of(unit.flops, "flip-flops"),
             of(unit.multipliers, "multipliers"),
             of(unit.block_rams, "block memories"),
-            unit.clock_mhz * 1e-3
+            unit.clock_ghz()
         );
     }
     if let Some(path) = &args.json {

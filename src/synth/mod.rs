@@ -67,7 +67,7 @@ pub(crate) struct SynthArgs {
     /// FPGA to place and route for, with Yosys and nextpnr [default: cells of the library]
     #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid", "forms"])]
     fpga: Option<Family>,
-    /// Seed of the random stalls (`verify`) or of the placement (`synth --fpga`)
+    /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1, requires = "fpga")]
     seed: u32,
     /// Folder for the netlists in cells

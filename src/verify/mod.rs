@@ -38,7 +38,7 @@ pub(crate) struct VerifyArgs {
     /// Fault built into the hardware, which has to be found [default: none]
     #[arg(long, value_enum)]
     inject: Option<Inject>,
-    /// Seed of the random stalls (`verify`) or of the placement (`synth --fpga`)
+    /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Waveform of the cycles around a mismatch

@@ -4,6 +4,7 @@
 //! the broken rule, the field, its value and the allowed values.
 
 mod breaches;
+mod clock;
 mod derived;
 mod exponential;
 mod gu;
@@ -51,8 +52,8 @@ const LIMIT: u64 = 1 << 20;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// Clock in MHz, which converts cycles to time. The paper states none; 1000 is a named
-    /// assumption.
+    /// Clock in MHz, which converts cycles to time; `clock_ghz`, in GHz, in files. The paper states
+    /// none; 1000 is a named assumption.
     pub clock_mhz: u32,
     /// The MVoxel that the gathering unit holds.
     pub mvoxel: MvoxelConfig,
@@ -142,16 +143,18 @@ impl Config {
     /// # Errors
     /// Text that is not TOML, unknown fields, values of the wrong type, or broken rules.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ConfigError> {
-        Self::from_bytes(text.as_bytes(), origin)
+        Ok(Self::from_bytes(text.as_bytes(), origin)?.0)
     }
 
-    fn from_bytes(bytes: &[u8], origin: &str) -> Result<Self, ConfigError> {
-        let config: Self = document::toml(bytes)
-            .and_then(|document| document.read())
+    /// The configuration, and a note where it has an old key.
+    fn from_bytes(bytes: &[u8], origin: &str) -> Result<(Self, Option<String>), ConfigError> {
+        let (config, note) = document::toml(bytes)
+            .and_then(clock::in_mhz)
+            .and_then(|(document, note)| Ok((document.read::<Self>()?, note)))
             .map_err(|wrong| ConfigError::parse(origin, &wrong))?;
         let breaches = rules::check(&config);
         if breaches.is_empty() {
-            Ok(config)
+            Ok((config, note))
         } else {
             Err(ConfigError::Rules {
                 origin: origin.to_owned(),
@@ -165,13 +168,24 @@ impl Config {
     /// # Errors
     /// As [`Config::from_toml`], or the file cannot be read.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        Ok(Self::read_with_note(path)?.0)
+    }
+
+    /// As [`Config::read`], with a note for the user where the file has a key of the previous
+    /// version.
+    ///
+    /// # Errors
+    /// As [`Config::read`].
+    pub fn read_with_note(path: &Path) -> Result<(Self, Option<String>), ConfigError> {
         let fail = |source| ConfigError::Read {
             path: path.to_owned(),
             source,
         };
         let bytes = crate::files::read(path, LIMIT).map_err(fail)?;
         let long = || fail(std::io::Error::other(format!("more than {LIMIT} bytes")));
-        Self::from_bytes(&bytes.ok_or_else(long)?, &path.display().to_string())
+        let origin = path.display().to_string();
+        let (config, note) = Self::from_bytes(&bytes.ok_or_else(long)?, &origin)?;
+        Ok((config, note.map(|note| format!("{origin}: {note}"))))
     }
 
     /// The paper's configuration.
@@ -206,7 +220,7 @@ mod tests {
     #[test]
     fn every_field_survives_a_round_trip() {
         let config = Config::default();
-        let text = toml::to_string(&config).unwrap();
+        let text = config.to_toml().unwrap();
         assert_eq!(Config::from_toml(&text, "again").unwrap(), config, "{text}");
     }
 

@@ -31,7 +31,10 @@ impl Config {
     /// As [`Config::from_toml`] for the result.
     pub fn with(&self, layers: &[Layer<'_>], origin: &str) -> Result<Self, ConfigError> {
         let parse = |problem: String| ConfigError::parse(origin, &Wrong::new(problem));
-        let mut all = toml::Table::try_from(self).map_err(|e| parse(e.to_string()))?;
+        let own = self.to_toml().map_err(|e| parse(e.to_string()))?;
+        let mut all: toml::Table = own
+            .parse()
+            .map_err(|e: toml::de::Error| parse(e.to_string()))?;
         for Layer { derived, toml } in layers {
             let exp = all.get_mut("vu").and_then(|vu| vu.get_mut("exp"));
             if let Some(exp) = exp.and_then(toml::Value::as_table_mut) {
@@ -44,14 +47,6 @@ impl Config {
         }
         let text = toml::to_string(&all).map_err(|e| parse(e.to_string()))?;
         Self::from_toml(&text, origin)
-    }
-
-    /// All of it as TOML for [`Config::from_toml`].
-    ///
-    /// # Errors
-    /// None known: every field has a form in TOML.
-    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
-        toml::to_string(self)
     }
 }
 

@@ -96,8 +96,24 @@ pub struct FpgaUnit {
     pub clock_mhz: f64,
 }
 
+impl FpgaUnit {
+    /// Clock in gigahertz.
+    #[must_use]
+    pub fn clock_ghz(&self) -> f64 {
+        self.clock_mhz / 1e3
+    }
+}
+
+/// A unit in a report, with its clock in GHz as well; readers of earlier versions find it in MHz.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct ReportedUnit {
+    #[serde(flatten)]
+    unit: FpgaUnit,
+    clock_ghz: f64,
+}
+
 /// Report of units on an FPGA.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FpgaReport {
     format_version: u32,
     command: String,
@@ -107,10 +123,10 @@ pub struct FpgaReport {
     pub device: String,
     seed: u32,
     aim_mhz: u32,
+    aim_ghz: f64,
     yosys: String,
     nextpnr: String,
-    /// The units.
-    pub units: Vec<FpgaUnit>,
+    units: Vec<ReportedUnit>,
 }
 
 impl FpgaReport {
@@ -124,9 +140,16 @@ impl FpgaReport {
             device: DEVICE.to_owned(),
             seed,
             aim_mhz: AIM_MHZ,
+            aim_ghz: f64::from(AIM_MHZ) / 1e3,
             yosys: tools.yosys.clone(),
             nextpnr: tools.nextpnr.clone(),
-            units,
+            units: units
+                .into_iter()
+                .map(|unit| ReportedUnit {
+                    clock_ghz: unit.clock_ghz(),
+                    unit,
+                })
+                .collect(),
         }
     }
 }

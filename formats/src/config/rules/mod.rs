@@ -12,13 +12,12 @@ mod vector;
 #[must_use]
 pub fn check(config: &Config) -> RuleBreaches {
     let mut out = RuleBreaches::default();
-    out.range(
+    out.require(
+        (1..=10_000).contains(&config.clock_mhz),
         "clock",
-        "clock_mhz",
-        config.clock_mhz,
-        1,
-        10_000,
-        "it turns cycles into time",
+        "clock_ghz",
+        config.clock_ghz(),
+        "0.001 to 10: it turns cycles into time",
     );
     gathering(config, &mut out);
     organisation::organisation(config, &mut out);
