@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use potamoi_base::outputs as files;
 
 use crate::failure::Failure;
-use crate::files;
 
 pub(crate) const LETTERS: (&str, u32) = ("sans-serif", 14);
 pub(crate) const TITLE: (&str, u32) = ("sans-serif", 18);

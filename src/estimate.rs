@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use potamoi_base::outputs as files;
 use potamoi_explore::synthesis::{EstimateOf, UnitEstimate};
 use potamoi_synth::fit::{EnergiesOf, Fit, ScaledEstimate, Spread};
 use potamoi_synth::grid::Grid;
@@ -11,7 +12,6 @@ use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::stdout::say;
 use crate::synth::Units;
 use crate::tables;

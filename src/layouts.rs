@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use potamoi_cycles::layouts::{Layout, Layouts};
+use potamoi_base::outputs as files;
+use potamoi_cycles::layouts::Layout;
+use potamoi_explore::organisations::Organisations;
 use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
-use potamoi_reference::ReferenceUnits;
-use potamoi_reference::observer::Observed;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
@@ -38,62 +37,19 @@ struct Report {
     height: u32,
     /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
-    /// Entries gathered.
-    samples: u64,
-    layouts: Vec<Row>,
-    paper: Paper,
+    #[serde(flatten)]
+    found: Organisations,
     /// Items that a model's file leaves open.
     not_checked: Vec<String>,
 }
-
-#[derive(Serialize)]
-struct Row {
-    #[serde(flatten)]
-    layout: Layout,
-    /// Conflict rate: conflicts over reads.
-    conflict_rate: f64,
-    /// Conflict rate if lanes could not share a read of the same row.
-    conflict_rate_unshared: f64,
-    /// Share of cycles lost to bank stalls.
-    lost: f64,
-    samples_per_cycle: f64,
-    /// Cycles to transfer the bytes at 25.6 GB/s.
-    bandwidth_cycles: u64,
-}
-
-/// Conflict rates in the paper (Sec. "Motivation").
-#[derive(Serialize)]
-struct Paper {
-    rays_16_banks_16_average: f64,
-    rays_16_banks_16_most: f64,
-    rays_64_banks_16_instant_ngp: f64,
-}
-
-const PAPER: Paper = Paper {
-    rays_16_banks_16_average: 0.51,
-    rays_16_banks_16_most: 0.83,
-    rays_64_banks_16_instant_ngp: 0.80,
-};
 
 pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let config = common.read_config()?;
     let scene = args.scene.open()?;
     let spinner = progress::spinner("gathering a frame in every organisation");
-    let mut layouts = Layouts::new(Layout::all(&config));
-    let mut twins = ReferenceUnits::new(&config);
-    let mut units = Observed::new(&mut twins, &config).by(&mut layouts);
-    scene.render_fixed(&config, &mut units)?;
+    let found = Organisations::of(&scene, &config)?;
     spinner.finish_and_clear();
-    let samples = layouts.samples;
-    let rows = layouts.layouts.into_iter().map(|layout| Row {
-        conflict_rate: layout.conflict_rate(),
-        conflict_rate_unshared: layout.unshared_rate(),
-        lost: layout.lost(),
-        samples_per_cycle: samples as f64 / layout.cycles.max(1) as f64,
-        bandwidth_cycles: layout.bandwidth_cycles(),
-        layout,
-    });
     let report = Report {
         format_version: FORMAT_VERSION,
         command: "layouts",
@@ -101,9 +57,7 @@ pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
         width: scene.camera().width,
         height: scene.camera().height,
         configuration: config.hash(),
-        samples,
-        layouts: rows.collect(),
-        paper: PAPER,
+        found,
         not_checked: scene.not_checked(),
     };
     print(&report);
@@ -153,7 +107,7 @@ fn print(report: &Report) {
         report.scene,
         report.width,
         report.height,
-        report.samples
+        report.found.samples
     );
     let mut table = tables::lined(
         1,
@@ -169,7 +123,7 @@ fn print(report: &Report) {
         ],
     );
     let mut refused = vec![];
-    for row in &report.layouts {
+    for row in &report.found.layouts {
         let layout = &row.layout;
         let of_banks = |rate| match layout.lanes {
             Some(_) => percent(rate),
@@ -198,7 +152,7 @@ fn print(report: &Report) {
     for reason in refused {
         say!("  left out: {reason}");
     }
-    let paper = &report.paper;
+    let paper = &report.found.paper;
     say!(
         "  conflicts in the paper, of frames gathered pixel by pixel: {} on average and {} at most \
          with 16 banks and 16 rays, {} for Instant-NGP with 64 rays",

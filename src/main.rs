@@ -14,9 +14,7 @@ mod effects;
 mod emit;
 mod estimate;
 mod failure;
-mod files;
 mod layouts;
-mod limits;
 mod model;
 mod progress;
 mod renamed;
@@ -37,16 +35,23 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory as _, FromArgMatches as _};
 
+use potamoi_base::{file_set, memory_limit};
+use potamoi_verilated::child;
+
 use failure::Failure;
 
+/// Prints a failure, and returns its exit code.
+fn parting(failure: &Failure) -> ExitCode {
+    stdout::error(format_args!("{failure}"));
+    failure.exit_code()
+}
+
 /// Prints clap's answer: an error, help or a version.
-fn parting(error: &clap::Error) -> ExitCode {
+fn answer(error: &clap::Error) -> ExitCode {
     let printed = error.print().and_then(|()| std::io::stdout().flush());
     match printed {
         Err(why) if why.kind() != std::io::ErrorKind::BrokenPipe => {
-            let failure = Failure::Output(why.to_string());
-            stdout::error(format_args!("{failure}"));
-            failure.exit_code()
+            parting(&Failure::Output(why.to_string()))
         }
         // 0 of help, 2 of errors.
         _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
@@ -54,8 +59,11 @@ fn parting(error: &clap::Error) -> ExitCode {
 }
 
 fn main() -> ExitCode {
-    if let Some(code) = emit::finish_if_asked() {
-        return code;
+    if let Some(done) = file_set::finish_if_asked() {
+        return match done {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => Failure::from(error).exit_code(),
+        };
     }
     let arguments = renamed::with_values(std::env::args_os());
     let parsed = renamed::accept(cli::Cli::command())
@@ -63,23 +71,26 @@ fn main() -> ExitCode {
         .and_then(|matches| Ok((cli::Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
-        Err(error) => return parting(&error),
+        Err(error) => return answer(&error),
     };
-    if let Some(code) = limits::run_within() {
-        return code;
+    match memory_limit::run_within() {
+        None => {}
+        Some(Ok(code)) => return ExitCode::from(code),
+        Some(Err(error)) => return parting(&error.into()),
     }
     let arguments = &arguments[1.min(arguments.len())..];
     for note in renamed::notes(matches.subcommand_name().unwrap_or_default(), arguments) {
         stdout::remark(format_args!("{note}"));
     }
-    let done = limits::check_tool_seconds()
+    let done = child::check_limit()
+        .map_err(|error| Failure::Usage(error.to_string()))
         .and_then(|()| {
             cli.common
                 .check(matches.subcommand_name().unwrap_or_default())
         })
         .and_then(|()| roles::check(&matches, arguments))
         .and_then(|()| run(&cli));
-    if matches!(done, Ok(()) | Err(Failure::Check(_))) {
+    if done.as_ref().err().is_none_or(Failure::is_failed_check) {
         scene::say_what_is_left_open();
     }
     let done = match (done, stdout::lost()) {
@@ -88,10 +99,7 @@ fn main() -> ExitCode {
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            stdout::error(format_args!("{failure}"));
-            failure.exit_code()
-        }
+        Err(failure) => parting(&failure),
     }
 }
 
@@ -110,6 +118,6 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Model(args) => model::run(&cli.common, args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Cache(args) => cache::run(args),
-        cli::Command::Doctor(args) => doctor::run(args.json.as_deref()).map_err(Into::into),
+        cli::Command::Doctor(args) => doctor::run(args.json.as_deref()),
     }
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use clap::Args;
-use potamoi_analytic::Analytic;
 use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::told_within;
 use potamoi_scene::{BUILTIN, Representation, Scene, file_formats};
@@ -103,38 +102,6 @@ pub(crate) fn say_what_is_left_open() {
     let rest: Vec<String> = rest.map(|(sentence, _)| sentence.clone()).collect();
     drop(all);
     say_not_checked(&rest);
-}
-
-/// The scenes of a list: `all` is every built-in scene in every representation,
-/// `cairn:all` every one of a scene, `all:ngp` every scene in one of them.
-pub(crate) fn named(list: &[String]) -> Vec<String> {
-    let mut names = vec![];
-    for wanted in list {
-        let (scene, representation) = wanted.split_once(':').unwrap_or((wanted, "all"));
-        if scene != "all" && !wanted.ends_with(":all") {
-            names.push(wanted.clone());
-            continue;
-        }
-        let before = names.len();
-        for built_in in BUILTIN.iter().filter(|b| scene == "all" || scene == **b) {
-            if Analytic::named(built_in).is_none() {
-                if wanted == "all" {
-                    names.push((*built_in).to_owned());
-                }
-                continue;
-            }
-            let all = Representation::ALL.map(Representation::name);
-            let chosen = all
-                .iter()
-                .filter(|r| representation == "all" || representation == **r);
-            names.extend(chosen.map(|r| format!("{built_in}:{r}")));
-        }
-        if names.len() == before {
-            // Opening it says what there is.
-            names.push(wanted.clone());
-        }
-    }
-    names
 }
 
 /// Effects of paths and outside the units, which a frame cannot leave out.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use indicatif::HumanCount;
+use potamoi_base::outputs as files;
 use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::readmemh;
 use potamoi_scene::trace::Trace;
@@ -11,7 +12,6 @@ use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;

@@ -6,14 +6,15 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::Args;
+use potamoi_base::outputs as files;
 use potamoi_explore::characterisation::Characterisation;
+use potamoi_scene::scenes_named;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
-use crate::scene::{SceneArgs, named, say_not_checked};
+use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
 
 #[derive(Debug, Args)]
@@ -77,7 +78,7 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
             .as_ref()
             .map_or(Ok(()), |path| Ok(files::write_json(path, &report)?));
     }
-    let names = named(&args.scenes);
+    let names = scenes_named(&args.scenes);
     let bar = progress::bar(names.len() as u64, "characterising");
     let mut scenes = vec![];
     for name in names {

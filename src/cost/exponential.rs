@@ -1,5 +1,6 @@
 //! `potamoi cost --study exp`: every input of the exponential through the Verilated unit.
 
+use potamoi_base::outputs as files;
 use potamoi_explore::ExploreError;
 use potamoi_explore::exponential::{ExponentialReport, ExponentialSweep};
 use potamoi_formats::config::{Config, ExpBase, ExpForm};
@@ -7,7 +8,6 @@ use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::stdout::say;
 

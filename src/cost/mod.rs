@@ -9,11 +9,11 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use potamoi_base::outputs as files;
 use potamoi_explore::accuracy::Price;
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::scene::SceneArgs;
 
 /// Version of the JSON reports.

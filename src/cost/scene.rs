@@ -1,5 +1,6 @@
 //! Every knob of a scene's frame on one scale.
 
+use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
 use potamoi_explore::accuracy::knobs::{self, Knob, Setting};
 use potamoi_explore::accuracy::{Bench, Found, Goal, Proof, Search, Sweep};
@@ -8,7 +9,6 @@ use serde::Serialize;
 use super::{CostArgs, FORMAT_VERSION, pictures, tables};
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress::{self, Shown};
 use crate::scene::left_open_of_files;
 use crate::stdout::say;

@@ -9,12 +9,12 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use potamoi_analysis::Surroundings;
 use potamoi_base::camera::Camera;
+use potamoi_base::outputs as files;
 use potamoi_explore::effects::EffectsStudy;
 use potamoi_scene::Scene;
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress::{self, Shown};
 use crate::scene::{SceneArgs, say_not_checked};
 
@@ -104,7 +104,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     if let Some(file) = &args.json {
         files::write_json(file, &report)?;
     }
-    let differs = |what: &str| Err(Failure::Check(format!("{what} changed a result")));
+    let differs = |what: &str| Err(Failure::check(format!("{what} changed a result")));
     match (&found.forced, &found.rtl) {
         (Some(forced), _) if !forced.is_same() => {
             differs("forcing effects that are not called for")

@@ -1,6 +1,7 @@
 //! Calibration of the GPU's efficiencies to the paper's times, and their error on held-out times.
 
 use potamoi_explore::system::{GpuFactors, SIDE, TIMED, Timed, WARPED};
+use potamoi_scene::scenes_named;
 use potamoi_system::system_model::System;
 use serde::Serialize;
 
@@ -9,7 +10,6 @@ use super::report::{self, Report};
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
-use crate::scene::named;
 use crate::stdout::say;
 use crate::tables;
 
@@ -31,8 +31,8 @@ struct Factors {
 
 pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<(), Failure> {
     let names = match args.scenes.is_empty() {
-        true => named(&DEFAULT.map(str::to_owned)),
-        false => named(&args.scenes),
+        true => scenes_named(&DEFAULT.map(str::to_owned)),
+        false => scenes_named(&args.scenes),
     };
     let bar = progress::bar(names.len() as u64, "counting");
     let mut scenes = vec![];

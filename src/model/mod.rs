@@ -3,7 +3,6 @@
 mod calibrate;
 pub(crate) mod ladder;
 mod octree;
-mod paper;
 mod pictures;
 mod report;
 mod rivals;
@@ -14,22 +13,19 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
 use potamoi_explore::system::Modelled;
-use potamoi_scene::Scene;
+use potamoi_scene::{Scene, scenes_named};
 use potamoi_system::system_model::work::{PathOptions, PathWork};
 use potamoi_system::system_model::{Scenario, System, Variant, chrome_trace};
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress::{self, Shown};
-use crate::scene::{SceneArgs, named, say_not_checked};
+use crate::scene::{SceneArgs, say_not_checked};
 use crate::warp::RulesOf;
 use report::Report;
-
-/// Size limit of a system description, in bytes.
-const LARGEST_SYSTEM: u64 = 1 << 20;
 
 #[derive(Debug, Args)]
 pub(crate) struct ModelArgs {
@@ -157,7 +153,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     }
     let names = match args.scenes.is_empty() {
         true => vec![args.scene.name().to_owned()],
-        false => named(&args.scenes),
+        false => scenes_named(&args.scenes),
     };
     if args.octree {
         return octree::run(common, args, &system, &names);
@@ -200,18 +196,10 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
 
 impl ModelArgs {
     fn system(&self) -> Result<System, Failure> {
-        let Some(path) = &self.system else {
-            return Ok(System::default());
-        };
-        let fail =
-            |problem: String| Failure::Usage(format!("--system {}: {problem}", path.display()));
-        let bytes = potamoi_base::files::read(path, LARGEST_SYSTEM);
-        let bytes = bytes.map_err(|error| fail(error.to_string()))?;
-        let long = || fail(format!("expected at most {LARGEST_SYSTEM} bytes"));
-        Ok(System::from_bytes(
-            &bytes.ok_or_else(long)?,
-            &path.display().to_string(),
-        )?)
+        Ok(self
+            .system
+            .as_deref()
+            .map_or_else(|| Ok(System::default()), System::read)?)
     }
 
     /// The baseline and the requested variants.

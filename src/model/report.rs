@@ -1,11 +1,11 @@
 //! JSON reports.
 
+use potamoi_base::outputs as files;
 use potamoi_system::system_model::System;
 use serde::Serialize;
 
 use super::ModelArgs;
 use crate::failure::Failure;
-use crate::files;
 
 /// Version of the JSON reports.
 const FORMAT_VERSION: u32 = 1;

@@ -1,11 +1,10 @@
 //! Table of many scenes.
 
-use potamoi_explore::system::Modelled;
+use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, gathering_speed_up};
 use potamoi_system::system_model::Outcome;
 
-use super::paper::{BY_TRAFFIC, Paper, figure, gathering_speed_up};
 use super::report::Report;
-use super::tables::{percent, scenarios, times};
+use super::tables::{figure, percent, scenarios, times};
 use crate::stdout::say;
 use crate::tables;
 

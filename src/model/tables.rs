@@ -1,17 +1,21 @@
 //! Tables of results.
 
-use potamoi_explore::system::Modelled;
+use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, frames_per_second, gathering_speed_up};
 use potamoi_system::system_model::job_scheduler::Resource;
 use potamoi_system::system_model::work::{PathReplay, Replayed};
 use potamoi_system::system_model::{Frames, Gpu, Outcome, Scenario, System};
 use potamoi_warp::Profile;
 
-use super::paper::{BY_TRAFFIC, Paper, figure, frames_per_second, gathering_speed_up};
 use crate::stdout::say;
 use crate::tables;
 
 fn db(of: Option<f64>) -> String {
     of.map_or_else(|| "-".to_owned(), |db| format!("{db:.2}"))
+}
+
+/// A figure of the paper, or a note that there is none.
+pub(super) fn figure(of: Option<f64>) -> String {
+    of.map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"))
 }
 
 pub(super) fn percent(of: Option<f64>) -> String {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use potamoi_base::outputs as files;
 use potamoi_explore::rendering::{Numerics, not_checked, shoot};
 use potamoi_formats::config::Config;
 use potamoi_rtl::RtlCycles;
@@ -11,7 +12,6 @@ use serde::Serialize;
 
 use super::{FORMAT_VERSION, Units};
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::scene::say_not_checked;
 use crate::stdout::say;

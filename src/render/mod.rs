@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use potamoi_base::effects::Choices;
+use potamoi_base::outputs as files;
 use potamoi_explore::rendering::{Numerics, Shot, not_checked, shoot};
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT};
 use potamoi_rtl::RtlCycles;
@@ -17,7 +18,6 @@ use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;

@@ -3,18 +3,16 @@
 //! Checked before any work, for all commands at once: an output that is also an input would destroy
 //! it, and one file for two outputs would keep one of them.
 
-mod reads;
-
 use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
+use potamoi_scene::files_read::{files_of, regular};
 
 use crate::failure::Failure;
 use crate::renamed;
-use reads::{files_of, regular};
 
 /// Role of an argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use potamoi_base::outputs as files;
 use potamoi_explore::synthesis::in_parallel;
 use potamoi_formats::config::Config;
 use potamoi_synth::{FpgaReport, FpgaTools, Part, place_and_route};
 
 use super::SynthArgs;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress::{self, Shown};
 use crate::stdout::say;
 

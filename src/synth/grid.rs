@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use potamoi_base::outputs as files;
 use potamoi_explore::synthesis::{Flow, synthesise_grid};
 use potamoi_synth::grid::Point;
 
 use super::SynthArgs;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress::{self, Shown};
 use crate::stdout::say;
 

@@ -4,13 +4,13 @@ mod fpga;
 mod grid;
 mod power;
 mod print;
-mod study;
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use potamoi_base::outputs as files;
 use potamoi_explore::synthesis::{
-    Activity, ActivityScenes, Flow, in_parallel, missed_clock, without_memories,
+    Activity, ActivityScenes, Flow, compare_variants, in_parallel, missed_clock, without_memories,
 };
 use potamoi_formats::config::Config;
 use potamoi_synth::grid::{design, forms};
@@ -21,7 +21,6 @@ use potamoi_synth::{
 
 use crate::args::Common;
 use crate::failure::Failure;
-use crate::files;
 use crate::progress::{self, Shown};
 use crate::stdout::say;
 use power::PowerArgs;
@@ -129,7 +128,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         cache: &cache,
     };
     if let Some(path) = &args.report {
-        return study::run(args, &flow, path);
+        return compare_organisations(args, &flow, path);
     }
     if let Some(path) = &args.grid {
         return grid::run(args, &flow, "--grid", &design(), path);
@@ -153,12 +152,25 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         say!("\n{note}");
     }
     if let Some(missed) = missed {
-        return Err(Failure::Check(missed));
+        return Err(Failure::check(missed));
     }
     match expected {
         Some((path, expected)) => compare(&report, &path, expected, args.unit.kinds()),
         None => Ok(()),
     }
+}
+
+/// `--report`: organisations and exponentials side by side.
+fn compare_organisations(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), Failure> {
+    let bar = progress::bar(0, "steps");
+    let nodes = (args.node, args.scale_to);
+    let text = compare_variants(flow, args.jobs.into(), nodes, &Shown(&bar));
+    bar.finish_and_clear();
+    let text = text?;
+    files::write(path, &text)?;
+    say!("{}", text.trim_end());
+    say!("\nreport: {}", path.display());
+    Ok(())
 }
 
 /// Refuses a clock or nodes that are none.
@@ -279,7 +291,7 @@ fn compare(
     }
     match found {
         0 => Ok(()),
-        found => Err(Failure::Inconclusive(format!(
+        found => Err(Failure::inconclusive(format!(
             "{found} figures or origins differ from {}",
             path.display()
         ))),

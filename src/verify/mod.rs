@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
+use potamoi_base::outputs as files;
 use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::Config;
 use potamoi_rtl::EngineKind;
@@ -16,7 +17,6 @@ use serde::Serialize;
 
 use crate::args::{Common, quoted};
 use crate::failure::Failure;
-use crate::files;
 use crate::progress;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
@@ -210,7 +210,7 @@ fn settings(args: &VerifyArgs, total: [u64; 2]) -> Settings {
 /// Checks that agreement means something: an error if nothing was compared.
 fn agreement(report: &Report<'_>) -> Result<(), Failure> {
     if let Some(inject) = report.inject {
-        return Err(Failure::Inconclusive(format!(
+        return Err(Failure::inconclusive(format!(
             "the injected fault `{inject}` was not found in the share that was verified; \
              try --level full"
         )));
@@ -220,7 +220,7 @@ fn agreement(report: &Report<'_>) -> Result<(), Failure> {
         ("vector unit", report.vector_unit.elements),
     ];
     if units.iter().all(|(_, compared)| *compared == 0) {
-        return Err(Failure::Inconclusive(format!(
+        return Err(Failure::inconclusive(format!(
             "nothing was compared: {} asks nothing of either unit; \
              choose a scene, a camera or a trace with something in view",
             report.scene
@@ -269,7 +269,7 @@ fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(),
         }
     }
     say!("  again: {again} --seed {}", args.seed);
-    Err(Failure::Check(match args.inject {
+    Err(Failure::check(match args.inject {
         Some(inject) => format!("the injected fault `{}` was found", inject.injection()),
         None => "hardware and golden models differ".to_owned(),
     }))

@@ -12,14 +12,15 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::ProgressBar;
 use potamoi_base::effects::Effect;
+use potamoi_base::outputs as files;
 use potamoi_explore::warping::{Method, MethodSettings, PlannedWay, Study, Truth, Warping};
+use potamoi_scene::scenes_named;
 use potamoi_system::path_schedule::chrome_trace;
 use potamoi_warp::{Frame, Rule};
 
 use crate::failure::Failure;
-use crate::files;
 use crate::progress::{self, Shown};
-use crate::scene::{SceneArgs, named};
+use crate::scene::SceneArgs;
 
 use report::{FORMAT_VERSION, Report, Reports};
 use source::DepthArgs;
@@ -88,7 +89,7 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
             None => Ok(()),
         };
     }
-    let names = named(&args.scenes);
+    let names = scenes_named(&args.scenes);
     let mut reports = Reports {
         format_version: FORMAT_VERSION,
         command: "warp",

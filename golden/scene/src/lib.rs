@@ -25,6 +25,7 @@ mod empty_frames;
 mod error;
 mod exact_depth;
 pub mod file_formats;
+pub mod files_read;
 mod fixed;
 pub mod garden;
 mod identity;
@@ -39,6 +40,7 @@ mod picture_files;
 mod ready_models;
 mod render;
 mod render_options;
+mod scene_list;
 pub mod surface;
 #[cfg(test)]
 mod tests;
@@ -55,6 +57,7 @@ pub use memory_behaviour::Characterised;
 pub use orbit::Orbit;
 pub use ready_models::{Representation, cloud as laid_splats};
 pub use render::{FrameCounts, Rendered, SplatCounts};
+pub use scene_list::scenes_named;
 
 use std::sync::Arc;
 

@@ -8,6 +8,7 @@
 //! | [`warping`] | the quality of warped frames, their share of rendered pixels, and their schedule |
 //! | [`effects`] | the effects that a scene calls for, and the cost of each |
 //! | [`characterisation`] | reads, cache misses and bank conflicts |
+//! | [`organisations`] | the cycles of a frame's gathers in each organisation of the banks |
 //! | [`synthesis`] | area, clock and power of units |
 //! | [`rendering`], [`verification`] | a picture by any arithmetic; workloads for the verification of hardware |
 //!
@@ -42,10 +43,12 @@
 //! ```
 
 pub mod accuracy;
+mod cause;
 pub mod characterisation;
 pub mod effects;
 mod error;
 pub mod exponential;
+pub mod organisations;
 mod progress;
 pub mod rendering;
 mod setup;
@@ -54,6 +57,7 @@ pub mod system;
 pub mod verification;
 pub mod warping;
 
+pub use cause::Cause;
 pub use error::ExploreError;
 pub use progress::Progress;
 pub use setup::{Chosen, Setup, store};

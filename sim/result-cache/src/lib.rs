@@ -14,6 +14,8 @@
 //! # }
 //! ```
 
+pub mod listing;
+
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 

@@ -54,6 +54,7 @@ mod retime;
 pub mod scaling;
 mod script;
 pub mod study;
+pub mod toolbox;
 mod tools;
 mod unit;
 mod unit_kind;

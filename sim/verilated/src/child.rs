@@ -293,6 +293,29 @@ fn guarded(command: &Command, script: &str) -> Command {
     shell
 }
 
+/// An invalid time limit in the environment.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{LIMIT} is `{0}`: expected a whole number of seconds, 1 or more; unset it for the limits of \
+     each tool"
+)]
+pub struct BadLimit(String);
+
+/// Checks the override of the time limits by the environment, if there is one.
+///
+/// # Errors
+/// The variable is set to something else than a number of seconds.
+pub fn check_limit() -> Result<(), BadLimit> {
+    let Some(text) = std::env::var_os(LIMIT) else {
+        return Ok(());
+    };
+    let text = text.to_string_lossy();
+    match text.trim().parse::<u64>() {
+        Ok(1..) => Ok(()),
+        _ => Err(BadLimit(text.into_owned())),
+    }
+}
+
 /// The time limit, or its override by the environment.
 fn in_force(limit: Duration) -> Duration {
     let set = std::env::var(LIMIT).ok();

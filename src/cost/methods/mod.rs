@@ -5,12 +5,12 @@ mod plot;
 
 use std::fmt::Write as _;
 
+use potamoi_base::outputs as files;
 use potamoi_explore::exponential::{Method, Methods, Peer};
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};
 use crate::failure::Failure;
-use crate::files;
 use crate::stdout::say;
 use crate::tables;
 

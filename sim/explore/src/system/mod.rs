@@ -6,6 +6,7 @@ mod calibration;
 mod fidelity;
 mod merging;
 mod modelled;
+mod paper;
 mod sensitivity;
 
 pub use accelerators::{Accelerators, NEUREX_SIDE};
@@ -13,4 +14,5 @@ pub use calibration::{GpuFactors, SIDE, TIMED, Timed, WARPED};
 pub use fidelity::{Fidelity, Rung, rungs};
 pub use merging::{Merging, Side};
 pub use modelled::Modelled;
+pub use paper::{BY_TRAFFIC, Paper, frames_per_second, gathering_speed_up};
 pub use sensitivity::{CountedScene, Mean, Sensitivity, SensitivityRow};

@@ -1,5 +1,7 @@
 //! Parameters of the system, each with its meaning and source.
 
+use std::path::{Path, PathBuf};
+
 use potamoi_formats::document::{self, Value};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -9,6 +11,9 @@ use super::kernels::Instructions;
 use super::ranges::RANGES;
 use crate::link;
 use potamoi_cycles::mac_array::MacArray;
+
+/// Size limit of a description, in bytes.
+const LARGEST: u64 = 1 << 20;
 
 /// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
 /// states them, and named assumptions elsewhere.
@@ -103,6 +108,14 @@ pub enum SystemError {
         /// The problem.
         problem: String,
     },
+    /// The file cannot be read, or is too large.
+    #[error("--system {}: {problem}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The problem.
+        problem: String,
+    },
     /// A field is out of range.
     #[error("{name}: `{field}` is {value}: expected {expected}")]
     Value {
@@ -124,6 +137,20 @@ impl System {
     /// Text that is not TOML, an unknown field, a value out of range.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, SystemError> {
         Self::from_bytes(text.as_bytes(), name)
+    }
+
+    /// Reads a description from a file.
+    ///
+    /// # Errors
+    /// As [`System::from_toml`], or the file cannot be read or is larger than a mebibyte.
+    pub fn read(path: &Path) -> Result<Self, SystemError> {
+        let fail = |problem: String| SystemError::Read {
+            path: path.to_owned(),
+            problem,
+        };
+        let bytes = potamoi_base::files::read(path, LARGEST).map_err(|e| fail(e.to_string()))?;
+        let long = || fail(format!("expected at most {LARGEST} bytes"));
+        Self::from_bytes(&bytes.ok_or_else(long)?, &path.display().to_string())
     }
 
     /// Reads a description from a file's bytes.

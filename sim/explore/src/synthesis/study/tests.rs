@@ -30,7 +30,7 @@ fn the_paper_s_unit_is_as_the_book_has_it() {
     let text = units(&[row(GATHERING[0], 0)]);
     let line = "| paper | 0.0178 (0.0408) | 11102 | 1101 (1387) | 0.0983 | 0.0130 |";
     assert_eq!(text.lines().nth(2), Some(line), "{text}");
-    let book = include_str!("../../../docs/explanation/synthesis.md");
+    let book = include_str!("../../../../../docs/explanation/synthesis.md");
     assert!(book.contains(&line.replace("11102", "11,102")));
     let text = modules(&row(GATHERING[0], 0).unit);
     assert!(
@@ -150,7 +150,7 @@ fn plain(cell: &str) -> String {
 /// fewer ports beside a crossbar, all at 12 nm.
 #[test]
 fn memories_beside_logic_are_as_the_book_has_them() {
-    let book = include_str!("../../../docs/explanation/synthesis.md");
+    let book = include_str!("../../../../../docs/explanation/synthesis.md");
     let text = text("origin", &all(), &cacti).unwrap();
     let found = cells(&text, "| the paper's unit, mm^2 |");
     assert_eq!(found.len(), 4, "{text}");

@@ -1,9 +1,11 @@
-//! Files read through a path.
+//! Files read through a path: itself, those in it, and those that descriptions name.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
+
+use potamoi_formats::document::{self, Value};
 
 /// Depth to which files named in descriptions are followed.
 const DEPTH: u32 = 5;
@@ -13,14 +15,16 @@ const LARGEST: u64 = 64 << 20;
 const MOST: usize = 100_000;
 
 /// Device and inode of an existing regular file.
-pub(super) fn regular(path: &Path) -> Option<(u64, u64)> {
+#[must_use]
+pub fn regular(path: &Path) -> Option<(u64, u64)> {
     let found = fs::metadata(path).ok()?;
     found.is_file().then(|| (found.dev(), found.ino()))
 }
 
 /// All files read through a path, as far as known: itself, the files in it if it is a folder, and
 /// those named in a description.
-pub(super) fn files_of(path: &Path) -> BTreeSet<(u64, u64)> {
+#[must_use]
+pub fn files_of(path: &Path) -> BTreeSet<(u64, u64)> {
     let mut found = BTreeSet::new();
     add(path, DEPTH, &mut found);
     found
@@ -51,20 +55,16 @@ fn add(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
     if !is_text("toml") && !is_text("json") {
         return;
     }
-    let Ok(text) = potamoi_base::files::read_text(path, LARGEST) else {
+    let Ok(Some(bytes)) = potamoi_base::files::read(path, LARGEST) else {
         return;
     };
-    let text = text.trim_start_matches('\u{feff}');
     let folder = path.parent().unwrap_or(Path::new(""));
+    let value = match is_text("toml") {
+        true => document::toml(&bytes),
+        false => document::json(&bytes),
+    };
     let mut names = vec![];
-    if is_text("toml") {
-        let value: Option<toml::Value> = toml::from_str(text).ok();
-        let value = value.and_then(|value| serde_json::to_value(value).ok());
-        value.iter().for_each(|value| texts(value, &mut names));
-    } else {
-        let value: Option<serde_json::Value> = serde_json::from_str(text).ok();
-        value.iter().for_each(|value| texts(value, &mut names));
-    }
+    value.iter().for_each(|value| texts(value, &mut names));
     for name in names {
         let named = folder.join(&name);
         add(&named, depth - 1, found);
@@ -74,11 +74,11 @@ fn add(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
 }
 
 /// All strings in a value.
-fn texts(value: &serde_json::Value, found: &mut Vec<String>) {
+fn texts(value: &Value, found: &mut Vec<String>) {
     match value {
-        serde_json::Value::String(text) if text.len() < 4096 => found.push(text.clone()),
-        serde_json::Value::Array(items) => items.iter().for_each(|item| texts(item, found)),
-        serde_json::Value::Object(fields) => fields.values().for_each(|v| texts(v, found)),
+        Value::Text(text) if text.len() < 4096 => found.push(text.to_string()),
+        Value::List(items) => items.iter().for_each(|item| texts(item, found)),
+        Value::Map(fields) => fields.iter().for_each(|(_, value)| texts(value, found)),
         _ => {}
     }
 }

@@ -1,13 +1,10 @@
 //! `potamoi emit`: the Verilog of both units.
 
-mod finisher;
-mod set;
-
-pub(crate) use finisher::finish_if_asked;
-
 use std::collections::BTreeMap;
 
 use potamoi_analysis::{Hardware, LeftOut};
+use potamoi_base::file_set;
+use potamoi_base::outputs as files;
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_scene::Scene;
@@ -17,7 +14,6 @@ use serde::Serialize;
 use crate::args::Common;
 use crate::cli::EmitArgs;
 use crate::failure::Failure;
-use crate::files;
 use crate::scene;
 use crate::stdout::say;
 
@@ -82,12 +78,12 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     if args.for_scene.is_some() {
         all.insert(CONFIGURATION.to_owned(), text_of(&config)?);
     }
-    let stale = set::replace(
+    let stale = file_set::replace(
         &args.out_dir,
         &all,
         &config.hash(),
         args.overwrite,
-        &finisher::finish_apart,
+        &file_set::finish_apart,
     )?;
     let (organisation, organisation_reason) = config.organisation();
     let report = Report {
@@ -172,7 +168,7 @@ fn print(report: &Report, stale: &[String], args: &EmitArgs) {
 fn text_of(config: &Config) -> Result<String, Failure> {
     config
         .to_toml()
-        .map_err(|error| Failure::Check(format!("{CONFIGURATION}: {error}")))
+        .map_err(|error| Failure::check(format!("{CONFIGURATION}: {error}")))
 }
 
 const fn name_of(organisation: Organisation) -> &'static str {

@@ -1,9 +1,7 @@
-//! `potamoi synth --report`: organisations and exponentials side by side.
+//! Organisations of the gathering unit and forms of the exponential, synthesised and compared.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use potamoi_explore::synthesis::{Flow, in_parallel};
 use potamoi_formats::config::Config;
 use potamoi_synth::study::{
     EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
@@ -12,11 +10,8 @@ use potamoi_synth::{
     Cacti, Figures, Memories, Raw, STEPS, SYSTEM, Scaled, Shape, SynthError, UnitReport, model,
 };
 
-use super::SynthArgs;
-use crate::failure::Failure;
-use crate::files;
-use crate::progress::{self, Shown};
-use crate::stdout::say;
+use super::{Flow, in_parallel};
+use crate::{ExploreError, Progress};
 
 /// What models a memory that no unit has, by its name and shape.
 type Model<'a> = &'a dyn Fn(&str, &Shape) -> Result<Figures, SynthError>;
@@ -51,7 +46,7 @@ impl Row {
     }
 
     /// Square millimetres of other memories at that node.
-    fn table_mm2(&self, table: &Table, model: Model<'_>) -> Result<f64, Failure> {
+    fn table_mm2(&self, table: &Table, model: Model<'_>) -> Result<f64, ExploreError> {
         let mut figures = model(table.name, &table.shape)?;
         if let Some(memories) = &self.scaled.memories {
             figures = figures.scaled(&memories.factors);
@@ -64,12 +59,21 @@ impl Row {
     }
 }
 
-pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), Failure> {
+/// Synthesises the variants of [`GATHERING`] and [`EXPONENTIALS`], `jobs` at once, and compares them
+/// in Markdown tables: at the library's node, and scaled from `node` nanometres, if it is known, to
+/// `scale_to`.
+///
+/// # Errors
+/// A variant cannot be synthesised, or CACTI is missing or fails.
+pub fn compare_variants(
+    flow: &Flow<'_>,
+    jobs: usize,
+    (node, scale_to): (Option<u32>, u32),
+    progress: &dyn Progress,
+) -> Result<String, ExploreError> {
     let cacti = Cacti::find(flow.cache)?;
     let variants: Vec<Variant> = GATHERING.into_iter().chain(EXPONENTIALS).collect();
-    let bar = progress::bar(0, "steps");
-    let (jobs, shown) = (args.jobs.into(), Shown(&bar));
-    let rows = in_parallel(&variants, jobs, STEPS, &shown, |variant, step| {
+    let rows = in_parallel(&variants, jobs, STEPS, progress, |variant, step| {
         let config = variant.config()?;
         let unit = flow.synthesise(&config, variant.unit, step)?.report;
         let memories = model(std::slice::from_ref(&unit), &cacti)?;
@@ -77,37 +81,30 @@ pub(super) fn run(args: &SynthArgs, flow: &Flow<'_>, path: &Path) -> Result<(), 
             units: vec![unit.clone()],
             memories: Some(memories.clone()),
         };
-        Ok::<_, Failure>(Row {
+        Ok::<_, ExploreError>(Row {
             variant: *variant,
             config,
             unit,
             memories,
-            scaled: Scaled::new(&raw, args.node, args.scale_to),
+            scaled: Scaled::new(&raw, node, scale_to),
         })
-    });
-    bar.finish_and_clear();
-    let rows = rows?;
-    let at = match args.node {
-        Some(node) => format!("{node} nm; in brackets at {} nm", args.scale_to),
+    })?;
+    let at = match node {
+        Some(node) => format!("{node} nm; in brackets at {scale_to} nm"),
         None => "the library's node".to_owned(),
     };
     let origin = format!(
-        "{}, {at}. {}; OpenSTA {}; memories at {} nm by {}.",
+        "{}, {at}. {}; OpenSTA {}; memories at {scale_to} nm by {}.",
         flow.library.name,
         flow.tools.yosys,
         flow.tools.opensta,
-        args.scale_to,
         cacti.settings().cacti
     );
-    let text = text(&origin, &rows, &|name, shape| cacti.model(name, shape))?;
-    files::write(path, &text)?;
-    say!("{}", text.trim_end());
-    say!("\nreport: {}", path.display());
-    Ok(())
+    text(&origin, &rows, &|name, shape| cacti.model(name, shape))
 }
 
 /// The report, of gathering units and then exponentials.
-fn text(origin: &str, rows: &[Row], model: Model<'_>) -> Result<String, Failure> {
+fn text(origin: &str, rows: &[Row], model: Model<'_>) -> Result<String, ExploreError> {
     let (gathering, exponentials) = rows.split_at(GATHERING.len().min(rows.len()));
     let mut text = format!("{origin}\n\n");
     text += &units(gathering);
@@ -166,7 +163,7 @@ fn modules(unit: &UnitReport) -> String {
 
 /// Logic beside memories, as generated and as the paper may have counted, and both beside
 /// an NPU.
-fn beside(own: &Row, model: Model<'_>) -> Result<String, Failure> {
+fn beside(own: &Row, model: Model<'_>) -> Result<String, ExploreError> {
     let fifo = own.unit.modules.iter().find(|m| m.module == "feature_fifo");
     let fifo = fifo.map_or(0.0, |m| m.count as f64 * m.area_um2);
     let [logic, without] =
@@ -179,7 +176,7 @@ fn beside(own: &Row, model: Model<'_>) -> Result<String, Failure> {
     ];
     for (name, parts) in once(&own.config) {
         let areas = parts.iter().map(|table| own.table_mm2(table, model));
-        memories.push((name, areas.sum::<Result<f64, Failure>>()?));
+        memories.push((name, areas.sum::<Result<f64, ExploreError>>()?));
     }
     let system = ["global_feature_buffer", "weight_buffer"].map(|name| own.system_um2(name));
     let array = array_um2(&own.unit).unwrap_or_default() * own.logic_factor();
@@ -209,7 +206,7 @@ fn beside(own: &Row, model: Model<'_>) -> Result<String, Failure> {
 }
 
 /// Tables of features with fewer and fewer ports, and what joins banks and lanes.
-fn joined(rows: &[Row], model: Model<'_>) -> Result<String, Failure> {
+fn joined(rows: &[Row], model: Model<'_>) -> Result<String, ExploreError> {
     let mut text =
         "| table of features | memories | mm^2 | crossbar and arbitration, mm^2 | sum |\n\
                     |---|---|---|---|---|\n"

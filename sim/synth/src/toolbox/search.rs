@@ -1,24 +1,18 @@
 //! Location and version of a program.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use potamoi_base::files;
 use potamoi_verilated::child;
 
-use super::tools::Tool;
+use super::Surroundings;
+use super::catalogue::Tool;
 
 /// Longest version output that is searched, in characters.
 const LONGEST: usize = 1000;
 /// Size limit of a header with a version, in bytes.
 const LARGEST_HEADER: u64 = 1 << 20;
-
-/// Environment of the search, replaceable in tests.
-pub(super) struct Surroundings<'a> {
-    pub(super) variable: &'a dyn Fn(&str) -> Option<OsString>,
-    pub(super) folder: PathBuf,
-}
 
 /// A program, its fixed arguments, and whether other commands do not find it.
 pub(super) struct Place {

@@ -1,4 +1,4 @@
-//! Atomic output files.
+//! Output files of a command: each is checked before any work, named once, and written atomically.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -6,9 +6,12 @@ use std::sync::{Mutex, PoisonError};
 
 use thiserror::Error;
 
+use crate::files;
+
+/// Why a file cannot be written.
 #[derive(Debug, Error)]
 #[error("cannot write {path}: {source}; {remedy}")]
-pub(crate) struct FileError {
+pub struct FileError {
     path: PathBuf,
     source: std::io::Error,
     /// The remedy.
@@ -16,7 +19,9 @@ pub(crate) struct FileError {
 }
 
 impl FileError {
-    pub(crate) fn new(path: &Path, source: std::io::Error) -> Self {
+    /// The error of a file or folder.
+    #[must_use]
+    pub fn new(path: &Path, source: std::io::Error) -> Self {
         Self {
             path: path.to_owned(),
             source,
@@ -29,16 +34,14 @@ impl FileError {
 ///
 /// # Errors
 /// An output cannot be written, or is named twice.
-pub(crate) fn prepare<'a>(
-    paths: impl IntoIterator<Item = Option<&'a PathBuf>>,
-) -> Result<(), FileError> {
+pub fn prepare<'a>(paths: impl IntoIterator<Item = Option<&'a PathBuf>>) -> Result<(), FileError> {
     static KNOWN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     for path in paths.into_iter().flatten() {
         let fail = |e| FileError::new(path, e);
-        potamoi_base::files::prepare(path).map_err(fail)?;
+        files::prepare(path).map_err(fail)?;
         // Streams may be written to twice.
-        let Some(place) = potamoi_base::files::place(path).map_err(fail)? else {
+        let Some(place) = files::place(path).map_err(fail)? else {
             continue;
         };
         let folder = place.parent().filter(|p| !p.as_os_str().is_empty());
@@ -59,16 +62,22 @@ pub(crate) fn prepare<'a>(
 }
 
 /// Writes a file atomically, and creates its folder.
-pub(crate) fn write(path: &Path, text: &str) -> Result<(), FileError> {
+///
+/// # Errors
+/// The folder or the file cannot be written.
+pub fn write(path: &Path, text: &str) -> Result<(), FileError> {
     let fail = |source| FileError::new(path, source);
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(fail)?;
     }
-    potamoi_base::files::write(path, text.as_bytes()).map_err(fail)
+    files::write(path, text.as_bytes()).map_err(fail)
 }
 
 /// Writes a report as JSON.
-pub(crate) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<(), FileError> {
+///
+/// # Errors
+/// As [`write()`], or the report has no form in JSON.
+pub fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<(), FileError> {
     let text = serde_json::to_string_pretty(report);
     let mut text = text.map_err(|e| FileError::new(path, e.into()))?;
     text.push('\n');

@@ -6,29 +6,27 @@
 
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, Stdio};
 
-use super::set;
-use crate::failure::Failure;
+use super::{FileSetError, finish, is_finished};
 
 /// Environment variable of that process: the folder of the set.
 const FOLDER: &str = "POTAMOI_FINISH_EMITTED";
 
-/// Runs the step, if this is that process.
-pub(crate) fn finish_if_asked() -> Option<ExitCode> {
+/// Runs the step, if this is that process: a program that calls [`finish_apart`] calls this first,
+/// and ends with the result.
+#[must_use]
+pub fn finish_if_asked() -> Option<Result<(), FileSetError>> {
     let folder = PathBuf::from(std::env::var_os(FOLDER)?);
-    Some(match set::finish(&folder) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.exit_code(),
-    })
+    Some(finish(&folder))
 }
 
 /// Runs the step in such a process, and waits for it.
 ///
 /// # Errors
-/// As [`set::finish`].
-pub(super) fn finish_apart(out: &Path) -> Result<(), Failure> {
-    if set::is_finished(out) {
+/// A file cannot be renamed or removed.
+pub fn finish_apart(out: &Path) -> Result<(), FileSetError> {
+    if is_finished(out) {
         return Ok(());
     }
     let start = |own: PathBuf| {
@@ -42,5 +40,5 @@ pub(super) fn finish_apart(out: &Path) -> Result<(), Failure> {
     };
     // What could not be started or done there is done here, with its error told.
     let _ = std::env::current_exe().and_then(start);
-    set::finish(out)
+    finish(out)
 }

@@ -1,0 +1,124 @@
+//! `potamoi doctor`: the external tools installed, and the commands that lack one.
+
+use std::path::Path;
+
+use comfy_table::{Table, presets};
+use potamoi_base::outputs as files;
+use potamoi_synth::toolbox::{Finding, State, examine};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::stdout::say;
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+
+#[derive(Debug, Serialize)]
+struct Report {
+    format_version: u32,
+    /// Whether every required tool is usable.
+    complete: bool,
+    tools: Vec<Finding>,
+}
+
+const fn words(state: State) -> &'static str {
+    match state {
+        State::Found => "found",
+        State::Missing => "missing",
+        State::TooOld => "too old",
+        State::Broken => "broken",
+        State::OutsidePath => "not in PATH",
+    }
+}
+
+/// Prints a table of the tools on standard output, and writes the JSON report where asked for.
+///
+/// # Errors
+/// [`Failure::Tools`] when a required tool cannot be used, [`Failure::File`] when the report cannot
+/// be written.
+pub(crate) fn run(json: Option<&Path>) -> Result<(), Failure> {
+    files::prepare([json.map(Path::to_path_buf).as_ref()])?;
+    let tools = examine();
+    let lacking: Vec<_> = tools.iter().filter(|tool| tool.is_lacking()).collect();
+    let lacking: Vec<_> = lacking.iter().map(|tool| tool.name).collect();
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        complete: lacking.is_empty(),
+        tools,
+    };
+    say!("{}", text(&report.tools).trim_end());
+    if let Some(path) = json {
+        files::write_json(path, &report)?;
+    }
+    match report.complete {
+        true => Ok(()),
+        false => Err(Failure::Tools(format!(
+            "required and not usable: {}; the lines above say how to get each",
+            lacking.join(", ")
+        ))),
+    }
+}
+
+fn text(tools: &[Finding]) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header(["tool", "state", "version", "at least", "path"]);
+    for tool in tools {
+        table.add_row([
+            tool.name.to_owned(),
+            words(tool.state).to_owned(),
+            tool.version.clone().unwrap_or_else(|| "-".into()),
+            tool.minimum.to_owned(),
+            tool.path
+                .as_ref()
+                .map_or_else(|| "-".into(), |p| p.display().to_string()),
+        ]);
+    }
+    let mut text = format!("{table}\n");
+    for tool in tools.iter().filter(|t| t.state != State::Found) {
+        let need = if tool.required {
+            "required"
+        } else {
+            "optional"
+        };
+        text += &format!(
+            "\n{} ({need}): {}\n",
+            tool.name,
+            tool.problem.as_deref().unwrap_or("-")
+        );
+        text += &format!(
+            "  without it: {}\n  to get it:  {}\n",
+            tool.disables, tool.remedy
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lacking_tool_is_told_with_what_it_disables() {
+        let tool = Finding {
+            name: "yosys",
+            state: State::TooOld,
+            required: true,
+            version: Some("0.9".to_owned()),
+            minimum: "0.23",
+            path: None,
+            problem: Some("0.9 is too old".to_owned()),
+            disables: "synth",
+            remedy: "apt-get install yosys",
+        };
+        let text = text(&[tool]);
+        for part in [
+            "too old",
+            "yosys (required): 0.9",
+            "without it: synth",
+            "apt-get",
+        ] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+    }
+}
