@@ -54,7 +54,7 @@ impl Common {
     pub(crate) fn check(&self, command: &str) -> Result<(), Failure> {
         match &self.config {
             Some(path) if WITHOUT_CONFIGURATION.contains(&command) => Err(Failure::Usage(format!(
-                "--config {}: no configuration changes what {command} does: leave it out",
+                "--config {}: {command} uses no configuration: leave it out",
                 path.display()
             ))),
             _ => Ok(()),

@@ -15,13 +15,13 @@ use potamoi_result_cache::listing::{Entry, KINDS, Listing};
 const FORMAT_VERSION: u32 = 1;
 #[derive(Debug, Args)]
 pub(crate) struct CacheArgs {
-    /// List what is kept (unless --clear is given)
+    /// List the kept results, as without any flag
     #[arg(long, conflicts_with = "clear")]
     list: bool,
-    /// Remove all that is kept: it is made again when it is asked for
+    /// Remove all kept results; they are computed again on demand
     #[arg(long)]
     clear: bool,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

@@ -32,57 +32,57 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Write the Verilog of the units
     Emit(EmitArgs),
-    /// Record what goes through the units for a frame, and what must come out
+    /// Record the inputs of the units for a frame, and the expected results
     Trace(TraceArgs),
-    /// Prove the Verilog equal to the golden models, every bit and every cycle
+    /// Compare the Verilog with the golden models, in every bit and every cycle
     Verify(VerifyArgs),
     /// Render a scene in floating point, in the hardware's formats, or through
     /// the simulated hardware
     Render(RenderArgs),
-    /// Warp frames of a camera path from references, and render what those do not show
+    /// Warp frames of a camera path from references, and render the pixels that no reference shows
     Warp(Box<WarpArgs>),
-    /// Find which effects a scene and a camera path call for, and what leaving out the others saves
+    /// List the effects that a scene and a camera path call for, and the cost or saving of each
     Effects(Box<EffectsArgs>),
-    /// Count what a scene's accesses do to memory and banks, beside the paper
+    /// Count memory accesses, cache misses and bank conflicts of a scene, beside the paper's
     Characterise(CharacteriseArgs),
-    /// Compare the organisations of the banks: cycles of a frame's gathers in each
+    /// Compare bank organisations by the cycles of a frame's gathers
     Layouts(LayoutsArgs),
-    /// Synthesise the units to cells of a library: area, clock, memories
+    /// Synthesise the units to a cell library: area, clock, memories and power
     Synth(SynthArgs),
-    /// Estimate what synthesis would find, by formulas fitted to a grid of syntheses
+    /// Estimate area, clock and energy by formulas fitted to a grid of syntheses
     Estimate(EstimateArgs),
-    /// Model the whole system: time, energy and quality of a path of frames by variant
+    /// Model the whole system: time, energy and quality of a camera path, by variant
     Model(Box<ModelArgs>),
-    /// Measure what accuracy costs in time
+    /// Measure the cost of accuracy in time, energy and area
     Cost(CostArgs),
-    /// List what is kept between runs, or remove it
+    /// List the results kept between runs, or remove them
     Cache(CacheArgs),
-    /// Show which outside tools are here, and what is lost without each
+    /// List the external tools: state, version, and the commands that need each
     Doctor(DoctorArgs),
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct DoctorArgs {
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct EmitArgs {
-    /// Folder for the files: it is made where there is none, files that the command wrote earlier
-    /// are replaced, and others stay
+    /// Folder for the files; it is created if missing, files written earlier by the command are
+    /// replaced, and other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out_dir: PathBuf,
-    /// Replace files of the same names that were edited, or that this command did not write
+    /// Replace files of the same names even if they were edited, or not written by this command
     #[arg(long)]
     pub(crate) overwrite: bool,
-    /// Leave out of the configuration what no camera of this scene can use, and write the reduced
-    /// configuration beside the Verilog: a built-in scene, a model file or a description [default: the whole
+    /// Reduce the configuration to the parts that some camera of this scene can use, and write it
+    /// beside the Verilog; a built-in scene, a model file or a description [default: the whole
     /// configuration]
     #[arg(long, value_name = "SCENE")]
     pub(crate) for_scene: Option<String>,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 }

@@ -53,7 +53,7 @@ pub(crate) fn run(json: Option<&Path>) -> Result<(), Failure> {
     match report.complete {
         true => Ok(()),
         false => Err(Failure::Tools(format!(
-            "required and not usable: {}; the lines above say how to get each",
+            "required tools cannot be used: {}; the lines above tell how to install each",
             lacking.join(", ")
         ))),
     }
@@ -62,7 +62,7 @@ pub(crate) fn run(json: Option<&Path>) -> Result<(), Failure> {
 fn text(tools: &[Finding]) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING);
-    table.set_header(["tool", "state", "version", "at least", "path"]);
+    table.set_header(["tool", "state", "version", "minimum", "path"]);
     for tool in tools {
         table.add_row([
             tool.name.to_owned(),
@@ -87,7 +87,7 @@ fn text(tools: &[Finding]) -> String {
             tool.problem.as_deref().unwrap_or("-")
         );
         text += &format!(
-            "  without it: {}\n  to get it:  {}\n",
+            "  without it: {}\n  to install: {}\n",
             tool.disables, tool.remedy
         );
     }

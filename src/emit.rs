@@ -143,7 +143,7 @@ fn print(report: &Report, stale: &[String], args: &EmitArgs) {
             say!("  {field}: {left} instead of {asked}, since {reason}");
         }
         if report.left_out.is_empty() {
-            say!("  it calls for everything in the configuration");
+            say!("  it calls for the whole configuration");
         }
     }
     for name in stale {

@@ -24,21 +24,21 @@ pub(crate) struct EstimateArgs {
     /// Hardware unit
     #[arg(long, value_enum, default_value_t = Units::All)]
     unit: Units,
-    /// Share of the cycles in which the units issue [default: that of the work that the netlists were
-    /// run with]
+    /// Utilisation: share of cycles in which the units issue [default: that of the workload of the
+    /// syntheses]
     #[arg(long, value_name = "SHARE")]
     busy: Option<f64>,
-    /// Channels of a sample [default: those of the same work]
+    /// Channels of a sample [default: those of the same workload]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
     channels: Option<u64>,
-    /// Syntheses that the formulas are fitted to, as `potamoi synth --grid` writes them [default: the
-    /// grid that comes with the program, ASAP7 at 7 nm]
+    /// Grid of syntheses that the formulas are fitted to, as written by `potamoi synth --grid`
+    /// [default: the built-in grid, ASAP7 at 7 nm]
     #[arg(long, value_name = "FILE")]
     fit_to: Option<PathBuf>,
-    /// Node that figures are scaled to
+    /// Technology node that figures are scaled to
     #[arg(long, value_name = "NM", default_value_t = 12)]
     scale_to: u32,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -121,8 +121,8 @@ fn print(own: &UnitEstimate, fit: &Fit) {
     let mut table = tables::plain([
         "module",
         "count",
-        "um^2 of one",
-        "pJ a cycle: clock",
+        "um^2 each",
+        "pJ per cycle: clock",
         "all, without delays",
         "all, with glitches",
     ]);
@@ -143,7 +143,7 @@ fn print(own: &UnitEstimate, fit: &Fit) {
     }
     for memory in &own.memories {
         say!(
-            "memory {}: {} of {} x {} bit, not in these figures: potamoi synth models it",
+            "memory {}: {} of {} x {} bit, not included: potamoi synth models it",
             memory.module,
             memory.count,
             memory.words,
@@ -154,7 +154,7 @@ fn print(own: &UnitEstimate, fit: &Fit) {
         say!("{}", untimed(library, own.unit));
     }
     for number in &estimate.beyond {
-        say!("beyond the grid, so that the errors above do not hold: {number}");
+        say!("extrapolated beyond the grid, where the errors above do not hold: {number}");
     }
 }
 
@@ -175,7 +175,8 @@ fn untimed(library: &LibraryOrigin, unit: &str) -> String {
     });
     let measured: String = measured.take(1).collect();
     format!(
-        "paths from and to memories are not in the period{measured}: potamoi synth --node times them"
+        "the period excludes paths from and to memories{measured}: potamoi synth --node includes \
+         them"
     )
 }
 
@@ -183,12 +184,12 @@ fn untimed(library: &LibraryOrigin, unit: &str) -> String {
 fn covered(of: &EnergiesOf) -> String {
     match of.vertices {
         Some(vertices) => format!(
-            "energies are of samples of `{}`, {vertices} vertices each; of records with another \
-             number of vertices they are not (those with one, of splats, take about a third): \
-             potamoi synth --activity SCENE",
+            "energies are of samples of `{}` with {vertices} vertices each; records with another \
+             number of vertices differ (one vertex, as of splats: about a third): potamoi synth \
+             --activity SCENE",
             of.scene
         ),
-        None => format!("energies are of work of `{}`", of.scene),
+        None => format!("energies are of the workload of `{}`", of.scene),
     }
 }
 
@@ -197,7 +198,13 @@ fn totals(own: &UnitEstimate) {
     let (estimate, errors) = (&own.estimate, &own.errors);
     let to = own.scaled.map(|s| format!("at {} nm", s.node_nm));
     let to = to.unwrap_or_default();
-    let mut table = tables::plain(["the unit", "", &to, "rms error at points left out", "worst"]);
+    let mut table = tables::plain([
+        "the unit",
+        "",
+        &to,
+        "rms error, held-out points",
+        "largest error",
+    ]);
     let work = match own.family.unit() {
         UnitKind::Gathering => format!(
             "issuing {:.1} % of cycles, {} channels",
@@ -221,13 +228,13 @@ fn totals(own: &UnitEstimate) {
             error: Some(errors.period),
         },
         Row {
-            what: format!("a cycle without delays, {work}"),
+            what: format!("energy per cycle without delays, {work}"),
             values: [Some(estimate.zero_delay_pj), scaled(|s| s.zero_delay_pj)],
             unit: Unit::Picojoules,
             error: Some(errors.zero_delay),
         },
         Row {
-            what: "a cycle with glitches".to_owned(),
+            what: "energy per cycle with glitches".to_owned(),
             values: [
                 Some(estimate.with_glitches_pj),
                 scaled(|s| s.with_glitches_pj),
@@ -236,7 +243,7 @@ fn totals(own: &UnitEstimate) {
             error: Some(errors.with_glitches),
         },
         Row {
-            what: "a cycle at rest".to_owned(),
+            what: "energy per idle cycle".to_owned(),
             values: [Some(estimate.clock_pj), scaled(|s| s.clock_pj)],
             unit: Unit::Picojoules,
             error: None,

@@ -46,7 +46,7 @@ pub(crate) enum Failure {
     #[error("{0}")]
     Tools(String),
     /// Part of the output was lost.
-    #[error("cannot write standard output: {0}; what was printed is not whole")]
+    #[error("cannot write standard output: {0}; the printed output is incomplete")]
     Output(String),
 }
 

@@ -20,7 +20,7 @@ use crate::tables;
 pub(crate) struct LayoutsArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -114,12 +114,12 @@ fn print(report: &Report) {
         [
             "organisation",
             "cycles",
-            "samples a cycle",
-            "conflicts",
-            "without sharing",
-            "cycles lost to them",
+            "samples per cycle",
+            "conflict rate",
+            "conflict rate without sharing",
+            "cycles lost to conflicts",
             "stalls: MFT, RIT",
-            "bandwidth limit",
+            "bandwidth limit, cycles",
         ],
     );
     let mut refused = vec![];
@@ -154,14 +154,14 @@ fn print(report: &Report) {
     }
     let paper = &report.found.paper;
     say!(
-        "  conflicts in the paper, of frames gathered pixel by pixel: {} on average and {} at most \
+        "  conflict rate in the paper, of frames gathered in pixel order: {} on average and {} at most \
          with 16 banks and 16 rays, {} for Instant-NGP with 64 rays",
         percent(paper.rays_16_banks_16_average),
         percent(paper.rays_16_banks_16_most),
         percent(paper.rays_64_banks_16_instant_ngp)
     );
     say!(
-        "  bandwidth limit: cycles that reading MVoxels and ray index tables takes at 25.6 GB/s \
-         (LPDDR3-1600, four channels; counted bytes, neither the table's writing nor the features)"
+        "  bandwidth limit: cycles to read MVoxels and ray index tables at 25.6 GB/s \
+         (LPDDR3-1600, four channels; counted bytes, without writing of the tables and without features)"
     );
 }

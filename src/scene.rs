@@ -36,7 +36,7 @@ pub(crate) struct SceneArgs {
     /// Camera file in the OpenCV convention [default: the scene's own camera]
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
-    /// Which camera of the file, from 0
+    /// Index of the camera in the file, from 0
     #[arg(long, value_name = "N", default_value_t = 0, requires = "camera")]
     camera_index: usize,
     /// Width of the picture [default: the scene's]
@@ -45,15 +45,16 @@ pub(crate) struct SceneArgs {
     /// Height of the picture [default: in proportion to the width]
     #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
-    /// Where x, y and z of a splat file point, such as right-down-front or right-up-back; the model
-    /// is turned with its harmonics, cameras are not [default: as the file or its format says]
+    /// Directions of x, y and z in a splat file, such as right-down-front or right-up-back; the
+    /// model and its harmonics are rotated, cameras are not [default: those of the file or its
+    /// format]
     #[arg(long, value_name = "AXES")]
     axes: Option<Axes>,
-    /// Effects that are computed although nothing calls for them, or `all` (`potamoi effects` lists
-    /// them): the result is the same [default: none]
+    /// Effects to compute even where the scene does not call for them, or `all` (`potamoi effects`
+    /// lists them); the result does not change [default: none]
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',')]
     force: Vec<String>,
-    /// Effects that are left out although they are called for: the result changes [default: none]
+    /// Effects to leave out even where the scene calls for them; the result changes [default: none]
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',')]
     without: Vec<String>,
 }
@@ -124,9 +125,9 @@ impl SceneArgs {
             .find(|own| OF_PATHS.contains(&own.as_str()))
         {
             return Err(Failure::Usage(format!(
-                "--without {effect}: expected an effect of a frame; potamoi effects says what leaving \
-                 this one out causes, and --variants and --scenario of potamoi model have paths \
-                 without it"
+                "--without {effect}: expected an effect of a frame; potamoi effects --without \
+                 shows what leaving this one out changes, and potamoi model --variants and \
+                 --scenario model paths without it"
             )));
         }
         scene.set_choices(self.choices()?);

@@ -28,16 +28,16 @@ pub(crate) struct TraceArgs {
     /// Folder for `$readmemh` files and testbenches that read them
     #[arg(long, value_name = "DIR")]
     readmemh: Option<PathBuf>,
-    /// Largest number of RIT entries kept; the MVoxel that reaches it is the last
+    /// Maximum number of recorded RIT entries; recording ends with the MVoxel that reaches it
     #[arg(long, value_name = "N", default_value_t = 20_000)]
     entries: u64,
-    /// Largest number of elements of vector operations kept
+    /// Maximum number of recorded elements of vector operations
     #[arg(long, value_name = "N", default_value_t = 200_000)]
     elements: u64,
-    /// Keep the whole frame
+    /// Record the whole frame
     #[arg(long, conflicts_with_all = ["entries", "elements"])]
     all: bool,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

@@ -55,7 +55,7 @@ fn accesses_of_both_built_in_scenes_are_counted() {
         };
         assert!(moved(0) > moved(traffic.len() - halos), "{r}");
         assert_eq!(traffic[0]["halo"].is_null(), scene == "garden");
-        assert!(said.contains("every stream"), "{said}");
+        assert!(said.contains("each stream"), "{said}");
         let records = traffic[0]["streams"]["records_written"].as_u64();
         assert_eq!(records > Some(0), scene == "garden");
     }

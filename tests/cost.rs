@@ -210,7 +210,7 @@ fn the_cheapest_is_by_what_was_asked_for() {
 
     let asked = "--scene garden --width 24 --knobs early-out --target-psnr 500 --by energy";
     let said = cost(at, 4, &asked.split(' ').collect::<Vec<_>>());
-    assert!(said.contains(" mJ a frame"), "{said}");
+    assert!(said.contains(" mJ per frame"), "{said}");
 }
 
 /// Where the truth is known it says how good a picture is: beside the model in floating point, which
@@ -231,7 +231,7 @@ fn a_search_is_beside_the_truth_where_that_is_known() {
     assert!(truth + 20.0 < model);
     let (said, report) = run(&format!(" --target-psnr {}", truth - 0.5));
     let found = &report["found"]["point"];
-    assert!(said.contains("dB beside the truth"), "{said}");
+    assert!(said.contains("dB PSNR to truth"), "{said}");
     assert!(number(&found["truth"], "db") >= truth - 0.5, "{found}");
     // Faster settings would do beside the model.
     let points = report["points"].as_array().unwrap();

@@ -99,7 +99,7 @@ pub struct RitEntry {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RitError {
     /// The length is not a multiple of the entry's.
-    #[error("{bytes} bytes are no whole number of {entry}-byte RIT entries")]
+    #[error("{bytes} bytes: expected a whole number of RIT entries of {entry} bytes")]
     Ragged {
         /// Bytes given.
         bytes: usize,

@@ -21,9 +21,9 @@ use crate::stdout::say;
 pub(crate) struct CharacteriseArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Scenes side by side, with commas between them; `all` is every built-in scene in every
-    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one [default: the
-    /// one of --scene]
+    /// Scenes to compare, separated by commas; `all` is every built-in scene in every
+    /// representation, `cairn:all` one scene in every representation, `all:ngp` every scene in one
+    /// [default: the one of --scene]
     #[arg(
         long,
         value_name = "SCENE,...",
@@ -31,10 +31,10 @@ pub(crate) struct CharacteriseArgs {
         conflicts_with = "scene"
     )]
     scenes: Vec<String>,
-    /// Count reads of tables as large as the algorithm's authors use, with the model's samples
+    /// Count reads of tables in the size that the algorithm's authors use, with the model's samples
     #[arg(long)]
     full_size: bool,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }

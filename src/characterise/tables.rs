@@ -30,7 +30,7 @@ fn sizes(found: &Characterisation) -> String {
 
 pub(super) fn print(found: &Characterisation) {
     say!(
-        "{} at {} x {}, pixel by pixel: {} reads of vectors of {} B (counted)",
+        "{} at {} x {}, pixel order: {} reads of vectors of {} B (counted)",
         found.scene,
         found.width,
         found.height,
@@ -48,12 +48,12 @@ pub(super) fn print(found: &Characterisation) {
         &stored(paper),
     ]);
     table.add_row([
-        "misses of a 2 MB buffer with oracle replacement",
+        "miss rate of a 2 MB buffer with oracle replacement",
         &tenths(found.miss_rate),
         &misses(paper),
     ]);
     table.add_row([
-        "accesses to memory that do not stream",
+        "non-streaming memory accesses",
         &tenths(found.not_streaming_rate),
         &format!("over {}", percent(paper.not_streaming_above)),
     ]);
@@ -67,8 +67,8 @@ pub(super) fn print(found: &Characterisation) {
         ("gathering", gathering, &most),
         ("feature computation", computation, ""),
     ] {
-        let row = format!("{stage}, of the float renderer's time here (measured)");
-        let share = share.map_or_else(|| "with the next".to_owned(), tenths);
+        let row = format!("{stage}, share of the float renderer's time (measured)");
+        let share = share.map_or_else(|| "in the next row".to_owned(), tenths);
         table.add_row([&row, &share, paper]);
     }
     if let Some(m) = found.merging {
@@ -76,11 +76,15 @@ pub(super) fn print(found: &Characterisation) {
             points.map(|points| format!("{points:.1}"))
         });
         table.add_row([
-            &format!("points an MVoxel of {} before merging", m.rows),
+            &format!("points per MVoxel (capacity {}), before merging", m.rows),
             &format!("{:.1}", m.points_before),
             &before,
         ]);
-        table.add_row(["the same merged", &format!("{:.1}", m.points_after), &after]);
+        table.add_row([
+            "points per MVoxel, after merging",
+            &format!("{:.1}", m.points_after),
+            &after,
+        ]);
         let most = paper
             .tree_bytes
             .map(|bytes| format!("below {} KB", bytes / 1000));
@@ -110,7 +114,7 @@ pub(super) fn print(found: &Characterisation) {
     {
         let share = frame.scattered as f64 / frame.streams.total().max(1) as f64;
         table.add_row([
-            "bytes MVoxel by MVoxel that do not stream, of the frame's",
+            "non-streaming bytes in MVoxel order, share of the frame",
             &tenths(share),
             &paper
                 .scattered
@@ -144,7 +148,10 @@ fn streams(found: &Characterisation) {
     if found.traffic.is_empty() {
         return;
     }
-    say!("MVoxel by MVoxel, MB of a frame, every stream (counted); scattered, of MVoxels in:");
+    say!(
+        "MVoxel order, MB per frame of each stream (counted); scattered: non-streaming part of \
+         the MVoxels in"
+    );
     let mut table = tables::lined(
         2,
         [
@@ -194,7 +201,7 @@ fn streams(found: &Characterisation) {
     if found.traffic.iter().all(|t| t.halo.is_none()) {
         say!("no halo: MVoxels here share no vertices");
     } else {
-        say!("both halos are counted, whichever the description names");
+        say!("both kinds of halo are counted, whichever the description names");
     }
 }
 
@@ -221,15 +228,15 @@ pub(super) fn side_by_side(scenes: &[Characterisation]) {
             "scene",
             "algorithm",
             "vectors of the model",
-            "misses",
-            "not streaming",
-            "conflicts 16 on 16",
-            "64 on 16",
-            "points an MVoxel, merged",
+            "miss rate",
+            "non-streaming",
+            "conflict rate, 16 rays, 16 banks",
+            "64 rays, 16 banks",
+            "points per MVoxel, before and after merging",
             "indexing, gathering, computation",
-            "pixel-centric, MB",
-            "MVoxel by MVoxel, MB",
-            "of them not streaming",
+            "pixel order, MB",
+            "MVoxel order, MB",
+            "non-streaming share",
         ],
     );
     for found in scenes {
@@ -277,8 +284,7 @@ pub(super) fn side_by_side(scenes: &[Characterisation]) {
     }
     say!("{table}");
     say!(
-        "in brackets, the paper's; over its algorithms misses are 92 % at most, and gathering takes over 64 % of a mobile GPU's time on average\n\
-         stages are measured in the float renderer here, all else is counted; misses of a 2 MB buffer with oracle replacement, and their bytes; MVoxel by MVoxel \
-         with the frame as one ray group, and shared halos"
+        "the paper's figures are in brackets; over its algorithms, the miss rate is 92 % at most, and gathering takes over 64 % of a mobile GPU's time on average\n\
+         stages are measured in the float renderer, all other figures are counted; misses are those of a 2 MB buffer with oracle replacement; MVoxel order has the frame as one ray group, and shared halos"
     );
 }

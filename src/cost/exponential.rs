@@ -96,18 +96,19 @@ fn print(report: &ExponentialReport, args: &CostArgs) {
     // Of a form without a formula there is none.
     if report.budget_ulp.is_finite() {
         say!(
-            "  budget: at most {:.4} ulp, of it {:.4} ulp for {} (formula)",
+            "  budget: at most {:.4} ulp, {:.4} ulp of which for {} (formula)",
             report.budget_ulp,
             report.truncation_ulp,
             match report.form {
                 ExpForm::Piecewise => "straight pieces",
-                _ => "cutting off after n iterations",
+                _ => "truncation after n iterations",
             }
         );
     }
     if let Some(bound) = report.netlist_ulp {
         say!(
-            "  bound: at most {bound:.4} ulp, of it {:.4} ulp of dropped bits (analysis of the netlist)",
+            "  bound: at most {bound:.4} ulp, {:.4} ulp of which for dropped bits (analysis of the \
+             netlist)",
             report.netlist_dropped_ulp.unwrap_or_default()
         );
     }

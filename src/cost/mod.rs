@@ -22,7 +22,7 @@ const FORMAT_VERSION: u32 = 1;
 #[derive(Debug, Args)]
 #[command(mut_arg("width", |width| width.help("Width of the picture [default: 128]")))]
 pub(crate) struct CostArgs {
-    /// Study of the exponential by itself [default: every knob of a scene's frame]
+    /// Study of the exponential alone [default: every knob of a scene's frame]
     #[arg(
         long,
         value_enum,
@@ -33,7 +33,7 @@ pub(crate) struct CostArgs {
     study: Option<Study>,
     #[command(flatten)]
     scene: SceneArgs,
-    /// Knobs to turn [default: all that the scene has]
+    /// Knobs to vary [default: all knobs of the scene]
     #[arg(
         long,
         value_name = "NAME,...",
@@ -41,18 +41,18 @@ pub(crate) struct CostArgs {
         conflicts_with = "study"
     )]
     knobs: Vec<String>,
-    /// Frames of the camera path
+    /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     frames: u32,
     /// Search for the cheapest configuration that reaches this PSNR to the ground truth (to the model
     /// where there is none), and verify its Verilog [default: no search]
     #[arg(long, value_name = "DB", group = "goal", conflicts_with_all = ["study", "budget_ms"])]
     target_psnr: Option<f64>,
-    /// Search for the best picture within this time a frame, and verify its Verilog [default: no
+    /// Search for the best quality within this time per frame, and verify its Verilog [default: no
     /// search]
     #[arg(long, value_name = "MS", group = "goal", conflicts_with = "study")]
     budget_ms: Option<f64>,
-    /// What a search minimises; settings for which it is unknown are passed over
+    /// Quantity that a search minimises; settings for which it is unknown are skipped
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = By::Time, requires = "target_psnr")]
     by: By,
     /// File for the configuration that a search finds
@@ -63,18 +63,18 @@ pub(crate) struct CostArgs {
         requires = "goal"
     )]
     found: PathBuf,
-    /// Area, clock and energy of the configuration's units, as `potamoi synth --json` writes them
-    /// [default: those that come with the program, and the formulas]
+    /// Area, clock and energy of the configuration's units, as written by `potamoi synth --json`
+    /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,
     /// Write the results as CSV: one line for each point of a scene, each form of `--study methods`, or
     /// each input of `--study exp` (u_code, y_code, cycles)
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Plot of the result as SVG
+    /// Write a plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -83,18 +83,18 @@ pub(crate) struct CostArgs {
 enum Study {
     /// The vector unit's exponential, over all 65,536 inputs
     Exp,
-    /// Forms of the exponential side by side, over all inputs, beside what others use
+    /// Forms of the exponential over all inputs, beside methods of other accelerators
     Methods,
 }
 
 /// What a search saves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
-    /// Of a frame
+    /// Time of a frame
     Time,
-    /// Of a frame, by the whole system
+    /// Energy of a frame in the whole system
     Energy,
-    /// Of both units' cells
+    /// Cell area of both units
     Area,
 }
 

@@ -16,8 +16,7 @@ use crate::stdout::say;
 /// Default width of built-in scenes in pixels.
 const WIDTH: u32 = 128;
 /// Note in a file that a search writes before its result is verified.
-const UNPROVED: &str =
-    "# The best so far: its Verilog was not yet held against the golden models.\n";
+const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -102,7 +101,8 @@ fn seek(
     bar.finish_and_clear();
     let Proof { vectors, elements } = proved?;
     say!(
-        "its Verilog was held against the golden models: no mismatch in any bit or cycle, {} of the frame's {} feature vectors and {} of its {} elements",
+        "its Verilog was verified against the golden models: no mismatch in any bit or cycle, {} \
+         of the frame's {} feature vectors and {} of its {} elements",
         vectors[0],
         vectors[1],
         elements[0],

@@ -23,7 +23,7 @@ fn db(of: ImageQuality) -> String {
 
 pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     say!(
-        "{} ({}), {} x {}: a frame in full by the gathering and vector units, warped ones by what a path's are of the same path in full",
+        "{} ({}), {} x {}: full frames on the gathering and vector units; warped frames in the ratio of a warped path to the same path in full",
         report.scene,
         report.algorithm,
         report.size[0],
@@ -40,17 +40,17 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     let head = ["knob", "setting"].map(str::to_owned).into_iter();
     let head = head.chain(of_units).chain(
         [
-            "dB, model",
+            "PSNR to model, dB",
             "SSIM",
-            "worst pixel",
-            "largest bound",
-            "dB at bounds",
-            "dB, truth",
+            "largest pixel error",
+            "largest error bound",
+            "PSNR at bounds, dB",
+            "PSNR to truth, dB",
             "SSIM",
-            "gather cycles",
+            "gathering cycles",
             "vector cycles",
-            "us a frame",
-            "of default",
+            "us per frame",
+            "relative to default",
             "mJ",
             "mm^2, 12 nm",
             "front",
@@ -85,7 +85,7 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     }
     say!("{table}");
     say!(
-        "mJ and mm^2: - where no formulas are of such units (potamoi synth finds them); dB: - where pictures are equal or nothing is known"
+        "mJ and mm^2: - where no formula covers the units (potamoi synth measures them); PSNR: - where there is no reference picture"
     );
     for knob in knobs {
         say!("{}", sentence(knob, report));
@@ -111,13 +111,13 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     }
     for refused in &report.refused {
         say!(
-            "not possible here: {} {}: {}",
+            "not possible for this scene and configuration: {} {}: {}",
             refused.knob,
             refused.setting,
             refused.why
         );
     }
-    say!("\nthe model's own fidelity: one frame in full");
+    say!("\nfidelity of the time model, for one full frame");
     ladder::print(&report.ladder);
 }
 
@@ -147,7 +147,10 @@ fn sentence(knob: &Knob, report: &Sweep) -> String {
     let fastest = nearest.min_by(|a, b| a.frame_ns.total_cmp(&b.frame_ns));
     let chosen = equal.or(fastest);
     let Some(point) = chosen else {
-        return format!("{}: none of its settings is possible here", knob.name);
+        return format!(
+            "{}: none of its settings is possible for this scene and configuration",
+            knob.name
+        );
     };
     format!(
         "{} {} ({}): {:+.2} dB, {:+.1} % of the frame's time",
@@ -167,7 +170,7 @@ pub(super) fn found(found: &Found, default: &Point) {
     } = found;
     let quality = |p: &Point| number(Some(p.place().quality).filter(|q| q.is_finite()), 2);
     say!(
-        "\nfound, {tried} combinations beside single settings tried: {}",
+        "\nfound after {tried} combinations beside single settings: {}",
         match settings.is_empty() {
             true => "the default itself".to_owned(),
             false => settings.join(", "),
@@ -179,8 +182,8 @@ pub(super) fn found(found: &Found, default: &Point) {
         saved => format!("{saved:.1} % less"),
     };
     let beside = match point.truth {
-        Some(_) => "beside the truth",
-        None => "beside the model",
+        Some(_) => "PSNR to truth",
+        None => "PSNR to model",
     };
     say!(
         "  {} dB {beside} instead of {}; {:.1} us a frame instead of {:.1}: {}{}",

@@ -24,38 +24,39 @@ use report::{FORMAT_VERSION, Report};
 pub(crate) struct EffectsArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Frames of the camera path
+    /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Frames a second of the scene's own camera path
+    /// Frame rate of the scene's own camera path
     #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
-    /// Keep the camera where it is on every frame
+    /// Keep the camera at its pose in every frame
     #[arg(long, conflicts_with = "fps")]
     still: bool,
     /// Where full frames are rendered
     #[arg(long, value_enum, default_value_t = Where::Local)]
     scenario: Where,
-    /// Pairs of timed runs, one with and one without an effect; medians are reported; 0: no timing
+    /// Number of pairs of timed runs, with and without an effect, whose median is reported; 0: no
+    /// timing
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..100))]
     pairs: u32,
-    /// Run the frame on the Verilated units too: the whole configuration, and the part that the
-    /// scene calls for
+    /// Also run the frame on the Verilated units: with the whole configuration, and with the parts
+    /// that the scene calls for
     #[arg(long)]
     rtl: bool,
-    /// Plot of the result as SVG
+    /// Write a plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Where {
-    /// By the device itself
+    /// On the device
     Local,
-    /// Elsewhere, over a wireless link
+    /// On a server, over a wireless link
     Remote,
 }
 
@@ -110,7 +111,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
             differs("forcing effects that are not called for")
         }
         (_, Some(rtl)) if !rtl.is_same => {
-            differs("leaving out of the Verilated units what is not called for")
+            differs("leaving out parts of the Verilated units that are not called for")
         }
         _ => Ok(()),
     }

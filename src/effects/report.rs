@@ -46,7 +46,7 @@ fn print_effect(effect: &FoundEffect) {
         (true, None) => say!("{pad}costs {}", effect.cost.work.words()),
         (false, Some(timed)) => say!("{pad}saves {timed}"),
         (false, None) if effect.saving.wall_ms == Some(0.0) => {
-            say!("{pad}saves nothing: none of it would be simulated, forced or not");
+            say!("{pad}saves nothing: the simulator skips it, forced or not");
         }
         (false, None) => {}
     }
@@ -72,15 +72,15 @@ fn print_unit(unit: &UnitUse) {
 
 /// Result of forcing as text.
 fn forced_words(forced: &Forced) -> String {
-    let says = |is_same: bool| if is_same { "the same" } else { "ANOTHER" };
+    let same = |is_same: bool| if is_same { "the same" } else { "a DIFFERENT" };
     format!(
         "forced {}: {} image, {} trace ({}), {} modelled cycles ({} gathering, {} vector, {} \
          MAC array){}",
         forced.effects.join(", "),
-        says(forced.same_image),
-        says(forced.same_trace),
+        same(forced.same_image),
+        same(forced.same_trace),
         forced.trace,
-        says(forced.same_cycles),
+        same(forced.same_cycles),
         forced.cycles.gather,
         forced.cycles.vector,
         forced.cycles.array,
@@ -103,8 +103,8 @@ fn without_words(without: &Without) -> String {
         .contains(&without.name)
     {
         return format!(
-            "without {} ({asked}): no pixel and no cycle of the units changes, as it is of the \
-             system alone; what potamoi model says of it would be missing: {}",
+            "without {} ({asked}): no pixel and no cycle of the units changes, since the effect \
+             is the system's; potamoi model would lack {}",
             without.name,
             match without.name == Effect::RandomDram.name() {
                 true => "random MB, and their part of gathering's time and of memory's energy",
@@ -156,11 +156,15 @@ pub(super) fn print(found: &Effects) {
     }
     if let Some(rtl) = &found.rtl {
         say!(
-            "  Verilated, what the scene does not call for takes {}; without it {} picture, \
-             counts and cycles ({} gathering, {} vector)",
+            "  Verilated units: the parts that the scene does not call for take {}; without them \
+             {} picture, counts and cycles ({} gathering, {} vector)",
             rtl.wall
                 .map_or_else(|| "an unknown time".to_owned(), |wall| wall.words()),
-            if rtl.is_same { "the same" } else { "ANOTHER" },
+            if rtl.is_same {
+                "the same"
+            } else {
+                "a DIFFERENT"
+            },
             rtl.cycles.gather,
             rtl.cycles.vector
         );

@@ -63,7 +63,7 @@ fn print(found: &Factors) {
         "algorithm",
         "Gaussians",
         "model, MB",
-        "ms at best",
+        "ms at peak",
         "indexing",
         "gathering",
         "computation",
@@ -99,8 +99,8 @@ fn print(found: &Factors) {
     if let Some(other) = found.report.scenes.iter().find(is_other) {
         let [width, height] = other.size;
         say!(
-            "these factors are not the paper's GPU: {} is {width} x {height}, and what they are set to was timed at \
-             {SIDE} x {SIDE} (without --width and --height)",
+            "these factors do not describe the paper's GPU: {} is {width} x {height}, whereas \
+             the paper's times are of {SIDE} x {SIDE}; leave out --width and --height",
             other.scene
         );
     }
@@ -109,12 +109,12 @@ fn print(found: &Factors) {
         .zip([found.fields_efficiency, found.splats_efficiency])
     {
         if let Some(factor) = factor {
-            say!("{algorithm} at {target} frames/s on average: {factor:.4} of the GPU's best");
+            say!("{algorithm} at {target} frames/s on average: {factor:.4} of the GPU's peak");
         }
     }
     let (points, ns) = WARPED;
     say!(
-        "{points} points warped in {} ms: {:.4} of the GPU's best",
+        "{points} points warped in {} ms: {:.4} of the GPU's peak",
         ns * 1e-6,
         found.pictures_efficiency
     );

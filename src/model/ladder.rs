@@ -32,11 +32,11 @@ pub(crate) fn print(rungs: &[Rung]) {
     let mut table = tables::plain([
         "",
         "gathering unit, cycles",
-        "off",
+        "error",
         "vector unit, cycles",
-        "off",
+        "error",
         "frame, us",
-        "off",
+        "error",
         "wall time, s",
     ]);
     let Some(truth) = rungs.last() else { return };
@@ -59,14 +59,14 @@ pub(crate) fn print(rungs: &[Rung]) {
 /// Prints the memory rates beside the replay of the frame's own accesses.
 fn print_memory(replay: &Replay) {
     let mut table = tables::plain([
-        "memory, of",
+        "memory accesses",
         "MB",
         "rates, GB/s",
         "replayed, GB/s",
-        "off",
-        "rates, pJ a byte",
+        "error",
+        "rates, pJ per byte",
         "replayed",
-        "off",
+        "error",
     ]);
     for (name, found) in [
         ("misses of the GPU's cache", replay.missed),
@@ -87,5 +87,5 @@ fn print_memory(replay: &Replay) {
             off(rates.pj, replayed.pj),
         ]);
     }
-    say!("the frame's first accesses in their order, through the memory's model\n{table}");
+    say!("the frame's first accesses in order, replayed on the memory model\n{table}");
 }

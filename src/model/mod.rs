@@ -31,9 +31,9 @@ use report::Report;
 pub(crate) struct ModelArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Scenes side by side, with commas between them; `all` is every built-in scene in every
-    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one [default: the
-    /// one of --scene]
+    /// Scenes to compare, separated by commas; `all` is every built-in scene in every
+    /// representation, `cairn:all` one scene in every representation, `all:ngp` every scene in one
+    /// [default: the one of --scene]
     #[arg(
         long,
         value_name = "SCENE,...",
@@ -42,37 +42,37 @@ pub(crate) struct ModelArgs {
     )]
     scenes: Vec<String>,
     /// Variants of the system: baseline, fs, fs+gu, sparw, sparw+fs, potamoi, ds2, temp; speed-ups
-    /// are over the baseline [default: all]
+    /// are relative to the baseline [default: all]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     variants: Vec<String>,
     /// Where full frames are rendered
     #[arg(long, value_enum, default_value_t = Scenarios::Local)]
     scenario: Scenarios,
-    /// Target frames that are warped from one reference
+    /// Number of target frames warped from one reference
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     window: u32,
-    /// Largest angle at a point between the rays of reference and target; beyond it the pixel is
+    /// Maximum angle at a point between the rays of reference and target; pixels beyond it are
     /// rendered [default: no limit]
     #[arg(long, value_name = "DEG")]
     phi: Option<f64>,
     /// Rules of warping: which pixels of a target are warped and which are rendered
     #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
     profile: RulesOf,
-    /// Frames of the camera path
+    /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Frames a second of the scene's own camera path
+    /// Frame rate of the scene's own camera path
     #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
-    /// Description of the system, as TOML; what it does not name is the paper's [default: the paper's
-    /// system]
+    /// Description of the system, as TOML; omitted fields have the paper's values [default: the
+    /// paper's system]
     #[arg(long, value_name = "FILE")]
     system: Option<PathBuf>,
-    /// Area, clock and energy of the configuration's units, as `potamoi synth --json` writes them
-    /// [default: those that come with the program, and the formulas]
+    /// Area, clock and energy of the configuration's units, as written by `potamoi synth --json`
+    /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE")]
     synth: Option<PathBuf>,
-    /// Plot of a frame's energy by part and variant, as SVG
+    /// Write a plot of a frame's energy by part and variant, as SVG
     #[arg(
         long,
         value_name = "FILE",
@@ -80,7 +80,8 @@ pub(crate) struct ModelArgs {
         conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
     )]
     plot_energy: Option<PathBuf>,
-    /// Roofline plot as SVG: multiplications a second against what array and memory allow, by variant
+    /// Write a roofline plot as SVG: multiplications per second of each variant, and the limits of
+    /// array and memory
     #[arg(
         long,
         value_name = "FILE",
@@ -88,40 +89,42 @@ pub(crate) struct ModelArgs {
         conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
     )]
     plot_roofline: Option<PathBuf>,
-    /// Fit the GPU's calibrated factors again, and report how well they predict other measurements
+    /// Fit the GPU's calibrated factors again, and report their error on held-out measurements
     #[arg(long, conflicts_with_all = ["scene", "chrome_trace", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     calibrate: bool,
-    /// Cycles and time of the scene's frame by formulas, by cycle models and by the Verilated units,
+    /// Compare cycles and time of a frame by formulas, by cycle models and by the Verilated units,
     /// each with its error and wall time
     #[arg(long, conflicts_with_all = ["scenes", "chrome_trace", "calibrate", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     ladder: bool,
-    /// Compare merged and unmerged cells of splats: what fuller MVoxels save
+    /// Compare merged and unmerged cells of splats: the saving by fuller MVoxels
     #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     octree: bool,
-    /// Times that the sides of cells are halved before merging, beyond the coarsest that fit an MVoxel
+    /// Number of times that cell sides are halved before merging, beyond the coarsest cells that
+    /// fit an MVoxel
     #[arg(long, value_name = "N", default_value_t = 0, requires = "octree", value_parser = clap::value_parser!(u32).range(..=8))]
     halvings: u32,
-    /// Compare Instant-NGP with the accelerators that the paper names
+    /// Compare with the accelerators NeuRex and NGPC, on scenes of Instant-NGP
     #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "octree", "scenario", "variants"])]
     rivals: bool,
-    /// Vary what is calibrated or assumed of the GPU, up to a GPU that takes neither time nor energy
+    /// Vary the calibrated and assumed parameters of the GPU, up to a GPU that takes no time and no
+    /// energy
     #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "octree", "rivals"])]
     sensitivity: bool,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Schedule as a Chrome trace, for Perfetto; of several variants, that of the last
+    /// Write the schedule as a Chrome trace, for Perfetto; with several variants, that of the last
     #[arg(long, value_name = "FILE")]
     chrome_trace: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Scenarios {
-    /// By the device itself
+    /// On the device
     Local,
-    /// Elsewhere, over a wireless link
+    /// On a server, over a wireless link
     Remote,
-    /// One after the other
+    /// Both, one after the other
     Both,
 }
 

@@ -38,18 +38,18 @@ pub(super) fn run(
 fn print(scenes: &[Merging]) {
     let mut table = tables::plain([
         "without > with merging",
-        "points an MVoxel",
+        "points per MVoxel",
         "tree, KB",
         "gathering, us",
-        "times",
+        "speed-up",
         "computation, us",
-        "times",
-        "array's use",
-        "an MVoxel's points as columns",
+        "speed-up",
+        "array utilisation",
+        "MVoxel's points as columns, speed-up",
         "computation, uJ",
-        "less",
+        "saving",
         "gathering with memory, uJ",
-        "less",
+        "saving",
     ]);
     let less = |of: [f64; 2]| format!("{:.1} %", 100.0 * (1.0 - of[1] / of[0]));
     let pair = |of: [f64; 2], digits: usize| format!("{:.digits$} > {:.digits$}", of[0], of[1]);
@@ -76,10 +76,7 @@ fn print(scenes: &[Merging]) {
             pair(computation.map(|ns| ns * 1e-3), 1),
             format!("{:.2}", computation[0] / computation[1]),
             format!("{} %", pair(used, 1)),
-            format!(
-                "{:.2} times",
-                sides[0].passes as f64 / sides[1].passes as f64
-            ),
+            format!("{:.2}", sides[0].passes as f64 / sides[1].passes as f64),
             pair(energy.map(|pj| pj * 1e-6), 1),
             less(energy),
             pair(gathered.map(|pj| pj * 1e-6), 1),
@@ -88,11 +85,15 @@ fn print(scenes: &[Merging]) {
     }
     say!("{table}");
     say!(
-        "mean: gathering {:.2} times, computation {:.2} times, computation's energy {:.1} % less, gathering's {:.1} % less",
+        "mean speed-up: gathering {:.2}, computation {:.2}; mean energy saving: computation \
+         {:.1} %, gathering {:.1} %",
         sums[0],
         sums[1],
         100.0 * (1.0 - 1.0 / sums[2]),
         100.0 * (1.0 - 1.0 / sums[3])
     );
-    say!("the paper: 7.2 > 172.8 points, below 200 KB; 1.3 and 3.5 times; 70.1 % and 1 % less");
+    say!(
+        "the paper: 7.2 > 172.8 points, a tree below 200 KB; speed-ups 1.3 and 3.5; savings 70.1 \
+         % and 1 %"
+    );
 }

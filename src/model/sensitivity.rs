@@ -50,8 +50,8 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
         let names = found.rows.iter().take(1).flat_map(|row| &row.means);
         let names = names.filter(|m| m.scenario == *scenario && m.variant != "baseline");
         let heading = match scenario {
-            Scenario::Local => "rendered here",
-            Scenario::Remote => "references from afar",
+            Scenario::Local => "local rendering",
+            Scenario::Remote => "remote rendering",
         };
         let heading = std::iter::once(heading.to_owned());
         let mut table = tables::plain(

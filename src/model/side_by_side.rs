@@ -73,8 +73,8 @@ fn gathering(report: &Report<Modelled>) {
     let mut rows = tables::plain([
         "gathering alone",
         "ms on the GPU",
-        "ms by the unit",
-        "times",
+        "ms on the unit",
+        "speed-up",
         "the paper",
         "memory, mJ",
         "saved by less traffic",

@@ -26,13 +26,13 @@ pub(super) fn percent(of: Option<f64>) -> String {
 fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
     let is_remote = outcomes.iter().any(|o| o.run.remote_mj.is_some());
     let mut header = vec![
-        "counted, a frame",
+        "counts per frame",
         "kernels",
         "instructions, millions",
         "GPU's cache, MB",
         "shared memory, MB",
         "GPU's memory, MB",
-        "DMA's transfers",
+        "DMA transfers",
         "rows opened",
         "refreshes",
     ];
@@ -77,7 +77,7 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
     let used = |of: &Resource| outcomes.iter().any(|o| o.run.utilisation.contains_key(of));
     let parts: Vec<_> = parts.into_iter().filter(|(of, _)| used(of)).collect();
     let mut header = vec![
-        "at work",
+        "utilisation",
         "memory",
         "interconnect",
         "feature buffer",
@@ -140,7 +140,9 @@ fn heading(found: &Modelled) {
         }
     );
     say!(
-        "  units: {}, by cycle models (--ladder: beside formulas and Verilated units), {} GHz assumed{}; full frames are counted at the references' poses; {:.1} % of what targets show is rendered",
+        "  units: {}, by cycle models (--ladder: beside formulas and Verilated units), {} GHz \
+         assumed{}; full frames are counted at the references' poses; {:.1} % of the targets' \
+         non-void pixels are rendered",
         found.preset.map_or_else(
             || "as configured".to_owned(),
             |name| format!("preset {name}")
@@ -166,7 +168,8 @@ fn memory_rates(memory: &PathReplay) {
     };
     let rest = memory.rest.unwrap_or(memory.full);
     say!(
-        "  memory, their accesses replayed: misses of the GPU's cache {} in full, {} of the rest; MVoxels {}, {}",
+        "  memory, with their accesses replayed: misses of the GPU's cache {} in full frames, {} \
+         in the rest; MVoxels {} and {}",
         rate(memory.full.missed),
         rate(rest.missed),
         rate(memory.full.loaded),
@@ -180,17 +183,17 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
         "",
         "frames/s",
         "the paper's, 800 x 800",
-        "ms a frame",
+        "ms per frame",
         "speed-up",
         "the paper's mean",
-        "mJ a frame",
+        "mJ per frame",
         "saving",
         "the paper's mean",
         "streamed MB",
         "random MB",
-        "dB beside the model",
-        "beside the truth",
-        "lost",
+        "PSNR to model, dB",
+        "PSNR to truth, dB",
+        "loss, dB",
         "the paper's mean",
     ]);
     let whole = own.iter().find(|o| o.variant.frames == Frames::Full);
@@ -243,7 +246,7 @@ fn stages(own: &[&Outcome]) -> comfy_table::Table {
         .filter(|s| own.iter().any(|o| o.run.stages.contains_key(s)))
         .collect();
     let mut header =
-        vec!["ms a frame: own work + its bytes (most of them by) + waiting for the unit"];
+        vec!["ms per frame: own work + memory transfers (bottleneck) + waiting for the unit"];
     header.extend(&used);
     let mut times = tables::plain(&header);
     for o in own {
@@ -270,7 +273,7 @@ fn stages(own: &[&Outcome]) -> comfy_table::Table {
 /// Energy of a frame by part.
 fn energy(own: &[&Outcome]) -> comfy_table::Table {
     let parts = own[0].run.energy.named().map(|(name, _)| name);
-    let mut header = vec!["mJ a frame"];
+    let mut header = vec!["mJ per frame"];
     header.extend(parts);
     let mut energy = tables::plain(&header);
     for o in own {
@@ -286,14 +289,16 @@ fn gathering_alone(found: &Modelled) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
     say!(
-        "\ngathering alone, of a frame in full: {:.3} ms on the GPU, {:.3} by the unit, {} times (the paper: {paper} {whose})",
+        "\ngathering of a full frame: {:.3} ms on the GPU, {:.3} ms on the unit, a speed-up of \
+         {} (the paper: {paper} {whose})",
         gathered.gpu_ns * 1e-6,
         gathered.unit_ns * 1e-6,
         times(gathered.gpu_ns, gathered.unit_ns)
     );
     let memory = &gathered.memory;
     say!(
-        "  its memory: {:.3} > {:.3} mJ; of what is saved, {} by less traffic, the rest by streaming (the paper: {:.1} %)",
+        "  its memory energy: {:.3} > {:.3} mJ; {} of the saving by less traffic, the rest by \
+         streaming (the paper: {:.1} %)",
         memory.before_pj * 1e-9,
         memory.after_pj * 1e-9,
         percent(memory.traffic_share()),
@@ -305,7 +310,8 @@ fn gathering_alone(found: &Modelled) {
 fn assumptions(found: &Modelled, system: &System) {
     say!("\nenergy: {}", found.energy_origin);
     say!(
-        "calibrated: the GPU's programs reach {} (potamoi model --calibrate); assumed: {} W at work, {} W idle",
+        "calibrated: the GPU's programs reach {} (potamoi model --calibrate); assumed: {} W \
+         active, {} W idle",
         shares(&system.gpu),
         system.gpu.watts,
         system.gpu.idle_watts
@@ -316,7 +322,8 @@ fn assumptions(found: &Modelled, system: &System) {
         .any(|o| o.scenario == Scenario::Remote)
     {
         say!(
-            "assumed of the remote GPU, of which nothing was timed: its programs reach {} (--sensitivity --scenario remote), {} W at work, {} W idle",
+            "assumed of the remote GPU, for which there are no measurements: its programs reach \
+             {} (--sensitivity --scenario remote), {} W active, {} W idle",
             shares(&system.remote),
             system.remote.watts,
             system.remote.idle_watts
@@ -327,7 +334,7 @@ fn assumptions(found: &Modelled, system: &System) {
 /// Efficiencies of GPU programs.
 fn shares(gpu: &Gpu) -> String {
     format!(
-        "{} of its best for fields, {} for splats, {} for warping and scaling",
+        "{} of its peak for fields, {} for splats, {} for warping and scaling",
         gpu.fields_efficiency, gpu.splats_efficiency, gpu.pictures_efficiency
     )
 }

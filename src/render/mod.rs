@@ -26,7 +26,7 @@ use crate::stdout::say;
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// What computes the picture
+    /// Arithmetic that computes the picture
     #[arg(long, value_enum, default_value_t = By::Fixed)]
     numerics: By,
     /// File for the result
@@ -35,13 +35,13 @@ pub(crate) struct RenderArgs {
     /// a.png becomes a.0000.png, a.0001.png and so on.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Frames of the camera path [default: one picture, from the scene's camera]
+    /// Number of frames on the camera path [default: one picture, from the scene's camera]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Frames a second of the scene's own camera path
+    /// Frame rate of the scene's own camera path
     #[arg(long, value_name = "FPS", default_value_t = 30.0, requires = "frames")]
     fps: f64,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -52,7 +52,7 @@ enum By {
     Truth,
     /// 64-bit floating point
     Float,
-    /// The hardware's formats, by the units' twins
+    /// The hardware's formats, by the reference units
     Fixed,
     /// The hardware's formats, by the Verilated units
     Rtl,
@@ -244,7 +244,8 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
     if let Some(streams) = report.frame.map(|f| f.streams) {
         let megabytes = |bytes: u64| bytes as f64 / 1e6;
         say!(
-            "  bytes of all streams: {:.2} MB, of it {:.2} of MVoxels and {:.2} of the ray index table",
+            "  bytes of all streams: {:.2} MB, {:.2} of which are MVoxels and {:.2} the ray index \
+             table",
             megabytes(streams.total()),
             megabytes(streams.mvoxels_read),
             megabytes(streams.rit_written + streams.rit_read)

@@ -79,7 +79,7 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
             .find(|(_, folder)| is_written_in(path, folder))
         {
             return Err(Failure::Usage(format!(
-                "{flag} {} is a file that {other} {} writes as well: name another output",
+                "{flag} {} is also written by {other} {}: name another output",
                 path.display(),
                 folder.display()
             )));
@@ -106,8 +106,7 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
         for (flag, path, file) in &lost {
             if read.contains(file) {
                 return Err(Failure::Usage(format!(
-                    "{flag} {} is a file that {input} {} reads, which would be lost: name another \
-                     output",
+                    "{flag} {} would overwrite a file that {input} {} reads: name another output",
                     path.display(),
                     from.display()
                 )));
@@ -189,8 +188,7 @@ fn keep_inputs(
         let read = files_of(from);
         if let Some((path, _)) = written.iter().find(|(_, file)| read.contains(file)) {
             return Err(Failure::Usage(format!(
-                "{flag}: {} is a file that {input} {} reads, which would be lost: name another \
-                 output",
+                "{flag} would overwrite {}, which {input} {} reads: name another output",
                 path.display(),
                 from.display()
             )));
@@ -205,8 +203,7 @@ fn twice(outputs: &[(String, PathBuf)]) -> Result<(), Failure> {
         for (before, other) in &outputs[..i] {
             if is_same(path, other) {
                 return Err(Failure::Usage(format!(
-                    "{before} {} and {flag} {} are one file, which would hold one of the two: name \
-                     two",
+                    "{before} {} and {flag} {} are the same file: name two files",
                     other.display(),
                     path.display()
                 )));

@@ -58,7 +58,7 @@ fn two_outputs_are_two_files() {
     let (a, b) = (case.at("a.png"), case.at("b.json"));
     assert_eq!(case.render(&a, &b, "garden"), None);
     let twice = case.render(&a, &case.at("x/../a.png"), "garden").unwrap();
-    assert!(twice.contains("are one file"), "{twice}");
+    assert!(twice.contains("are the same file"), "{twice}");
     fs::write(&a, "a").unwrap();
     std::os::unix::fs::symlink(&a, &b).unwrap();
     assert!(
@@ -88,7 +88,7 @@ fn inputs_are_kept() {
     }
     let lost = case.render(&a, &model, &model).unwrap();
     assert!(
-        lost.contains("--json") && lost.contains("would be lost"),
+        lost.contains("--json") && lost.contains("would overwrite"),
         "{lost}"
     );
     fs::create_dir(case.at("f")).unwrap();
@@ -172,5 +172,5 @@ fn folders_of_outputs_keep_their_files() {
     assert!(trace(&case.at("link.json")).is_some());
     let here = ["potamoi", "trace", "--scene", "garden", "--readmemh", "."];
     let here = said(&[&here[..], &["--out", "memories.json"]].concat());
-    assert!(here.unwrap().contains("writes as well"));
+    assert!(here.unwrap().contains("is also written by"));
 }

@@ -38,7 +38,7 @@ pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(),
         say!(
             "{}{}: {}, {}, {}, {}; {:.4} GHz placed and routed",
             unit.unit,
-            if *is_cached { " (made earlier)" } else { "" },
+            if *is_cached { " (cached)" } else { "" },
             of(unit.luts, "look-up tables"),
             of(unit.flops, "flip-flops"),
             of(unit.multipliers, "multipliers"),

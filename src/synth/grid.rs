@@ -19,7 +19,7 @@ pub(super) fn run(
     path: &Path,
 ) -> Result<(), Failure> {
     if !args.power.is_wanted() {
-        let why = format!("{option} estimates power: name a scene in place of --activity none");
+        let why = format!("{option} estimates power: name a scene instead of --activity none");
         return Err(Failure::Usage(why));
     }
     let activity = args.power.activity();

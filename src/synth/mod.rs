@@ -34,47 +34,48 @@ pub(crate) struct SynthArgs {
     /// Hardware unit
     #[arg(long, value_enum, default_value_t = Units::All)]
     unit: Units,
-    /// Units that are synthesised at once
+    /// Number of units synthesised in parallel
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=64))]
     jobs: u8,
-    /// Node of the library, which no Liberty file states; with it, figures are scaled too [default:
-    /// not scaled]
+    /// Technology node of the library, which Liberty files do not state; figures are scaled from it
+    /// [default: not scaled]
     #[arg(long, value_name = "NM")]
     node: Option<u32>,
-    /// Node that figures are scaled to
+    /// Technology node that figures are scaled to
     #[arg(long, value_name = "NM", default_value_t = 12)]
     scale_to: u32,
-    /// Clock that each unit must reach before wires, with its memories' access times where --node and
-    /// CACTI give them: exit status 1 where it does not; the report is still written [default: none]
+    /// Target clock of each unit before wires, with its memories' access times where --node and
+    /// CACTI give them; a unit that misses it gives exit status 1, after the report is written
+    /// [default: none]
     #[arg(long, value_name = "GHZ")]
     clock: Option<f64>,
-    /// Earlier report to compare the units with: exit status 4 where anything differs [default: none]
+    /// Earlier report to compare the units with; any difference gives exit status 4 [default: none]
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
-    /// Organisations, table memories and exponentials side by side, as tables in Markdown; --config
-    /// and --unit do not count
+    /// Write a comparison of organisations, table memories and exponentials as Markdown tables;
+    /// --config and --unit are ignored
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists"])]
     report: Option<PathBuf>,
-    /// Synthesise a grid of configurations, to fit formulas for area, period and energy to; --config
-    /// and --unit do not count
+    /// Synthesise a grid of configurations, to fit formulas for area, period and energy to;
+    /// --config and --unit are ignored
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report"])]
     grid: Option<PathBuf>,
-    /// Synthesise the paper's vector unit with the exponentials that no formula covers (a multiply at
-    /// the end, two bits a step, straight pieces, other widths); --config and --unit do not count
+    /// Synthesise the paper's vector unit with the exponentials that no formula covers (a final
+    /// multiply, two bits per step, straight pieces, other widths); --config and --unit are ignored
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report", "grid"])]
     forms: Option<PathBuf>,
-    /// FPGA to place and route for, with Yosys and nextpnr [default: cells of the library]
+    /// FPGA family to place and route for, with Yosys and nextpnr [default: cells of the library]
     #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid", "forms"])]
     fpga: Option<Family>,
     /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1, requires = "fpga")]
     seed: u32,
-    /// Folder for the netlists in cells
+    /// Folder for the gate-level netlists
     #[arg(long, value_name = "DIR")]
     netlists: Option<PathBuf>,
     #[command(flatten)]
     power: PowerArgs,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -85,13 +86,13 @@ pub(crate) enum Units {
     Gu,
     /// The vector unit
     Vu,
-    /// Both
+    /// Both units
     All,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Family {
-    /// Lattice ECP5, the largest of them
+    /// Lattice ECP5, its largest device
     Ecp5,
 }
 
@@ -311,7 +312,9 @@ fn compared(
     let not = if found.is_empty() { "" } else { "not " };
     let mut lines = vec![format!("\n{not}the same as {}", path.display())];
     let skipped = left_out.iter();
-    lines.extend(skipped.map(|u| format!("  {u} is in the file and was not made: not compared")));
+    lines.extend(
+        skipped.map(|u| format!("  {u} is in the file and was not synthesised: not compared")),
+    );
     lines.extend(found.iter().map(|line| format!("  {line}")));
     (lines, found.len())
 }

@@ -12,11 +12,11 @@ const NONE: &str = "none";
 
 #[derive(Debug, Args)]
 pub(super) struct PowerArgs {
-    /// Scene whose work drives the netlists, for their power; `none` leaves power out [default:
-    /// lantern for the gathering unit, garden for the vector unit]
+    /// Scene whose work stimulates the netlists for the power estimate; `none` skips the estimate
+    /// [default: lantern for the gathering unit, garden for the vector unit]
     #[arg(long, value_name = "SCENE")]
     activity: Option<String>,
-    /// Simulate the whole netlists rather than slices of them, which is slower
+    /// Simulate whole netlists instead of slices, which is slower
     #[arg(long)]
     whole: bool,
 }
@@ -50,8 +50,7 @@ pub(super) fn print(power: &Power) {
     };
     let activity = &report.activity;
     say!(
-        "power of cells, without wires, clock tree and memories, at {:.3} GHz, {} V, {:.4} mW of it \
-         leakage;\n{}: {}; {} simulated, {} cycles of which {} busy, equal to the golden values in \
+        "power of cells, without wires, clock tree and memories, at {:.3} GHz, {} V, {:.4} mW of which leakage;\n{}: {}; {} simulated, {} cycles of which {} busy, equal to the golden values in \
          every output bit and cycle",
         report.clock_ghz,
         report.volts,
@@ -68,13 +67,13 @@ pub(super) fn print(power: &Power) {
 
 fn figures(report: &PowerReport) {
     let mut table = tables::plain([
-        "pJ a cycle",
+        "pJ per cycle",
         "switching",
         "internal",
         "clock",
         "sum",
-        "at rest",
-        "changes a net",
+        "idle",
+        "toggles per net",
         &format!("pJ per {}", report.activity.item),
         "mW",
     ]);
@@ -105,7 +104,7 @@ fn modules(report: &PowerReport) {
     let mut table = tables::plain([
         "module",
         "count",
-        "pJ a cycle, without delays",
+        "pJ per cycle, without delays",
         "with glitches",
         "share",
         "leakage, uW",

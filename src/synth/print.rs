@@ -9,14 +9,10 @@ use crate::tables;
 pub(super) fn unit(made: &Made) {
     let report = &made.report;
     say!(
-        "\n{}{}: {} cells, {} of them flip-flops, {:.6} mm^2; {:.0} ps a cycle before wires \
+        "\n{}{}: {} cells, {} of them flip-flops, {:.6} mm^2; period {:.0} ps before wires \
          ({:.3} GHz)",
         report.unit,
-        if made.is_cached {
-            " (made earlier)"
-        } else {
-            ""
-        },
+        if made.is_cached { " (cached)" } else { "" },
         report.cells,
         report.flops,
         report.area_um2 * 1e-6,
@@ -32,10 +28,10 @@ pub(super) fn unit(made: &Made) {
     let mut table = tables::plain([
         "module",
         "count",
-        "cells of one",
+        "cells each",
         "flip-flops",
-        "um^2 of one",
-        "share",
+        "um^2 each",
+        "share of area",
     ]);
     for module in &report.modules {
         let share = module.count as f64 * module.area_um2 / report.area_um2;
@@ -91,7 +87,7 @@ pub(super) fn totals(report: &SynthReport) {
             "count",
             "words x bits",
             "ports",
-            "um^2 of one",
+            "um^2 each",
             "mm^2",
             "pJ read",
             "pJ write",
@@ -140,7 +136,7 @@ pub(super) fn totals(report: &SynthReport) {
         for unit in &logic.units {
             let energy = unit.energy.map_or_else(String::new, |e| {
                 format!(
-                    "; {:.1} pJ a cycle at work without delays, {:.1} with glitches",
+                    "; {:.1} pJ per active cycle without delays, {:.1} with glitches",
                     e.zero_delay_pj_a_cycle, e.with_glitches_pj_a_cycle
                 )
             });

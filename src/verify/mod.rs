@@ -26,25 +26,25 @@ use report::{FORMAT_VERSION, Report, print};
 pub(crate) struct VerifyArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Trace to verify, as `potamoi trace` writes it [default: traced from the scene]
+    /// Trace to verify, as written by `potamoi trace` [default: recorded from the scene]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "camera", "width", "height"])]
     trace: Option<PathBuf>,
-    /// What runs the hardware
+    /// Simulator of the hardware
     #[arg(long, value_enum, default_value_t = Engine::Verilator)]
     engine: Engine,
-    /// How much of the frame is verified
+    /// Extent of the verification
     #[arg(long, value_enum, default_value_t = Level::Quick)]
     level: Level,
-    /// Fault built into the hardware, which has to be found [default: none]
+    /// Fault injected into the hardware, which verification has to detect [default: none]
     #[arg(long, value_enum)]
     inject: Option<Inject>,
     /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Waveform of the cycles around a mismatch
+    /// File for the waveform around a mismatch
     #[arg(long, value_name = "FILE", default_value = "potamoi-mismatch.vcd")]
     vcd: PathBuf,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -62,7 +62,7 @@ enum Engine {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Level {
-    /// A share, spread evenly over the frame
+    /// A share of the work, spread evenly over the frame
     Quick,
     /// Every gather and every vector operation of the frame
     Full,
@@ -72,14 +72,14 @@ enum Level {
 enum Inject {
     /// One bit of the reducers' accumulators is inverted
     Bit,
-    /// Values stay right, cycles are lost
+    /// Cycles are lost; values stay correct
     Bubble,
     /// The lowest bit of port 0's weights is inverted
     Weight,
-    /// Lanes (feature-major) or port 0 (banks in parts) forget that they wait for a bank
+    /// Lanes (feature-major) or port 0 (split banks) drop a pending bank request
     Grant,
-    /// Lanes (feature-major) get the word of the bank beside theirs, port 1 (banks in
-    /// parts) that of the other read
+    /// Lanes (feature-major) receive the word of the neighbouring bank, port 1 (split banks) that
+    /// of the other read
     Crossbar,
     /// One bit of a constant of the exponential engines is inverted
     Exp,
@@ -221,8 +221,8 @@ fn agreement(report: &Report<'_>) -> Result<(), Failure> {
     ];
     if units.iter().all(|(_, compared)| *compared == 0) {
         return Err(Failure::inconclusive(format!(
-            "nothing was compared: {} asks nothing of either unit; \
-             choose a scene, a camera or a trace with something in view",
+            "nothing was compared: {} has no work for either unit; choose a scene, a camera or a \
+             trace with something in view",
             report.scene
         )));
     }
@@ -268,7 +268,7 @@ fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(),
             again.push_str(&format!(" --{name} {}", value.get_name()));
         }
     }
-    say!("  again: {again} --seed {}", args.seed);
+    say!("  to reproduce: {again} --seed {}", args.seed);
     Err(Failure::check(match args.inject {
         Some(inject) => format!("the injected fault `{}` was found", inject.injection()),
         None => "hardware and golden models differ".to_owned(),

@@ -105,10 +105,10 @@ fn rows(report: &Report<'_>, config: &Config) -> [[String; 5]; 9] {
             "golden model".to_owned(),
         ],
         [
-            "in".to_owned(),
+            "MVoxels, vectors".to_owned(),
             share(g.mvoxels, g.mvoxels_total),
             count(v.vectors),
-            format!("MVoxels, vectors of {}", config.vu.lanes),
+            format!("MVoxels, vectors of {} lanes", config.vu.lanes),
             "golden model".to_owned(),
         ],
         [

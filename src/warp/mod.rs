@@ -32,9 +32,9 @@ use ways::WayArgs;
 pub(crate) struct WarpArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Scenes side by side, with commas between them; `all` is every built-in scene in every
-    /// representation, `cairn:all` every one of a scene, `all:ngp` every scene in one [default: the
-    /// one of --scene]
+    /// Scenes to compare, separated by commas; `all` is every built-in scene in every
+    /// representation, `cairn:all` one scene in every representation, `all:ngp` every scene in one
+    /// [default: the one of --scene]
     #[arg(
         long,
         value_name = "SCENE,...",
@@ -44,25 +44,24 @@ pub(crate) struct WarpArgs {
     scenes: Vec<String>,
     #[command(flatten)]
     ways: WayArgs,
-    /// Frames of the camera path [default: three windows, or all that a file has]
+    /// Number of frames on the camera path [default: three windows, or all frames of a file]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Frames a second of the scene's own camera path
+    /// Frame rate of the scene's own camera path
     #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
     #[command(flatten)]
     depth: DepthArgs,
     #[command(flatten)]
     timing: TimingArgs,
-    /// References that never arrive, by number from 0, as if a remote renderer lost them [default:
-    /// none]
+    /// References that the remote renderer loses, by number from 0 [default: none]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     lose: Vec<usize>,
-    /// Folder for the files: it is made where there is none, files that the command wrote earlier
-    /// are replaced, and others stay
+    /// Folder for the files; it is created if missing, files written earlier by the command are
+    /// replaced, and other files stay
     #[arg(long, value_name = "DIR")]
     out_dir: Option<PathBuf>,
-    /// Write the report as JSON; of several scenes or frames, one report of all
+    /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -157,8 +156,8 @@ impl WarpArgs {
     fn check(&self, ways: &[MethodSettings]) -> Result<(), Failure> {
         if self.out_dir.is_some() && ways.len() != 1 {
             return Err(Failure::Usage(
-                "--out-dir: frames of one way are written: name one --method, --window, --phi and \
-                 --depth"
+                "--out-dir: expected one method, whose frames are written: name one --method, \
+                 --window, --phi and --depth"
                     .to_owned(),
             ));
         }
@@ -170,15 +169,15 @@ impl WarpArgs {
             }
             if self.timing.is_scheduled() && !self.timing.has_server() {
                 return Err(Failure::Usage(
-                    "--lose: in a schedule a server's references are lost: give --server-ms"
+                    "--lose: expected a server, whose references are lost: give --server-ms"
                         .to_owned(),
                 ));
             }
         }
         if self.timing.is_asked() && (ways.len() != 1 || ways[0].method != Method::SpaRw) {
             return Err(Failure::Usage(
-                "--frame-ms, --live: of one way: --method sparw, and one --window, --phi and \
-                 --depth"
+                "--frame-ms, --live: expected one method: --method sparw, and one --window, \
+                 --phi and --depth"
                     .to_owned(),
             ));
         }

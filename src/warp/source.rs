@@ -12,10 +12,12 @@ use crate::scene::SceneArgs;
 /// Where depth is from.
 #[derive(Debug, Args)]
 pub(super) struct DepthArgs {
-    /// Where depth is from; several side by side [default: given for image sequences, else model]
+    /// Source of depth; several are compared side by side [default: given for image sequences, else
+    /// model]
     #[arg(long, value_name = "FROM,...", value_enum, value_delimiter = ',')]
     depth: Vec<DepthFrom>,
-    /// Cells along the longest side of the mesh of a model's surface; several side by side
+    /// Cells along the longest side of the mesh of a model's surface; several are compared side by
+    /// side
     #[arg(
         long,
         value_name = "N,...",
@@ -23,18 +25,18 @@ pub(super) struct DepthArgs {
         default_value = "256"
     )]
     mesh_cells: Vec<u32>,
-    /// Mesh that depth is taken from, .obj or .ply [default: as --depth says]
+    /// Mesh file as the source of depth, .obj or .ply [default: set by --depth]
     #[arg(long, value_name = "FILE", conflicts_with = "depth")]
     mesh: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum DepthFrom {
-    /// The model's rendering: where its light is taken, on average
+    /// Rendered by the model: the mean depth of its samples, weighted by their light
     Model,
-    /// What comes with the images, or what is known of an analytic scene
+    /// Depth maps of the images, or the exact depth of an analytic scene
     Given,
-    /// The model's surface as a mesh, rasterised
+    /// Rasterised from a mesh of the model's surface
     Mesh,
 }
 

@@ -25,12 +25,12 @@ fn percent(part: u64, all: u64) -> String {
 /// Columns of [`shares`] of the frame and of its foreground.
 const SHARES: [&str; 10] = [
     "warped %",
-    "hidden %",
+    "disoccluded %",
     "angle %",
     "edge %",
     "void %",
-    "of the foreground: warped %",
-    "hidden %",
+    "foreground: warped %",
+    "disoccluded %",
     "angle %",
     "edge %",
     "void %",
@@ -80,8 +80,8 @@ pub(super) fn print(found: &Warping, trace: Option<&PathBuf>) {
     for variant in &found.variants {
         if let Some(prediction) = &variant.prediction {
             say!(
-                "  {}: {} references as predicted, off by {:.4} rad on average, {:.4} at most, \
-                 {:.4} of the scene's units (the paper: below 0.01 rad)",
+                "  {}: prediction error of {} references: {:.4} rad on average, {:.4} rad at most; \
+                 {:.4} units of the scene on average (the paper: below 0.01 rad)",
                 variant.name,
                 prediction.references,
                 prediction.mean_radians,
@@ -97,10 +97,10 @@ pub(super) fn print(found: &Warping, trace: Option<&PathBuf>) {
 }
 
 fn print_frames(variant: &Variant) {
-    let mut header = vec!["frame", "from"];
+    let mut header = vec!["frame", "reference"];
     header.extend(SHARES);
     for likeness in ["PSNR to model", "PSNR to truth"] {
-        header.extend([likeness, "SSIM", "of the foreground: PSNR", "SSIM"]);
+        header.extend([likeness, "SSIM", "foreground: PSNR", "SSIM"]);
     }
     let mut all = tables::lined(1, &header);
     for frame in &variant.frames {
@@ -133,17 +133,17 @@ fn print_totals(found: &Warping) {
             "loss, dB",
             "the paper's",
             "SSIM",
-            "of the foreground: PSNR",
+            "foreground: PSNR",
             "SSIM",
             "PSNR to model, dB",
             "SSIM",
-            "of the foreground: PSNR",
+            "foreground: PSNR",
             "SSIM",
         ],
     );
     let mut header = vec![""];
     header.extend(SHARES);
-    header.extend(["fallbacks", "rendered in all %"]);
+    header.extend(["fallbacks", "rendered in total %"]);
     let mut pixels = tables::lined(1, &header);
     for variant in &found.variants {
         let [frame, fore] = [&variant.frame, &variant.foreground];
@@ -175,10 +175,10 @@ fn print_totals(found: &Warping) {
     say!("{quality}");
     say!("{pixels}");
     say!(
-        "  loss: by how much the model's own PSNR to ground truth falls; PSNR to truth: means of \
-         frames, to model: of all pixels; the paper's loss is of trained models\n  \
-         rendered in all: pixels that the model renders, references included, of those of all \
-         frames in full"
+        "  loss: fall of the PSNR to ground truth below that of the model's own frames; PSNR to \
+         truth is the mean over frames, PSNR to model is over all pixels; the paper's loss is of \
+         trained models\n  rendered in total: pixels that the model renders, references \
+         included, as a share of all frames in full"
     );
 }
 

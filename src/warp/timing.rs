@@ -11,18 +11,18 @@ use crate::stdout::say;
 /// Options of the runtime.
 #[derive(Debug, Args)]
 pub(super) struct TimingArgs {
-    /// Time of a full frame, with which frames are scheduled; a target takes the share that it
-    /// renders [default: no schedule]
+    /// Render time of a full frame, for the schedule; a target takes its rendered share of it
+    /// [default: no schedule]
     #[arg(long, value_name = "MS", conflicts_with = "live")]
     frame_ms: Option<f64>,
-    /// Time of warping a reference to a target [default: 0, which the report notes]
+    /// Time to warp a reference to a target [default: 0, which the report notes]
     #[arg(long, value_name = "MS", requires = "frame_ms")]
     warp_ms: Option<f64>,
-    /// Time in which a server renders a reference, sent over the paper's wireless link of 10 MB/s
-    /// [default: references are rendered on the device]
+    /// Render time of a reference on a server, which sends it over the paper's wireless link of 10
+    /// MB/s [default: references are rendered on the device]
     #[arg(long, value_name = "MS", requires = "frame_ms")]
     server_ms: Option<f64>,
-    /// Time after which a reference from the server is given up
+    /// Timeout of a reference from the server
     #[arg(
         long,
         value_name = "MS",
@@ -30,13 +30,13 @@ pub(super) struct TimingArgs {
         requires = "server_ms"
     )]
     timeout_ms: f64,
-    /// Let references and targets share one renderer
+    /// Share one renderer between references and targets
     #[arg(long)]
     one_renderer: bool,
-    /// Render references and targets at once, on two threads, and measure
+    /// Render references and targets concurrently, on two threads, and measure their times
     #[arg(long)]
     live: bool,
-    /// Schedule as a Chrome trace, for Perfetto; of several variants, that of the last
+    /// Write the schedule as a Chrome trace, for Perfetto; with several variants, that of the last
     #[arg(long, value_name = "FILE")]
     pub(super) chrome_trace: Option<PathBuf>,
 }
@@ -79,14 +79,15 @@ impl TimingArgs {
         }
         if self.live && (self.server_ms.is_some() || self.warp_ms.is_some()) {
             return Err(Failure::Usage(
-                "--live: really renders, here, and measures: leave out --server-ms, --timeout-ms \
-                 and --warp-ms, or schedule with --frame-ms"
+                "--live: renders on this machine and measures times: leave out --server-ms, \
+                 --timeout-ms and --warp-ms, or schedule with --frame-ms"
                     .to_owned(),
             ));
         }
         if self.chrome_trace.is_some() && !self.is_asked() {
             return Err(Failure::Usage(
-                "--chrome-trace: of a schedule: give --frame-ms, or --live to measure".to_owned(),
+                "--chrome-trace: expected a schedule: give --frame-ms, or --live to measure times"
+                    .to_owned(),
             ));
         }
         Ok(())
@@ -115,9 +116,9 @@ impl TimingArgs {
 /// Prints the summary of a schedule.
 pub(super) fn print(timing: &Timing, name: &str, trace: Option<&PathBuf>) {
     say!(
-        "  {name}, by times that are {}: {:.1} ms in all, {} frames a second; a frame is there \
-         {:.1} ms after its pose on average, {:.1} at most; references and targets were \
-         rendered at once for {:.1} ms",
+        "  {name}, with {} times: {:.1} ms in total, {} frames per second; latency from pose to \
+         frame {:.1} ms on average, {:.1} ms at most; references and targets overlap for {:.1} \
+         ms",
         timing.times,
         timing.span_ms,
         timing
@@ -128,7 +129,7 @@ pub(super) fn print(timing: &Timing, name: &str, trace: Option<&PathBuf>) {
         timing.overlap_ms
     );
     if timing.warping_is_free {
-        say!("    warping was taken to need no time: --warp-ms says otherwise");
+        say!("    warping is assumed to take no time; set its time with --warp-ms");
     }
     let list = |parts: &[(&str, f64)], unit: &str, scale: f64| {
         let parts = parts.iter().filter(|(_, value)| *value > 0.0);
@@ -136,10 +137,13 @@ pub(super) fn print(timing: &Timing, name: &str, trace: Option<&PathBuf>) {
         parts.collect::<Vec<_>>().join(", ")
     };
     say!(
-        "    frames waited for: {}",
+        "    waiting time of frames: {}",
         list(&timing.waits_ms, " ms", 1.0)
     );
-    say!("    busy: {}", list(&timing.utilisation, " %", 100.0));
+    say!(
+        "    utilisation: {}",
+        list(&timing.utilisation, " %", 100.0)
+    );
     if timing.link.bytes > 0 {
         say!(
             "    over the link: {:.2} MB, {:.1} mJ (the paper's 100 nJ/B)",

@@ -7,7 +7,7 @@ use potamoi_warp::{Angle, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, S
 /// What is compared, and by which rules.
 #[derive(Debug, Args)]
 pub(super) struct WayArgs {
-    /// How frames are made; several side by side
+    /// Rendering method of the frames; several are compared side by side
     #[arg(
         long,
         value_name = "METHOD,...",
@@ -16,7 +16,7 @@ pub(super) struct WayArgs {
         default_value = "sparw"
     )]
     method: Vec<MethodName>,
-    /// Target frames that are warped from one reference
+    /// Number of target frames warped from one reference
     #[arg(
         long,
         value_name = "N,...",
@@ -24,41 +24,41 @@ pub(super) struct WayArgs {
         default_value = "16"
     )]
     window: Vec<u32>,
-    /// Largest angle at a point between the rays of reference and target; beyond it the pixel is
+    /// Maximum angle at a point between the rays of reference and target; pixels beyond it are
     /// rendered [default: no limit]
     #[arg(long, value_name = "DEG,...", value_delimiter = ',')]
     phi: Vec<f64>,
-    /// What is rendered where the angle exceeds --phi
+    /// Scope of rendering where the angle exceeds --phi
     #[arg(long, value_enum, default_value_t = PhiScope::Pixel)]
     phi_scope: PhiScope,
     /// Rules of warping: which pixels of a target are warped and which are rendered
     #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
     profile: RulesOf,
-    /// Which angle is held against --phi [default: the profile's]
+    /// Angle that is compared with --phi [default: the profile's]
     #[arg(long, value_enum)]
     angle: Option<AngleOf>,
-    /// How colours are taken from a reference [default: the profile's]
+    /// Sampling of a reference's colours [default: the profile's]
     #[arg(long, value_enum)]
     sampling: Option<SamplingBy>,
     /// Whether pixels at edges of the reference are rendered [default: the profile's]
     #[arg(long, value_name = "true|false")]
     render_edges: Option<bool>,
-    /// Whether pixels on which no point landed are warped where the reference shows what is there
-    /// [default: the profile's]
+    /// Whether cracks, pixels on which no point landed, are warped where the reference shows the
+    /// surface there [default: the profile's]
     #[arg(long, value_name = "true|false")]
     fill_cracks: Option<bool>,
-    /// Whether points that are warped to where nothing is stay [default: the profile's]
+    /// Whether points that are warped onto empty background are kept [default: the profile's]
     #[arg(long, value_name = "true|false")]
     keep_over_void: Option<bool>,
-    /// A pixel is rendered where the depth there is below this share of the warped one [default:
-    /// 0.995]
+    /// Depth threshold of disocclusion: a pixel is rendered where its depth is below this share of
+    /// the warped depth [default: 0.995]
     #[arg(long, value_name = "SHARE")]
     nearer: Option<f64>,
-    /// Where references are taken from [default: predicted; of image sequences, centre]
+    /// Pose of the references [default: predicted; centre for image sequences]
     #[arg(long, value_enum)]
     reference: Option<From>,
-    /// Frames before its window at which a reference is begun; 0: the paper's formula [default: as
-    /// many as the window has]
+    /// Number of frames before its window at which rendering of a reference starts; 0: the paper's
+    /// formula [default: the length of the window]
     #[arg(long, value_name = "N")]
     lead: Option<u32>,
 }
@@ -67,9 +67,9 @@ pub(super) struct WayArgs {
 enum MethodName {
     /// Sparse radiance warping
     Sparw,
-    /// Each frame warped from the one before
+    /// Each frame warped from the previous one
     Temp,
-    /// Half the resolution, scaled up
+    /// Half the resolution, upscaled
     Ds2,
 }
 
@@ -85,19 +85,19 @@ impl std::convert::From<MethodName> for Method {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum PhiScope {
-    /// The pixel is rendered
+    /// That pixel
     Pixel,
-    /// The frame is rendered
+    /// The whole frame
     Frame,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RulesOf {
-    /// Bilinear samples, cracks filled, and edges rendered
+    /// Bilinear sampling, cracks filled, edges rendered
     Potamoi,
-    /// Pixels as they land, and only what is hidden is rendered
+    /// Nearest sampling; only disoccluded pixels are rendered
     Paper,
-    /// The same with the first authors' half-angle
+    /// As `paper`, with the first authors' half-angle
     FirstAuthors,
 }
 
@@ -113,27 +113,28 @@ impl std::convert::From<RulesOf> for Profile {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum AngleOf {
-    /// Between both rays at the point
+    /// Angle between the two rays at the point
     Subtended,
-    /// Half of it, as the first authors' program has it
+    /// Half of that angle, as in the first authors' program
     Half,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum SamplingBy {
-    /// Of the point that landed on the pixel, as the paper has it
+    /// Colour of the point that landed on the pixel, as in the paper
     Nearest,
-    /// Where the pixel's centre is in the reference, between neighbours of the same surface
+    /// Interpolated at the pixel centre's place in the reference, among neighbours of the same
+    /// surface
     Bilinear,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum From {
-    /// Predicted for the middle of the window
+    /// Pose predicted for the middle of the window
     Predicted,
-    /// The window's first frame
+    /// Pose of the window's first frame
     First,
-    /// The frame nearest the window's middle
+    /// Pose of the frame nearest the window's middle
     Centre,
 }
 

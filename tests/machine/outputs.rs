@@ -44,7 +44,7 @@ fn a_file_has_one_part() {
     let at = folder.path();
     let render = "$P render --scene garden --width 8 --numerics float";
     let said = expect(at, 2, &format!("{render} --out q.png --json ./q.png"));
-    assert!(said.contains("are one file"), "{said}");
+    assert!(said.contains("are the same file"), "{said}");
     assert!(!at.join("q.png").exists(), "refused before any work");
     fs::write(
         at.join("s.toml"),
@@ -62,7 +62,7 @@ fn a_file_has_one_part() {
         let make = "ln -f s.toml hard";
         let run = format!("{make}; $P characterise --scene s.toml --width 8 --json {output}");
         let said = expect(at, 2, &run);
-        assert!(said.contains("would be lost"), "{said}");
+        assert!(said.contains("would overwrite"), "{said}");
     }
     assert_eq!(fs::read(at.join("s.toml")).unwrap(), before);
 }

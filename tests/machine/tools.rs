@@ -45,9 +45,12 @@ fn verify(code: i32, script: &str) -> String {
 fn a_verilator_that_does_not_work_is_a_fault_of_the_machine() {
     let working = |script: &str| format!("{ANSWERS} {script};; esac");
     for (script, words) in [
-        ("exit 0".to_owned(), "it says nothing"),
+        ("exit 0".to_owned(), "it prints nothing"),
         ("exec sleep 300".to_owned(), "no result within 2 s"),
-        ("head -c 3000 /dev/urandom".to_owned(), "what it says is no"),
+        (
+            "head -c 3000 /dev/urandom".to_owned(),
+            "its output is not text",
+        ),
         ("kill -9 $$".to_owned(), "signal 9 ended it"),
         (working("exit 0"), "left no readable"),
         (working("exec sleep 300"), "no result within 2 s"),
@@ -90,11 +93,11 @@ fn a_yosys_that_does_nothing_is_a_fault_of_the_machine() {
     for (script, words) in [
         (
             "exit 0",
-            "yosys does not work (its version): it ends well and says nothing",
+            "yosys does not work (its version): it succeeds but prints nothing",
         ),
         (
             "case \"$1\" in --version|-V) echo 'Yosys 0.23';; esac",
-            "yosys does not work (vector_unit): it ends well and leaves no netlist",
+            "yosys does not work (vector_unit): it succeeds but leaves no netlist",
         ),
     ] {
         for name in ["yosys", "pyosys"] {

@@ -31,7 +31,7 @@ impl Config {
             ),
             (Organisation::Auto, Some(_)) if !eight_only => (
                 Organisation::ChannelMajor,
-                "entries of other than 8 vertices are asked for: one vertex a cycle".to_owned(),
+                "gu.vertices has counts other than 8: one vertex per cycle".to_owned(),
             ),
             (Organisation::Auto, Some(c)) => (
                 Organisation::Parity,
@@ -41,7 +41,7 @@ impl Config {
                     gu.banks
                 ),
             ),
-            (given, _) => (given, "gu.organisation says so".to_owned()),
+            (given, _) => (given, "gu.organisation selects it".to_owned()),
         }
     }
 
@@ -285,7 +285,7 @@ mod tests {
             (
                 "[gu]\norganisation = \"feature-major\"\n",
                 Organisation::FeatureMajor,
-                "says so",
+                "selects it",
             ),
         ] {
             let (found, reason) = of(text);

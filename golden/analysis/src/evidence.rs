@@ -218,8 +218,7 @@ impl EvidenceInputs<'_> {
             )
         } else {
             format!(
-                "a ray passes an optical depth of {:.2} at most, which leaves {:.2e} of it; it stops \
-                 below {:.0e}",
+                "the largest optical depth of a ray is {:.2}, a transmittance of {:.2e}; rays stop below {:.0e}",
                 own.depth,
                 own.least_left(),
                 own.stop
@@ -230,7 +229,10 @@ impl EvidenceInputs<'_> {
 
     fn warping(&self) -> (bool, String) {
         if self.seen.frames < 2 {
-            return (false, "one frame has nothing to be warped from".to_owned());
+            return (
+                false,
+                "a single frame has no reference to be warped from".to_owned(),
+            );
         }
         if self.is_still {
             return (
@@ -266,7 +268,7 @@ impl EvidenceInputs<'_> {
             true => (
                 true,
                 format!(
-                    "the camera's place moves by {:.3e} at most: what was hidden can show",
+                    "the camera moves by {:.3e} at most: hidden surfaces can become visible",
                     self.seen.distance
                 ),
             ),
@@ -277,7 +279,7 @@ impl EvidenceInputs<'_> {
         match self.void {
             Some([void, all]) => (void > 0, format!("{void} of {all} cells are void")),
             None if self.scene.model().is_splats() => (false, "splats have no cells".to_owned()),
-            None => (false, "no grid says where nothing is".to_owned()),
+            None => (false, "no grid marks empty space".to_owned()),
         }
     }
 

@@ -46,8 +46,8 @@ pub enum HardwareError {
     Scene(#[from] SceneError),
     /// The gathering unit does not support the scene's entries.
     #[error(
-        "{scene} has entries of {vertices} vertices, but the gathering unit is built for {built}; \
-         change gu.modes or gu.vertices"
+        "{scene} has entries of {vertices} vertices: expected {built}, for which the gathering \
+         unit is built; change gu.modes or gu.vertices"
     )]
     Vertices {
         /// The scene.
@@ -58,7 +58,7 @@ pub enum HardwareError {
         built: String,
     },
     /// The remaining configuration breaks a rule.
-    #[error("without what {scene} does not use: {breaches}; leave --for-scene out")]
+    #[error("the configuration reduced to {scene} is invalid: {breaches}; leave --for-scene out")]
     Rules {
         /// The scene.
         scene: String,
@@ -113,7 +113,7 @@ impl Hardware {
             ("vector_unit", own.computes),
         ] {
             if !is_used {
-                own.note(unit, "all of it", "nothing", "nothing of it can be seen");
+                own.note(unit, "all of it", "nothing", "the scene gives it no work");
             }
         }
         let breaches = rules::check(&own.config);

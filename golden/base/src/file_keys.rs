@@ -129,8 +129,8 @@ pub enum KeyError {
     },
     /// It is one of a family of which every member is used, and it has no place there.
     #[error(
-        "`{key}` has no place among the others of its kind ({about}): expected a model whose parts \
-         are numbered without a gap, each of them whole"
+        "`{key}` is out of sequence ({about}): expected parts that are numbered without a gap, \
+         each complete"
     )]
     Left {
         /// The key.

@@ -21,7 +21,7 @@ const PANICKED: i32 = 101;
 #[derive(Debug, Error)]
 pub enum MemoryLimitError {
     /// A user set the variable of the child.
-    #[error("{INNER} is not to be set: unset it")]
+    #[error("{INNER} is reserved for this program: unset it")]
     Set,
     /// The child did not start.
     #[error("cannot start under the memory limit of {mib} MiB: {source}; raise it (ulimit -v)")]
@@ -33,9 +33,9 @@ pub enum MemoryLimitError {
     },
     /// The child ran out of memory.
     #[error(
-        "the limit of {mib} MiB of memory does not hold what was asked for ({status}): raise it \
-         (ulimit -v), or ask for a smaller picture or model; docs/reference/kept-files.md#memory says what a model \
-         takes"
+        "the memory limit of {mib} MiB is too small for this command ({status}): raise it \
+         (ulimit -v), or choose a smaller picture or model; docs/reference/kept-files.md#memory \
+         lists the memory of models"
     )]
     Exceeded {
         /// The limit.

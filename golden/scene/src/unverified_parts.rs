@@ -64,7 +64,7 @@ impl Scene {
         let mut all = vec![];
         if !left_out.is_empty() {
             all.push(format!(
-                "what leaving out {} changes: potamoi effects --without says so",
+                "the change by leaving out {}: potamoi effects --without shows it",
                 left_out.join(", ")
             ));
         }

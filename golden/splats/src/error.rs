@@ -30,8 +30,8 @@ pub enum RenderError {
     },
     /// A ray group has more tiles than a single-id RIT entry can distinguish.
     #[error(
-        "a ray group of {tiles} tiles: an unstructured RIT entry tells 65536 tiles apart; \
-         use smaller ray groups"
+        "a ray group of {tiles} tiles: expected at most 65536, which an unstructured RIT entry \
+         distinguishes; use smaller ray groups"
     )]
     Slots {
         /// Number of tiles in the group.

@@ -100,7 +100,7 @@ pub(crate) fn check(module: &Module) -> Vec<IrError> {
         if matches!(node.op, Op::Input) && !live[id] && !module.unused.contains_key(&id) {
             fail(
                 name,
-                "input is not read: use it, or say why with unused()".to_owned(),
+                "input is not read: use it, or give the reason with unused()".to_owned(),
             );
         }
     }

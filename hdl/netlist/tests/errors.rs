@@ -313,7 +313,7 @@ fn checks_find_what_is_wrong_with_the_whole() {
         ),
         (
             |b, _| done(b.input("extra", Ty::u(8), "")),
-            "module unit: extra: input is not read: use it, or say why with unused()",
+            "module unit: extra: input is not read: use it, or give the reason with unused()",
         ),
         (
             |b, _| done(b.instance("l", &leaf(), &[])),

@@ -32,8 +32,8 @@ pub enum WorkError {
     Config(String),
     /// An entry size that the unit is not built for.
     #[error(
-        "entries of {vertices} vertices: the unit is built for {built}; \
-         change gu.modes or gu.vertices"
+        "entries of {vertices} vertices: expected {built}, for which the unit is built; change \
+         gu.modes or gu.vertices"
     )]
     Vertices {
         /// Vertices requested.
@@ -103,7 +103,7 @@ pub enum WorkError {
         burst: u16,
     },
     /// Deadlock: all streams are willing and nothing moves.
-    #[error("nothing moves any more in cycle {cycle}, with every stream willing: a deadlock")]
+    #[error("deadlock in cycle {cycle}: no unit makes progress although every stream is ready")]
     Deadlock {
         /// The cycle.
         cycle: u64,

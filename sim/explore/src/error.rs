@@ -55,7 +55,7 @@ pub enum ExploreError {
     #[error(transparent)]
     Cost(#[from] CostError),
     /// The generated netlist is invalid.
-    #[error("the generated netlist is wrong: {0}")]
+    #[error("the generated netlist is invalid: {0}")]
     Netlist(#[from] IrErrors),
     /// A check failed.
     #[error("{0}")]

@@ -17,7 +17,7 @@ pub enum RtlError {
     #[error(transparent)]
     Model(#[from] potamoi_verilated::Error),
     /// The netlist is invalid.
-    #[error("the generated netlist is wrong: {0}")]
+    #[error("the generated netlist is invalid: {0}")]
     Netlist(#[from] IrErrors),
     /// The interpreter was misused.
     #[error(transparent)]
@@ -33,7 +33,7 @@ pub enum RtlError {
         get: &'static str,
     },
     /// A tool is broken, whatever its input.
-    #[error("{tool} does not work: {fault}; `potamoi doctor` shows which tools are found")]
+    #[error("{tool} does not work: {fault}; `potamoi doctor` lists the tools found")]
     BrokenTool {
         /// Its program name.
         tool: &'static str,
@@ -44,7 +44,10 @@ pub enum RtlError {
     #[error("Icarus Verilog: {0}")]
     Icarus(String),
     /// No temporary folder could be created.
-    #[error("cannot write the folder for temporary files: {0}; set TMPDIR to one that can be")]
+    #[error(
+        "cannot write the folder for temporary files: {0}; set TMPDIR to a folder that can be \
+         written"
+    )]
     Folder(std::io::Error),
     /// The work cannot be done, or its cycles cannot be modelled.
     #[error(transparent)]

@@ -8,17 +8,17 @@ use thiserror::Error;
 use super::unit_kind::UnitKind;
 
 /// Remedy where a program fails that read a cell library.
-pub(super) const CHECK_LIBRARY: &str = "check what the cell library says of its cells (the same \
-    Verilog in another library tells whether it is at fault), then `potamoi doctor` for versions \
-    that work";
+pub(super) const CHECK_LIBRARY: &str = "check the cell descriptions of the library (another \
+                                        library shows whether it is at fault), then the versions \
+                                        of the tools with `potamoi doctor`";
 /// Remedy where a program fails that read generated files only.
-pub(super) const CHECK_VERSIONS: &str = "see `potamoi doctor` for versions that work";
+pub(super) const CHECK_VERSIONS: &str = "check the versions of the tools with `potamoi doctor`";
 
 /// Why a synthesis failed.
 #[derive(Debug, Error)]
 pub enum SynthError {
     /// A program is missing.
-    #[error("{tool} is not here: {disables} needs it; to get it: {remedy}")]
+    #[error("{tool} is not installed: {disables} needs it; to install it: {remedy}")]
     MissingTool {
         /// Its name.
         tool: &'static str,
@@ -29,7 +29,7 @@ pub enum SynthError {
     },
     /// No library was named, and the default one is not installed.
     #[error(
-        "no cell library: {path} is not here; name one with --liberty, or: apt-get install \
+        "no cell library: {path} does not exist; name one with --liberty, or: apt-get install \
          qflow-tech-osu018"
     )]
     NoLibrary {
@@ -94,8 +94,8 @@ pub enum SynthError {
     },
     /// No formulas were fitted for a unit.
     #[error(
-        "no formulas for this {unit}, which differs in more than numbers from those that were \
-         synthesised: {}; synthesise it: potamoi synth",
+        "no formulas for this {unit}: it differs from the synthesised ones in {}; synthesise it: \
+         potamoi synth",
         fields.join(", ")
     )]
     NotFitted {
@@ -105,7 +105,7 @@ pub enum SynthError {
         fields: Vec<String>,
     },
     /// The netlist of a unit is invalid.
-    #[error("the generated netlist is wrong: {0}")]
+    #[error("the generated netlist is invalid: {0}")]
     Netlist(#[from] IrErrors),
     /// A temporary file cannot be written.
     #[error(
@@ -133,7 +133,7 @@ pub enum SynthError {
     #[error(transparent)]
     Cache(#[from] potamoi_verilated::Error),
     /// A program is broken, whatever its input.
-    #[error("{tool} does not work ({unit}): {fault}; `potamoi doctor` shows which tools are found")]
+    #[error("{tool} does not work ({unit}): {fault}; `potamoi doctor` lists the tools found")]
     Broken {
         /// Its name.
         tool: &'static str,

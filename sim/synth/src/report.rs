@@ -250,7 +250,7 @@ impl SynthReport {
             without.push("power: not asked for (--activity none)");
         }
         if raw.memories.is_none() {
-            without.push("memories: CACTI is not here (tools/setup memories)");
+            without.push("memories: CACTI is not installed (tools/setup memories)");
         }
         Self {
             format_version: FORMAT_VERSION,

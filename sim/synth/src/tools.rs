@@ -106,7 +106,7 @@ pub(super) fn says(
         Ok(None) => Ok(None),
         Ok(Some(text)) => match text.lines().next().map(str::trim) {
             Some(line) if !line.is_empty() => Ok(Some(line.to_owned())),
-            _ => Err(left_nothing(program, "its version", "says nothing")),
+            _ => Err(left_nothing(program, "its version", "prints nothing")),
         },
         Err(Fault::Missing { .. }) => Ok(None),
         Err(fault) => Err(broken(program, "its version", fault)),

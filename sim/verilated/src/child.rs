@@ -57,7 +57,7 @@ pub struct Done {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
     /// There is no such program.
-    #[error("{program} is not here")]
+    #[error("{program} is not installed")]
     Missing {
         /// Its name.
         program: String,
@@ -75,13 +75,13 @@ pub enum Fault {
         seconds: u64,
     },
     /// It ended early.
-    #[error("it ended before it had answered: {reason}")]
+    #[error("it ended before it answered: {reason}")]
     Ended {
         /// The evidence.
         reason: String,
     },
     /// It succeeded without doing what was asked.
-    #[error("it ends well and {what}")]
+    #[error("it succeeds but {what}")]
     Nothing {
         /// The missing file or answer.
         what: String,
@@ -423,7 +423,7 @@ mod tests {
     #[test]
     fn faults_are_told_apart() {
         let missing = run(&Command::new("no-such-program"), TO_ANSWER).unwrap_err();
-        assert_eq!(missing.to_string(), "no-such-program is not here");
+        assert_eq!(missing.to_string(), "no-such-program is not installed");
         let killed = run(&shell("kill -9 $$"), TO_ANSWER).unwrap_err();
         assert_eq!(killed, Fault::Killed { signal: 9 });
         let begin = Instant::now();

@@ -15,8 +15,9 @@ const GET_CXX: &str =
     "Install a C++17 compiler (Debian: apt install g++), or set CXX to its command";
 
 /// Remedy where a tool is broken.
-pub(crate) const SEE_DOCTOR: &str = "`potamoi doctor` shows which tools are found, and their versions; a full disk or too little \
-     memory shows in what the tool says";
+pub(crate) const SEE_DOCTOR: &str = "`potamoi doctor` lists the tools found, and their versions; \
+                                     the output of the tool shows a full disk or a lack of \
+                                     memory";
 
 /// Longest quoted output of a failed tool, in characters.
 const SAID: usize = 500;
@@ -83,7 +84,7 @@ impl Toolchain {
             return Err(Error::Broken {
                 tool: verilator.display().to_string(),
                 doing: "asked for its version".into(),
-                problem: format!("it says {verilator_version:?}, which is no version"),
+                problem: format!("it reports {verilator_version:?}, which is not a version"),
                 remedy: GET_VERILATOR,
             });
         }
@@ -256,8 +257,8 @@ fn output(command: &Command, doing: &str) -> Result<String, Error> {
     }
     match text(done.out) {
         Ok(said) if !said.is_empty() => Ok(said),
-        Ok(_) => Err(broken("it says nothing".to_string())),
-        Err(_) => Err(broken("what it says is no text".to_string())),
+        Ok(_) => Err(broken("it prints nothing".to_string())),
+        Err(_) => Err(broken("its output is not text".to_string())),
     }
 }
 

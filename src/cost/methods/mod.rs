@@ -50,7 +50,7 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
 fn print(found: &Methods) {
     let mut rows = tables::plain([
         "exponential",
-        "clocks a result",
+        "clocks per result",
         "largest error, ulp of U0.16",
         "bound, formula",
         "bound, netlist",
@@ -82,7 +82,10 @@ fn print(found: &Methods) {
             format!("{:.4}", peer.max_ulp),
         ]);
     }
-    say!("all 65,536 inputs of U3.13, of what is built through the twin, against 120 bits\n{rows}");
+    say!(
+        "all 65,536 inputs of U3.13, forms that are built by their reference units, against \
+         exact values of 120 bits\n{rows}"
+    );
     for (what, name) in [
         ("with the fewest clocks", &found.cheapest_faithful),
         ("on the least area", &found.smallest_faithful),
@@ -91,7 +94,7 @@ fn print(found: &Methods) {
         let own = |name: &String| found.methods.iter().find(|m| m.name == *name);
         if let Some(own) = name.as_ref().and_then(own) {
             say!(
-                "of those synthesised, faithful {what}: {}, {:.4} ulp",
+                "faithful form {what}, of those synthesised: {}, {:.4} ulp",
                 own.name,
                 own.max_ulp
             );

@@ -17,7 +17,7 @@ pub fn check(config: &Config) -> RuleBreaches {
         "clock",
         "clock_ghz",
         config.clock_ghz(),
-        "0.001 to 10: it turns cycles into time",
+        "0.001 to 10: it converts cycles to time",
     );
     gathering(config, &mut out);
     organisation::organisation(config, &mut out);
@@ -154,14 +154,15 @@ fn index_table(config: &Config, out: &mut RuleBreaches) {
         "compact-slot",
         "rit.slot_bits",
         rit.slot_bits,
-        "16: what a compact entry has room for",
+        "16, the width of the slot in a compact entry",
     );
     out.require(
         !compact || [8, 64, 512].contains(&config.mvoxel.rows),
         "compact-rows",
         "mvoxel.rows",
         config.mvoxel.rows,
-        "8, 64 or 512: what the 9 bits of a compact entry name, of edges that are powers of two",
+        "8, 64 or 512: cubes of edges that are powers of two, addressed by the 9 bits of a \
+         compact entry",
     );
     out.require(
         rit.slot_bits != 32 || config.gu.modes == Modes::Structured,

@@ -127,7 +127,7 @@ fn feature_major(config: &Config, out: &mut RuleBreaches) {
         "gu.lanes",
         gu.lanes,
         format_args!(
-            "a multiple of gu.ports = {}: so many lanes are loaded together",
+            "a multiple of gu.ports = {}, the number of lanes that are loaded together",
             gu.ports
         ),
     );

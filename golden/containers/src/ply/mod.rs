@@ -28,7 +28,10 @@ pub enum PlyFileError {
         origin: String,
     },
     /// The header has no end within the limit.
-    #[error("{origin}: no `end_header` line within {limit} bytes: the file is cut off or no PLY")]
+    #[error(
+        "{origin}: no `end_header` line within {limit} bytes: the file is cut off, or not a PLY \
+         file"
+    )]
     NoHeaderEnd {
         /// The file.
         origin: String,
@@ -45,8 +48,8 @@ pub enum PlyFileError {
     },
     /// The file has fewer bytes than the header declares.
     #[error(
-        "{origin}: the header declares at least {needed} bytes of elements, {found} follow it: \
-         the file is cut off or its header wrong"
+        "{origin}: the header declares at least {needed} bytes of elements, but {found} follow \
+         it: the file is cut off, or its header is wrong"
     )]
     Truncated {
         /// The file.

@@ -29,8 +29,8 @@ pub(in super::super) static FOLDER: Format = Format {
         key("cameras.bin", Listed, "the text is read"),
         key("images.bin", Listed, "the text is read"),
         key("points3D.*", Listed, "no camera"),
-        key("rigs.*", Listed, "images say their own poses"),
-        key("frames.*", Listed, "images say their own poses"),
+        key("rigs.*", Listed, "images have poses of their own"),
+        key("frames.*", Listed, "images have poses of their own"),
     ],
     others: Listed,
 };

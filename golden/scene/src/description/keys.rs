@@ -79,7 +79,7 @@ const OWN: [Key; 28] = [
     ),
     key(
         "render.antialiased",
-        "of splats: as trained with antialiasing; what the file says unless given",
+        "of splats: as trained with antialiasing; as in the file unless given",
     ),
 ];
 

@@ -218,7 +218,7 @@ impl Trace {
                 Sums::Exact => (EXACT, CODES),
                 Sums::Rounded => (CODES, EXACT),
             };
-            let problem = format!("expected `{other}`, as gu.sums of the configuration says");
+            let problem = format!("expected `{other}`, from gu.sums of the configuration");
             return Err(array_error(path, name, problem));
         }
         Ok(trace)

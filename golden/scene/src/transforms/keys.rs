@@ -47,22 +47,22 @@ pub(crate) static PATH: Format = Format {
             paths of NeRF's synthetic scenes, Instant-NGP and Nerfstudio",
     keys: with_lens![
         key("frames", Honoured, "the frames, in this order"),
-        key("aabb_scale", Listed, "of training: a snapshot says its own"),
-        key("aabb", Listed, "of training: a snapshot says its own"),
+        key("aabb_scale", Listed, "of training: a snapshot has its own"),
+        key("aabb", Listed, "of training: a snapshot has its own"),
         key(
             "render_aabb",
             Listed,
-            "of the viewer: a snapshot says its own"
+            "of the viewer: a snapshot has its own"
         ),
-        key("scale", Listed, "of training: a snapshot says its own"),
-        key("offset", Listed, "of training: a snapshot says its own"),
+        key("scale", Listed, "of training: a snapshot has its own"),
+        key("offset", Listed, "of training: a snapshot has its own"),
         key("up", Listed, "of the viewer"),
         key(
             "n_extra_learnable_dims",
             Listed,
-            "of training: a snapshot says its own"
+            "of training: a snapshot has its own"
         ),
-        key("is_hdr", Listed, "of training: a snapshot says its own"),
+        key("is_hdr", Listed, "of training: a snapshot has its own"),
         key("white_transparent", Listed, "of training"),
         key("black_transparent", Listed, "of training"),
         key("mask_color", Listed, "of training"),
@@ -96,7 +96,7 @@ pub(crate) static PATH: Format = Format {
 /// Keys of a frame.
 pub(crate) static FRAME: Format = Format {
     name: "transforms.json, frames[]",
-    files: "What a frame says itself counts before what the document says for all.",
+    files: "A frame's own keys take precedence over those of the document.",
     keys: with_lens![
         key(
             "file_path",

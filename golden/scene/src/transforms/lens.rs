@@ -187,7 +187,7 @@ impl Lens {
         let height = high.unwrap_or(width);
         if x.side.is_none() || y.side.is_none() {
             let from = match (x.centre, y.centre) {
-                (None, None) => "the file does not say",
+                (None, None) => "the file does not state it",
                 _ => match (x.side, y.side) {
                     (None, None) => "from twice cx and cy, as the file has no w and h",
                     (None, _) => "from twice cx and cy, as the file has no w",

@@ -181,17 +181,17 @@ fn sizes_that_are_not_given_are_said() {
         (
             r#""fl_x": 9, "w": 64"#,
             [64, 64],
-            "64 x 64: the file does not say",
+            "64 x 64: the file does not state it",
         ),
         (
             r#""fl_x": 9, "h": 64"#,
             [64, 64],
-            "64 x 64: the file does not say",
+            "64 x 64: the file does not state it",
         ),
         (
             r#""fl_x": 9"#,
             [800, 800],
-            "800 x 800: the file does not say",
+            "800 x 800: the file does not state it",
         ),
     ] {
         let text = format!(r#"{{{text}, "frames": [{ONE}]}}"#);

@@ -43,7 +43,7 @@ impl fmt::Display for Field {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CloudError {
     /// No Gaussians.
-    #[error("the cloud holds no Gaussian: give at least one")]
+    #[error("the cloud has no Gaussian: expected at least one")]
     Empty,
     /// The spherical harmonics have a degree above 3.
     #[error("spherical harmonics of degree {0}: expected 0 to {max}", max = sh::MAX_DEGREE)]

@@ -21,7 +21,7 @@ pub enum FileError {
         source: std::io::Error,
     },
     /// The file extension belongs to no known format.
-    #[error("{path}: not known as a splat file: expected {expected}")]
+    #[error("{path}: unknown kind of splat file: expected {expected}")]
     Unknown {
         /// The file.
         path: PathBuf,

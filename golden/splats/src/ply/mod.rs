@@ -142,7 +142,7 @@ pub enum PlyError {
     /// A property has the wrong type.
     #[error(
         "{origin}: element `vertex`, property `{property}` is {found}: expected float or double; \
-         codes of other types say nothing of what they stand for: write the file again with float"
+         the meaning of codes of other types is not in the file: write the file again with float"
     )]
     Type {
         /// The file.

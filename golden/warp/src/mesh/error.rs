@@ -29,7 +29,7 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// The file extension belongs to no known format.
-    #[error("{path}: not known as a mesh: expected a name that ends in .obj or .ply")]
+    #[error("{path}: unknown kind of mesh: expected a name that ends in .obj or .ply")]
     Unknown {
         /// The file.
         path: PathBuf,

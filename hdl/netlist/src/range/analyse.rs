@@ -265,7 +265,7 @@ impl<'a> Work<'a> {
             if assumed.low > assumed.high || !assumed.fits(ty) {
                 fail(
                     *id,
-                    format!("is declared to be {assumed}, which is no range of {ty}"),
+                    format!("is declared to be {assumed}, which is not a range of {ty}"),
                 );
             }
         }

@@ -303,7 +303,7 @@ fn work_that_cannot_be_done_is_refused_by_name() {
     let mut planes = config.clone();
     planes.gu.vertices = vec![Vertices::Four];
     let error = GatherModel::new(&planes, v, 1).err().unwrap();
-    assert!(error.to_string().contains("built for 1, 4"), "{error}");
+    assert!(error.to_string().contains("expected 1, 4"), "{error}");
     planes.gu.ports = 0;
     assert!(matches!(
         GatherModel::new(&planes, v, 1),

@@ -32,7 +32,7 @@ pub fn missed_clock(units: &[UnitReport], clock: f64) -> Option<String> {
         None => format!("{cells:.3} GHz before wires"),
     };
     Some(format!(
-        "{} reaches {reached}, not {clock}: see its longest path",
+        "{} reaches {reached}, but --clock is {clock} GHz: see its longest path",
         unit.unit
     ))
 }
@@ -45,8 +45,8 @@ pub fn without_memories(units: &[UnitReport]) -> Option<String> {
     let names: Vec<&str> = units.iter().filter(has).map(|u| &*u.unit).collect();
     (!names.is_empty()).then(|| {
         format!(
-            "--clock is held against paths that neither begin nor end in a memory of {}: access \
-             times count where --node is given and CACTI is here",
+            "--clock is compared with paths that neither begin nor end in a memory of {}: give \
+             --node and install CACTI to include access times",
             names.join(", ")
         )
     })
@@ -69,11 +69,11 @@ mod tests {
         assert_eq!(
             said,
             "gathering_unit reaches 0.806 GHz before wires with its memories' access times and \
-             0.908 GHz without, not 0.85: see its longest path"
+             0.908 GHz without, but --clock is 0.85 GHz: see its longest path"
         );
         let said = missed_clock(&units, 0.8).unwrap();
         assert!(
-            said.starts_with("vector_unit reaches 0.786 GHz before wires, not 0.8:"),
+            said.starts_with("vector_unit reaches 0.786 GHz before wires, but --clock is 0.8 GHz:"),
             "{said}"
         );
         assert_eq!(without_memories(&units), None);
@@ -83,7 +83,9 @@ mod tests {
         assert_eq!(missed_clock(&units[..1], 0.85), None);
         let said = missed_clock(&units[..1], 0.95).unwrap();
         assert!(
-            said.starts_with("gathering_unit reaches 0.908 GHz before wires, not 0.95"),
+            said.starts_with(
+                "gathering_unit reaches 0.908 GHz before wires, but --clock is 0.95 GHz"
+            ),
             "{said}"
         );
         let said = without_memories(&units).unwrap();

@@ -34,20 +34,20 @@ impl Change {
 
 /// Efficiencies are calibrated once, and assumed to hold for both GPUs.
 const CHANGES: [Change; 21] = [
-    Change::new("as it is", |_| {}),
-    Change::new("fields' share of the best halved", |system| {
+    Change::new("unchanged", |_| {}),
+    Change::new("fields' share of the peak halved", |system| {
         both(system, |gpu| gpu.fields_efficiency /= 2.0);
     }),
     Change::new("fields' share doubled", |system| {
         both(system, |gpu| gpu.fields_efficiency *= 2.0);
     }),
-    Change::new("splats' share of the best halved", |system| {
+    Change::new("splats' share of the peak halved", |system| {
         both(system, |gpu| gpu.splats_efficiency /= 2.0);
     }),
     Change::new("splats' share doubled", |system| {
         both(system, |gpu| gpu.splats_efficiency *= 2.0);
     }),
-    Change::new("warping's share of the best halved", |system| {
+    Change::new("warping's share of the peak halved", |system| {
         both(system, |gpu| gpu.pictures_efficiency /= 2.0);
     }),
     Change::new("warping's share doubled", |system| {
@@ -96,7 +96,7 @@ const CHANGES: [Change; 21] = [
     Change::new("16 banks of the feature buffer instead of 48", |system| {
         (system.feature_banks, system.feature_block_banks) = (16, 16);
     }),
-    Change::new("a block in one bank of it", |system| {
+    Change::new("a block of the feature buffer in one bank", |system| {
         system.feature_block_banks = 1;
     }),
     Change::new("twice the watts", |system| {

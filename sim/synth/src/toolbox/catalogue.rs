@@ -40,7 +40,7 @@ pub(super) const TOOLS: [Tool; 9] = [
         ask: &["--version"],
         minimum: "9.0",
         required: true,
-        disables: "the same as verilator, whose models it compiles (C++17)",
+        disables: "the commands that need verilator, whose models it compiles (C++17)",
         remedy: "tools/setup, or: apt-get install g++",
     },
     Tool {
@@ -64,7 +64,7 @@ pub(super) const TOOLS: [Tool; 9] = [
         ask: &["-V"],
         minimum: "0.23",
         required: true,
-        disables: "synth, and the tests that read the emitted Verilog as a synthesis tool does",
+        disables: "synth, and the tests that synthesise the emitted Verilog",
         remedy: "tools/setup, or: apt-get install yosys",
     },
     Tool {
@@ -88,7 +88,8 @@ pub(super) const TOOLS: [Tool; 9] = [
         ask: &["--version"],
         minimum: "0.36",
         required: false,
-        disables: "synth takes yosys, whose multipliers are larger, and not that of synth/*.json",
+        disables: "synth uses yosys instead, whose multipliers are larger than those of \
+                   synth/*.json",
         remedy: "tools/setup synth",
     },
     Tool {

@@ -116,8 +116,8 @@ fn find(tool: &Tool, around: &Surroundings<'_>) -> Finding {
             if place.outside {
                 finding.state = State::OutsidePath;
                 finding.problem = Some(format!(
-                    "it is in {}, which is not in PATH: run the command through make, or put that \
-                     folder first in PATH",
+                    "it is in {}, which is not in PATH: run the command through make, or add \
+                     that folder to PATH",
                     place.program.parent().unwrap_or(Path::new("/")).display()
                 ));
             }

@@ -45,7 +45,7 @@ pub(super) fn locate(tool: &Tool, around: &Surroundings<'_>) -> Result<Place, St
                 arguments: words.collect(),
                 outside: false,
             })
-            .ok_or_else(|| format!("{variable} is {value:?}, which is no program"));
+            .ok_or_else(|| format!("{variable} is {value:?}, which is not a program"));
     }
     let home = tool
         .home
@@ -74,7 +74,7 @@ pub(super) fn locate(tool: &Tool, around: &Surroundings<'_>) -> Result<Place, St
     let beside = if outside { &private } else { &folders };
     match tool.companion {
         Some(other) if named(other, beside).is_none() => Err(format!(
-            "{} is there, but not {other}, which belongs to it",
+            "{} is installed, but {other}, which belongs to it, is not",
             program.display()
         )),
         _ => Ok(place(program, outside)),
@@ -104,7 +104,7 @@ pub(super) fn version(tool: &Tool, place: &Place) -> Result<String, String> {
         .as_deref()
         .and_then(|h| number(h.split("#define VERILATOR_VERSION ").nth(1)?))
         .map(str::to_owned)
-        .ok_or_else(|| format!("it says no version, but {:?}", said.trim()))
+        .ok_or_else(|| format!("it reports no version, but {:?}", said.trim()))
 }
 
 /// Output of a program on standard output.
@@ -116,10 +116,7 @@ fn ask(place: &Place, arguments: &[&str]) -> Result<String, String> {
         let said = String::from_utf8_lossy(&done.out);
         Ok(said.chars().take(LONGEST).collect())
     } else {
-        Err(format!(
-            "asked for its version it ends with {}",
-            done.status
-        ))
+        Err(format!("its version query ends with {}", done.status))
     }
 }
 

@@ -31,7 +31,7 @@ pub enum ScheduleError {
         expected: String,
     },
     /// A list is not as long as the plan has frames.
-    #[error("{what}: {found} entries: expected {expected}, one a frame of the plan")]
+    #[error("{what} has {found} entries: expected {expected}, one for each frame of the plan")]
     Length {
         /// Name of the list.
         what: &'static str,

@@ -42,7 +42,7 @@ pub(super) fn checked(plan: &Plan, poses: Poses) -> Result<Windows, ScheduleErro
             number: first[count],
             field: "reference",
             value: count,
-            expected: format!("less than {count}, as there are so many references"),
+            expected: format!("less than {count}, the number of references"),
         });
     }
     let windows = Windows::starting_at(first, plan.targets.len());

@@ -36,7 +36,10 @@ pub enum CostError {
         node: Option<u32>,
     },
     /// Its power was not measured.
-    #[error("the parameters say nothing of the power of {0}: synthesise them with an activity")]
+    #[error(
+        "the parameters lack the power of {0}: synthesise them with an activity (potamoi synth \
+         --activity SCENE)"
+    )]
     Power(&'static str),
     /// The parameters given lack the power of a unit.
     #[error(

@@ -278,7 +278,7 @@ impl Field for Dvgo {
     fn assumed(&self) -> Option<String> {
         let [near, far] = self.range;
         Some(format!(
-            "depths of samples, {near} to {far}: assumed, the file does not say"
+            "depths of samples, {near} to {far}: assumed, since the file does not state them"
         ))
     }
 

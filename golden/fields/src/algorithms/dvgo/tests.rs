@@ -156,7 +156,10 @@ fn every_key_is_honoured_refused_or_listed() {
             }
             (Fate::Whole, Err(error)) => {
                 let error = error.to_string();
-                assert!(error.contains(&format!("`{key}` has no place")), "{error}");
+                assert!(
+                    error.contains(&format!("`{key}` is out of sequence")),
+                    "{error}"
+                );
             }
             (Fate::Listed, Ok(field)) => assert!(field.notes.not_used().contains(&key), "{key}"),
             (_, loaded) => unreachable!("{key}: {loaded:?}"),
@@ -230,7 +233,10 @@ fn a_perceptron_is_whole_or_refused_by_key() {
     let twice = ["rgbnet.0", "rgbnet.2", "rgbnet.2.0", "rgbnet.4"];
     for (names, said) in [
         (gap, "`model_state_dict/rgbnet.3.weight` is missing"),
-        (twice, "`model_state_dict/rgbnet.2.0.weight` has no place"),
+        (
+            twice,
+            "`model_state_dict/rgbnet.2.0.weight` is out of sequence",
+        ),
     ] {
         let error = load(layered(names, None).save().path())
             .unwrap_err()

@@ -127,7 +127,7 @@ pub static NGP: Format = Format {
         key(
             "snapshot.*envmap*",
             Refused,
-            "the background is one colour, as a description says it",
+            "the background is one colour, given by a description",
         ),
         key(
             "snapshot.exposure",

@@ -264,7 +264,7 @@ fn direction(encoding: &Direction) -> Result<(), Wrong> {
             return check(false, field, "another", "3 dimensions in its first part");
         };
         let outer = encoding.degree.unwrap_or(4);
-        let expected = "4, or left out beside a composite, whose first part says it";
+        let expected = "4, or left out beside a composite, whose first part gives it";
         check(outer == 4, "dir_encoding.degree", outer, expected)?;
         (&**first, "dir_encoding.nested[0]")
     } else {
@@ -292,7 +292,7 @@ fn shape(encoding: &Encoding, aabb_scale: u32) -> Result<GridShape, Wrong> {
             check(all % features == 0, "encoding.n_features", all, expected)?;
             let levels = all / features;
             let given = encoding.n_levels.unwrap_or(levels);
-            let expected = format!("{levels}, as n_features {all} says, or left out");
+            let expected = format!("{levels}, from n_features {all}, or left out");
             check(given == levels, "encoding.n_levels", given, expected)?;
             levels
         }
@@ -381,7 +381,7 @@ fn shown(document: &Document, corner: f64, side: f64) -> Result<[DVec3; 2], Wron
     if let Some(Bounds { min, max }) = snapshot.aabb {
         let off = |found: [f64; 3], at: DVec3| (DVec3::from(found) - at).abs().max_element();
         let fits = off(min, whole[0]) < 1e-5 && off(max, whole[1]) < 1e-5;
-        let expected = format!("{corner} to {}, as aabb_scale says", corner + side);
+        let expected = format!("{corner} to {}, from aabb_scale", corner + side);
         let found = format!("{min:?} to {max:?}");
         check(fits, "snapshot.aabb", found, expected)?;
     }

@@ -131,7 +131,10 @@ fn every_key_is_honoured_refused_or_listed() {
             }
             (Fate::Whole, Err(error)) => {
                 let error = error.to_string();
-                assert!(error.contains(&format!("`{key}` has no place")), "{error}");
+                assert!(
+                    error.contains(&format!("`{key}` is out of sequence")),
+                    "{error}"
+                );
             }
             (Fate::Listed, Ok(field)) => assert!(field.notes.not_used().contains(&key), "{key}"),
             (_, loaded) => unreachable!("{key}: {:?}", loaded.err()),
@@ -174,7 +177,7 @@ fn a_model_is_whole_or_refused_by_key() {
         "app_line.3",
     ] {
         let error = changed(&|items| items.push((name.to_owned(), Made::tensor(&[3, 3]))));
-        let said = format!("`state_dict/{name}` has no place");
+        let said = format!("`state_dict/{name}` is out of sequence");
         assert!(error.unwrap_err().contains(&said), "{name}");
     }
 }

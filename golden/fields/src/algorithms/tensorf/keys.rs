@@ -15,7 +15,7 @@ pub static TENSORF: Format = Format {
     name: "TensoRF",
     files: "`.th` of its authors' code, read as data. Numbers of tensors have to be finite.",
     keys: &[
-        key("kwargs", Honoured, "what the model was made with"),
+        key("kwargs", Honoured, "settings that the model was made with"),
         key("state_dict", Honoured, "its numbers"),
         key("state_dict/plane_coef", Refused, OTHER),
         key("state_dict/line_coef", Refused, OTHER),

@@ -171,7 +171,7 @@ fn what_is_wrong_is_named() {
         "`huftable_hash` cannot be honoured: Huffman codes of the post-",
     );
     let more = npy("<f2", "(1,)", &halves(&[0.5]));
-    refuse(&[("mlp_2", more)], "`mlp_2` has no place");
+    refuse(&[("mlp_2", more)], "`mlp_2` is out of sequence");
     for (array, kind, shape, bytes, expected) in [
         (
             "xyz",

@@ -59,7 +59,7 @@ pub static FORMAT: Format = Format {
         key(
             "model",
             Fate::Honoured,
-            "`antialiased` or `default`, which say the same",
+            "`antialiased` or `default`, in agreement",
         ),
         key(
             "means.mins",

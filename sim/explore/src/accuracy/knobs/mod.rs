@@ -235,7 +235,8 @@ fn paths() -> Vec<Knob> {
         },
         Knob {
             name: "chained",
-            what: "each frame warped from the one before, one of so many in full (Temp-N)",
+            what: "each frame warped from the previous one, one frame in N rendered in full \
+                   (Temp-N)",
             settings: [6, 16]
                 .map(|window| path(format!("{window}"), PathVariant::Chained { window }))
                 .to_vec(),

@@ -147,8 +147,8 @@ fn units(rows: &[Row]) -> String {
 /// The modules of a unit.
 fn modules(unit: &UnitReport) -> String {
     let mut text =
-        "| module of the paper's | count | cells of one | flip-flops | um^2 of one | share of \
-                    logic |\n|---|---|---|---|---|---|\n"
+        "| module of the paper's unit | count | cells each | flip-flops | um^2 each | share of \
+         logic |\n|---|---|---|---|---|---|\n"
             .to_owned();
     for module in &unit.modules {
         let share = 100.0 * module.count as f64 * module.area_um2 / unit.area_um2;
@@ -182,8 +182,8 @@ fn beside(own: &Row, model: Model<'_>) -> Result<String, ExploreError> {
     let array = array_um2(&own.unit).unwrap_or_default() * own.logic_factor();
     let npu = (array + system[0] + system[1]) * 1e-6;
     let mut text =
-        "| the paper's unit, mm^2 | memories | logic | both | of the NPU | without the feature \
-                    FIFO |\n|---|---|---|---|---|---|\n"
+        "| the paper's unit, mm^2 | memories | logic | sum | share of the NPU | sum without the \
+         feature FIFO |\n|---|---|---|---|---|---|\n"
             .to_owned();
     for (name, area) in memories {
         let _ = writeln!(
@@ -244,8 +244,7 @@ fn joined(rows: &[Row], model: Model<'_>) -> Result<String, ExploreError> {
 
 /// Exponentials by area and time.
 fn ways(rows: &[Row]) -> String {
-    let mut text = "| exponential | lane, um^2 | shared by the lanes, um^2 | period, ps | clocks a result | lane \
-                    and its part of what is shared, um^2 x ns a result | beside the first |\n\
+    let mut text = "| exponential | lane, um^2 | shared by the lanes, um^2 | period, ps | clocks per result | lane with its part of the shared logic, um^2 x ns per result | relative to the first |\n\
                     |---|---|---|---|---|---|---|\n"
         .to_owned();
     let mut first = None;

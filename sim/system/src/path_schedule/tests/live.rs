@@ -340,7 +340,7 @@ fn paths_of_no_frame_and_of_one_are_rendered_and_others_than_the_plans_refused()
     let options = options(Poses::AtOnce, true, 2);
     let error = live(warper, &warper, &path(3), &plan, &options, drop).unwrap_err();
     assert!(
-        error.to_string().contains("path: 3 entries: expected 4"),
+        error.to_string().contains("path has 3 entries: expected 4"),
         "{error}"
     );
 }

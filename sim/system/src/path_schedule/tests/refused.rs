@@ -161,7 +161,11 @@ fn options_and_plans_that_cannot_be_are_refused_by_name() {
     );
 
     let error = schedule(&good, &warped(7), &CLOCK, &options, None).unwrap_err();
-    assert!(error.to_string().contains("counts: 7 entries: expected 8"));
+    assert!(
+        error
+            .to_string()
+            .contains("counts has 7 entries: expected 8")
+    );
     let unfinished = super::super::dispatch::Dispatcher::new(&good, &options, false).unwrap();
     let error = super::super::finish::finish(unfinished.into_record(), &good, LinkUse::default());
     assert!(

@@ -100,7 +100,7 @@ pub struct Times {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum JobError {
     /// A job depends on one that is not before it in the list.
-    #[error("job {job} ({stage}) comes after job {after}, which does not stand before it")]
+    #[error("job {job} ({stage}) depends on job {after}: expected a job before it in the list")]
     Order {
         /// Index of the job.
         job: JobId,
@@ -110,7 +110,7 @@ pub enum JobError {
         after: JobId,
     },
     /// A time is negative or not a number.
-    #[error("job {job} ({stage}): {field} is {value} ns, expected a number from 0 on")]
+    #[error("job {job} ({stage}): {field} is {value} ns: expected a number of 0 or more")]
     Time {
         /// Index of the job.
         job: JobId,

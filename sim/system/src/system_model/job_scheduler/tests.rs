@@ -123,7 +123,7 @@ fn two_halves_hide_what_is_loaded_behind_what_is_used() {
 fn what_cannot_be_run_is_refused() {
     use Resource::Gpu;
     let order = run(&[job(Gpu, 1.0, 0.0, &[0])]).unwrap_err();
-    assert!(order.to_string().contains("comes after job 0"), "{order}");
+    assert!(order.to_string().contains("depends on job 0"), "{order}");
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
         assert!(run(&[job(Gpu, bad, 0.0, &[])]).is_err());
         assert!(run(&[job(Gpu, 0.0, bad, &[])]).is_err());
