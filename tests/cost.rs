@@ -210,7 +210,7 @@ fn the_cheapest_is_by_what_was_asked_for() {
 
     let asked = "--scene garden --width 24 --knobs early-out --target-psnr 500 --by energy";
     let said = cost(at, 4, &asked.split(' ').collect::<Vec<_>>());
-    assert!(said.contains(" mJ per frame"), "{said}");
+    assert!(said.contains(" mJ a frame"), "{said}");
 }
 
 /// Where the truth is known it says how good a picture is: beside the model in floating point, which
@@ -326,7 +326,10 @@ fn forms_of_the_exponential_stand_side_by_side() {
             "--study", "methods", "--json", "m.json", "--plot", "m.svg", "--csv", "m.csv",
         ],
     );
-    assert!(said.contains("faithful with the fewest clocks: "), "{said}");
+    assert!(
+        said.contains("faithful form with the fewest clocks, of those synthesised: "),
+        "{said}"
+    );
     let report = json(&at.join("m.json"));
     let methods = report["methods"].as_array().unwrap();
     let of = |name: &str| methods.iter().find(|m| m["name"] == name).unwrap();

@@ -9,9 +9,6 @@ use crate::model::ladder;
 use crate::stdout::say;
 use crate::tables;
 
-/// Largest loss against the default, in dB, that counts as equal quality.
-const EQUAL_DB: f64 = 0.1;
-
 fn number(of: Option<f64>, digits: usize) -> String {
     of.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
 }
@@ -23,7 +20,8 @@ fn db(of: ImageQuality) -> String {
 
 pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     say!(
-        "{} ({}), {} x {}: full frames on the gathering and vector units; warped frames in the ratio of a warped path to the same path in full",
+        "{} ({}), {} x {}: full frames on the gathering and vector units; warped frames in the \
+         ratio of a warped path to the same path in full",
         report.scene,
         report.algorithm,
         report.size[0],
@@ -85,7 +83,8 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     }
     say!("{table}");
     say!(
-        "mJ and mm^2: - where no formula covers the units (potamoi synth measures them); PSNR: - where there is no reference picture"
+        "mJ and mm^2: - where no formula covers the units (potamoi synth measures them); PSNR: - \
+         where there is no reference picture"
     );
     for knob in knobs {
         say!("{}", sentence(knob, report));
@@ -129,24 +128,9 @@ fn mark(report: &Sweep, i: usize) -> &'static str {
     }
 }
 
-/// Sentence on a knob's value: its fastest setting with the default's quality, otherwise the one
-/// that loses least.
+/// Sentence on a knob's best setting.
 fn sentence(knob: &Knob, report: &Sweep) -> String {
-    let default = report.default_point();
-    let lost = |p: &Point| match (default.place().quality, p.place().quality) {
-        // Both are equal to what they are compared with.
-        (a, b) if a == b => 0.0,
-        (a, b) => a - b,
-    };
-    let own = || report.points.iter().filter(|p| p.knob == knob.name);
-    let equal = own()
-        .filter(|p| lost(p) <= EQUAL_DB)
-        .min_by(|a, b| a.frame_ns.total_cmp(&b.frame_ns));
-    let least = own().map(lost).fold(f64::INFINITY, f64::min);
-    let nearest = own().filter(|p| lost(p) <= least + EQUAL_DB);
-    let fastest = nearest.min_by(|a, b| a.frame_ns.total_cmp(&b.frame_ns));
-    let chosen = equal.or(fastest);
-    let Some(point) = chosen else {
+    let Some((point, lost)) = report.best_setting(knob.name) else {
         return format!(
             "{}: none of its settings is possible for this scene and configuration",
             knob.name
@@ -157,8 +141,8 @@ fn sentence(knob: &Knob, report: &Sweep) -> String {
         knob.name,
         point.setting,
         knob.what,
-        -lost(point),
-        100.0 * (point.frame_ns / default.frame_ns - 1.0)
+        -lost,
+        100.0 * (point.frame_ns / report.default_point().frame_ns - 1.0)
     )
 }
 

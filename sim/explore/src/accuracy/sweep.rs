@@ -9,6 +9,9 @@ use super::point::Point;
 use crate::system::{Rung, rungs};
 use crate::{ExploreError, Progress};
 
+/// Largest loss against the default, in dB, that counts as equal quality.
+const EQUAL_DB: f64 = 0.1;
+
 /// Measurements of a scene's knobs, one setting at a time.
 #[derive(Debug, Clone, Serialize)]
 pub struct Sweep {
@@ -100,6 +103,26 @@ impl Sweep {
     #[must_use]
     pub fn default_point(&self) -> &Point {
         &self.points[0]
+    }
+
+    /// A knob's fastest setting with the default's quality, otherwise the one that loses least, and
+    /// its loss against the default in dB; `None` where no setting could be applied.
+    #[must_use]
+    pub fn best_setting(&self, knob: &str) -> Option<(&Point, f64)> {
+        let default = self.default_point().place().quality;
+        let lost = |point: &Point| match point.place().quality {
+            // Both are equal to what they are compared with.
+            own if own == default => 0.0,
+            own => default - own,
+        };
+        let own = || self.points.iter().filter(|p| p.knob == knob);
+        let within = |most: f64| {
+            let all = own().filter(|p| lost(p) <= most);
+            all.min_by(|a, b| a.frame_ns.total_cmp(&b.frame_ns))
+        };
+        let least = own().map(lost).fold(f64::INFINITY, f64::min);
+        let point = within(EQUAL_DB).or_else(|| within(least + EQUAL_DB))?;
+        Some((point, lost(point)))
     }
 }
 
