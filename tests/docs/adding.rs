@@ -41,7 +41,7 @@ fn has_word(text: &str, word: &str) -> bool {
     let is_open = is_part(word.chars().next_back());
     text.match_indices(word).any(|(at, _)| {
         let (before, after) = (text[..at].chars().next_back(), &text[at + word.len()..]);
-        !is_part(before) && !(is_open && is_part(after.chars().next()))
+        !(is_part(before) || (is_open && is_part(after.chars().next())))
     })
 }
 
