@@ -3,10 +3,8 @@
 
 use glam::DVec3;
 use potamoi_base::camera::Camera;
-use potamoi_fields::voxels::{
-    FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW, error_bounds,
-    render_fixed, render_float,
-};
+use potamoi_fields::voxels::{Formats, Grid, Layout, STOP_BELOW, StoredField, error_bounds};
+use potamoi_fields::{AnyField, FixedField, FixedOptions, render_float};
 use potamoi_formats::config::Config;
 use potamoi_march::FixedFrame;
 use potamoi_reference::bounds::VectorBounds;
@@ -23,7 +21,7 @@ struct Scene {
     name: &'static str,
     case: &'static str,
     form: Obvious,
-    grid: Grid,
+    field: StoredField,
     config: Config,
     /// In voxel edges.
     step: f64,
@@ -63,7 +61,7 @@ fn all() -> [Scene; 3] {
             name: "fog",
             case: "1 - exp(-s) where s is a few codes",
             form: Obvious::OpacityFromExp,
-            grid: fog(5.0 / 65_536.0 * 16.0),
+            field: StoredField::new(fog(5.0 / 65_536.0 * 16.0), 1.0 / 16.0),
             config: Config::paper(),
             step: 1.0 / 16.0,
         },
@@ -71,7 +69,7 @@ fn all() -> [Scene; 3] {
             name: "4096",
             case: "4096 samples a ray",
             form: Obvious::WeightsAlone,
-            grid: fog(0.05),
+            field: StoredField::new(fog(0.05), 1.0 / 64.0),
             config: Config::paper(),
             step: 1.0 / 64.0,
         },
@@ -79,7 +77,7 @@ fn all() -> [Scene; 3] {
             name: "constant",
             case: "a constant field, weights of 8 bits",
             form: Obvious::RoundedAlone,
-            grid: constant(),
+            field: StoredField::new(constant(), 0.37),
             config: Config::from_toml("[gu]\nweight_bits = 8", "hard case").unwrap(),
             step: 0.37,
         },
@@ -87,17 +85,10 @@ fn all() -> [Scene; 3] {
 }
 
 impl Scene {
-    fn options(&self) -> FixedOptions {
-        FixedOptions {
-            step: self.step,
-            ..FixedOptions::default()
-        }
-    }
-
     fn through(&self, size: [u32; 2], units: &mut dyn Units) -> FixedFrame {
-        let mvoxels = MVoxels::new(&self.grid, &self.config).unwrap();
-        let camera = camera(size);
-        render_fixed(&self.grid, &mvoxels, &camera, &self.options(), units).unwrap()
+        let made = FixedField::new(&self.field, &self.config).unwrap();
+        let options = FixedOptions::default();
+        made.render(&camera(size), &options, units).unwrap()
     }
 }
 
@@ -112,7 +103,7 @@ pub(crate) fn cases() -> Vec<Case> {
             .picture,
         step: Some(scene.step),
         config: scene.config,
-        model: Model::Voxels(Box::new(scene.grid)),
+        model: Model::Field(AnyField::new(scene.field)),
     };
     all().into_iter().map(one).collect()
 }
@@ -121,19 +112,15 @@ pub(crate) fn cases() -> Vec<Case> {
 pub(crate) fn shown() -> Vec<Shown> {
     let one = |scene: Scene| {
         let mut twins = ReferenceUnits::new(&scene.config);
-        let options = FloatOptions {
-            step: scene.step,
-            ..FloatOptions::default()
-        };
-        let float = render_float(&scene.grid, &camera(SIZE), &options).unwrap();
-        let formats = Formats::new(&scene.grid, &scene.config).unwrap();
+        let float = render_float(&scene.field, &camera(SIZE), [0.0; 3]).unwrap();
+        let formats = Formats::new(scene.field.grid(), &scene.config).unwrap();
         let exp = &scene.config.vu.exp;
         let bounds = error_bounds(
-            &scene.grid,
+            &scene.field,
             &formats,
             &VectorBounds::by_formula(exp),
             &camera(SIZE),
-            &scene.options(),
+            &FixedOptions::default(),
             STOP_BELOW,
         );
         let ours = scene.through(SIZE, &mut twins).picture;

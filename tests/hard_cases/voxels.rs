@@ -3,10 +3,8 @@
 use glam::DVec3;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
-use potamoi_fields::voxels::{
-    FixedOptions, FloatOptions, Formats, Grid, Layout, MVoxels, STOP_BELOW, error_bounds,
-    render_fixed, render_float,
-};
+use potamoi_fields::voxels::{Formats, Grid, Layout, STOP_BELOW, StoredField, error_bounds};
+use potamoi_fields::{AnyField, FixedField, FixedOptions, render_float};
 use potamoi_formats::config::Config;
 use potamoi_march::FixedFrame;
 use potamoi_reference::bounds::VectorBounds;
@@ -43,16 +41,14 @@ fn cameras() -> [Camera; 3] {
 const STEP: f64 = 1.0;
 
 fn fixed(camera: &Camera, units: &mut dyn Units) -> FixedFrame {
-    let (grid, config) = (grid(), Config::paper());
-    let mvoxels = MVoxels::new(&grid, &config).unwrap();
-    render_fixed(&grid, &mvoxels, camera, &options(), units).unwrap()
+    let (field, config) = (field(), Config::paper());
+    let made = FixedField::new(&field, &config).unwrap();
+    made.render(camera, &FixedOptions::default(), units)
+        .unwrap()
 }
 
-fn options() -> FixedOptions {
-    FixedOptions {
-        step: STEP,
-        ..FixedOptions::default()
-    }
+fn field() -> StoredField {
+    StoredField::new(grid(), STEP)
 }
 
 /// What each camera sees, to be modelled.
@@ -63,7 +59,7 @@ pub(crate) fn cases() -> Vec<Case> {
         camera,
         step: Some(STEP),
         config: Config::paper(),
-        model: Model::Voxels(Box::new(grid())),
+        model: Model::Field(AnyField::new(field())),
     };
     cameras().map(one).to_vec()
 }
@@ -138,11 +134,7 @@ pub(crate) fn measure() -> Measured {
     let config = Config::paper();
     let formats = Formats::new(&grid(), &config).unwrap();
     for camera in cameras() {
-        let in_floats = FloatOptions {
-            step: STEP,
-            ..FloatOptions::default()
-        };
-        let float = render_float(&grid(), &camera, &in_floats).unwrap().picture;
+        let float = render_float(&field(), &camera, [0.0; 3]).unwrap().picture;
         let psnr = |p: &Picture| p.psnr(&float, |_| true).unwrap();
         // With owners counted rightly and parallel rays told apart it is the same picture.
         let same = psnr(&obvious(&camera, |_| 1.0, true));
@@ -153,11 +145,11 @@ pub(crate) fn measure() -> Measured {
         let ours = fixed(&camera, &mut twins).picture;
         least.fixed = least.fixed.min(psnr(&ours));
         let bounds = error_bounds(
-            &grid(),
+            &field(),
             &formats,
             &VectorBounds::by_formula(&config.vu.exp),
             &camera,
-            &options(),
+            &FixedOptions::default(),
             STOP_BELOW,
         );
         let bounds = bounds.iter().map(|[colour, _]| *colour);

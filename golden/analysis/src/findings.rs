@@ -9,7 +9,6 @@ use super::surroundings::Surroundings;
 use super::{PathVisibility, is_still};
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
-use potamoi_fields::voxels::MVoxels;
 use potamoi_scene::{Kind, Scene, SceneError};
 use potamoi_splats::{Schedule, Sorting, View, Work, is_in_order};
 use potamoi_warp::Renderer as _;
@@ -130,8 +129,10 @@ fn seen_by(scene: &Scene, camera: &Camera, config: &Config) -> Result<PathVisibi
 /// Number of empty cells and of all cells: of voxels, or of a field's grid that marks empty space.
 fn void_cells(scene: &Scene, config: &Config) -> Result<Option<[u64; 2]>, SceneError> {
     Ok(match scene.model().kind() {
-        Kind::Voxels(grid) => Some(MVoxels::new(grid, config)?.void_cells()),
-        Kind::Field(field) => field.void(),
+        Kind::Field(field) => match field.stored() {
+            Some(stored) => Some(stored.void_cells(config)?),
+            None => field.void(),
+        },
         Kind::Splats(_) => None,
     })
 }

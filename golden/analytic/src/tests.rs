@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::*;
 use potamoi_base::picture::Picture;
-use potamoi_fields::voxels::{self, FloatOptions};
+use potamoi_fields::render_float;
+use potamoi_fields::voxels::StoredField;
 
 const SIDE: u32 = 64;
 
@@ -75,12 +76,8 @@ fn models_are_near_the_truth() {
         (Analytic::City, 28.0),
     ] {
         let camera = scene.camera(0.0, SIDE, SIDE);
-        let options = FloatOptions {
-            background: scene.background(),
-            ..FloatOptions::default()
-        };
-        let grid = scene.bake().unwrap();
-        let float = voxels::render_float(&grid, &camera, &options).unwrap();
+        let field = StoredField::from(scene.bake().unwrap());
+        let float = render_float(&field, &camera, scene.background()).unwrap();
         let found = psnr(&float.picture, &truth(scene, 0.0).picture);
         println!("{}: {found:.1} dB", scene.name());
         assert!(found >= least, "{}: {found} dB", scene.name());

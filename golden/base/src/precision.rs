@@ -115,6 +115,14 @@ pub enum Models {
 }
 
 impl Models {
+    /// Whether their renderer honours the number with this name in the `[render]` section.
+    #[must_use]
+    pub fn honour(self, name: &str) -> bool {
+        NUMBERS
+            .iter()
+            .any(|number| number.name() == name && number.models.contains(&self))
+    }
+
     const fn name(self) -> &'static str {
         match self {
             Self::Splats => "splats",

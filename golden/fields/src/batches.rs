@@ -28,6 +28,12 @@ impl BatchSize {
     /// Maximum number of entries in memory: about 200 MB here.
     pub const ENTRIES: usize = 1 << 21;
 
+    /// The batch size of a field in one volume, whose batches end with an MVoxel.
+    pub const VOLUME: Self = Self {
+        samples: u32::MAX,
+        entries: 1 << 18,
+    };
+
     /// The batch size for some tables. The number of samples is the square root of a third of the
     /// ratio between the bytes of an MVoxel in each table and the bytes of a sample.
     ///
@@ -56,6 +62,7 @@ struct Ray {
 /// The rays of a group, and their next samples.
 pub struct SampleBatches<'f> {
     field: &'f dyn Field,
+    void_test: bool,
     rays: Vec<Ray>,
 }
 
@@ -68,9 +75,10 @@ pub struct SampleBatch {
 }
 
 impl<'f> SampleBatches<'f> {
-    /// Rays through pixels, at their first sample.
+    /// Rays through pixels, at their first sample. Without `void_test`, no sample is skipped.
     pub fn new(
         field: &'f dyn Field,
+        void_test: bool,
         sampling: &Sampling,
         camera: &Camera,
         pixels: &[[u32; 2]],
@@ -81,6 +89,7 @@ impl<'f> SampleBatches<'f> {
         });
         Self {
             field,
+            void_test,
             rays: rays.collect(),
         }
     }
@@ -103,7 +112,7 @@ impl<'f> SampleBatches<'f> {
         let count = (0..).zip(&self.rays).filter(|ray| on((ray.0, ray.1)));
         let bound = size.entries / tables.max(1) / count.count().max(1);
         let most = bound.min(size.samples as usize).max(1);
-        let field = self.field;
+        let (field, void_test) = (self.field, self.void_test);
         let take = |places: &mut Vec<DVec3>, (slot, ray): (usize, &mut Ray)| {
             let mut own = vec![];
             if !on((slot as u32, ray)) {
@@ -112,7 +121,7 @@ impl<'f> SampleBatches<'f> {
             while own.len() < most && ray.next < ray.samples.count {
                 let at = ray.samples.at(ray.next);
                 ray.next += 1;
-                if field.index(at, places) {
+                if !void_test || field.index(at, places) {
                     own.push(at);
                 }
             }

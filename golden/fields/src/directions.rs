@@ -9,7 +9,12 @@ pub enum Directions<'a> {
     /// They do not.
     None,
     /// By spherical harmonics, whose coefficients are features.
-    Harmonics(Bands),
+    Harmonics {
+        /// The harmonics, by degree.
+        bands: Bands,
+        /// Name of the owners of their coefficients, in the plural.
+        holders: &'static str,
+    },
     /// By a perceptron.
     Perceptron {
         /// The perceptron.

@@ -5,7 +5,9 @@ use potamoi_formats::config::Config;
 
 use super::bound::Bounds;
 use super::mlp::Mlp;
-use super::{Algorithm, Coded, Directions, Field, FieldError, Sampling, Table};
+use super::{
+    Algorithm, Coded, Density, Directions, Field, FieldError, Local, Sampling, StoredDensity, Table,
+};
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
@@ -74,6 +76,18 @@ impl Field for WithEarlyTermination<'_> {
         camera: &Camera,
     ) -> Result<Option<Box<dyn Bounds + '_>>, FieldError> {
         self.field.bounds(config, vector, camera)
+    }
+
+    fn local(&self, camera: &Camera) -> Result<Option<Local<'_>>, FieldError> {
+        self.field.local(camera)
+    }
+
+    fn density(&self, at: DVec3, sample: &mut Density) -> f64 {
+        self.field.density(at, sample)
+    }
+
+    fn stored(&self) -> Option<&dyn StoredDensity> {
+        self.field.stored()
     }
 
     fn perceptrons(&self) -> Vec<&Mlp> {

@@ -1,11 +1,12 @@
 //! The fixed-point renderer of fields: every gather and every vector operation goes through the
 //! units.
 //!
-//! A field in one volume is rendered by [`crate::voxels`]. For a field in tables, a frame is cut
-//! into square ray groups. In a group, samples are processed in batches: the same number from
-//! every ray that has not stopped, front to back. A batch is gathered table after table, each in
-//! the memory-centric order ([`crate::gather_plan`]). The features of each sample are then joined,
-//! and its rays are composited. The picture depends on neither ray groups nor batches.
+//! A frame is cut into square ray groups. In a field of one volume, a group is gathered MVoxel by
+//! MVoxel ([`crate::volume`]). In a field of several tables, its samples are processed in batches:
+//! the same number from every ray that has not stopped, front to back. A batch is gathered table
+//! after table, each in the memory-centric order ([`crate::gather_plan`]). The features of each
+//! sample are then joined, and its rays are composited. The picture depends on neither ray groups,
+//! nor batches, nor the order.
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
@@ -13,18 +14,18 @@ use rayon::prelude::*;
 
 use super::batches::{BatchSize, SampleBatch, SampleBatches};
 use super::float::{check, check_mask};
-use super::quantised_field::{Coded, CodedVolume, Storage};
-use super::without_occupancy::WithoutOccupancy;
+use super::quantised_field::{Coded, Storage};
 use super::work::{FieldWork, FixedOptions};
-use super::{Field, FieldError};
+use super::{Field, FieldError, Sampling};
 use crate::gather_plan::{CodedTable, Gathers, Located};
-use crate::voxels::{self, Skip, Volume};
+use crate::volume::{CodedVolume, MVoxelOrder};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_march::tiling::Halo;
 use potamoi_march::{
-    self as march, Batch, Compositor, FixedFrame, FixedStats, Head, Next, OpacityAlone, Orders,
-    RayGroup, Setup, TruncatedDirections, check_background, default_group_side,
+    self as march, Batch, Compositor, FixedFrame, FixedStats, GatherOrder, Head, MarchError, Next,
+    OpacityAlone, Orders, RayGroup, Setup, TruncatedDirections, check_background,
+    default_group_side,
 };
 use potamoi_reference::Units;
 
@@ -67,10 +68,7 @@ impl<'a> FixedField<'a> {
             Storage::Volume(volume) => {
                 let volume = match halo {
                     Halo::Shared => *volume,
-                    Halo::Split => CodedVolume {
-                        mvoxels: volume.mvoxels.with_halo(halo),
-                        ..*volume
-                    },
+                    Halo::Split => volume.with_halo(halo),
                 };
                 (vec![], Some(volume))
             }
@@ -130,7 +128,9 @@ impl<'a> FixedField<'a> {
             .collect()
     }
 
-    /// Renders the field through `units`.
+    /// Renders the field through `units`. Sample positions are computed in floating point, as on the
+    /// GPU, and rounded to 12 fraction bits. Everything else goes through `units`, except sums of
+    /// products (MAC array) and additions to a pixel.
     ///
     /// # Errors
     /// The camera has no pixels, an option or the sampling is out of range, or a unit fails.
@@ -167,9 +167,13 @@ impl<'a> FixedField<'a> {
     ///
     /// # Errors
     /// Those of [`FixedField::render`].
-    pub fn stops(&self, camera: &Camera, units: &mut dyn Units) -> Result<Vec<u32>, FieldError> {
-        let options = FixedOptions::default();
-        let frame = self.render_with(&OpacityAlone(&*self.head), camera, &options, None, units)?;
+    pub fn stops(
+        &self,
+        camera: &Camera,
+        options: &FixedOptions,
+        units: &mut dyn Units,
+    ) -> Result<Vec<u32>, FieldError> {
+        let frame = self.render_with(&OpacityAlone(&*self.head), camera, options, None, units)?;
         Ok(frame.stops)
     }
 
@@ -181,71 +185,7 @@ impl<'a> FixedField<'a> {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<FixedFrame, FieldError> {
-        match &self.volume {
-            Some(volume) => self.render_volume(volume, head, camera, options, only, units),
-            None => self.render_tables(head, camera, options, only, units),
-        }
-    }
-
-    fn render_volume(
-        &self,
-        volume: &CodedVolume,
-        head: &dyn Head,
-        camera: &Camera,
-        options: &FixedOptions,
-        only: Option<&Mask>,
-        units: &mut dyn Units,
-    ) -> Result<FixedFrame, FieldError> {
-        let CodedVolume {
-            mvoxels,
-            placement,
-            step,
-        } = volume;
-        let unmasked;
-        let (mvoxels, skip) = match options.work.void_test {
-            true => (mvoxels, Skip::Cells),
-            false => {
-                unmasked = mvoxels.clone().unmasked();
-                (&unmasked, Skip::Nothing)
-            }
-        };
-        let volume = Volume {
-            mvoxels,
-            placement: *placement,
-            head,
-        };
-        let own = voxels::FixedOptions::default();
-        let options = voxels::FixedOptions {
-            step: *step,
-            terminate: options.terminate,
-            stop_below: self.field.sampling().stop,
-            background: options.background,
-            group_side: options.group_side,
-            skip,
-            batch_entries: options.batch.map_or(own.batch_entries, |b| b.entries),
-            ..own
-        };
-        Ok(voxels::render_volume_masked(
-            &volume, camera, &options, only, units,
-        )?)
-    }
-
-    fn render_tables(
-        &self,
-        head: &dyn Head,
-        camera: &Camera,
-        options: &FixedOptions,
-        only: Option<&Mask>,
-        units: &mut dyn Units,
-    ) -> Result<FixedFrame, FieldError> {
-        let everywhere = WithoutOccupancy(self.field);
-        let field: &dyn Field = match options.work.void_test {
-            true => self.field,
-            false => &everywhere,
-        };
-        let sampling = field.sampling();
-        let stop = options.terminate.then_some(sampling.stop);
-        check(camera, &sampling)?;
+        let order = self.order(camera, options)?;
         check_mask(camera, only)?;
         check_background(options.background)?;
         let side = options.group_side.unwrap_or_else(default_group_side);
@@ -264,25 +204,40 @@ impl<'a> FixedField<'a> {
             size: [camera.width, camera.height],
             side: options.group_side,
             only,
-            stop,
+            stop: options.terminate.then_some(self.field.sampling().stop),
+            transmittance_bits: options.transmittance_bits,
             background: options.background,
         };
-        let batch_size = options.batch.unwrap_or_else(|| BatchSize::of(&self.tables));
-        let start = |pixels: &[[u32; 2]]| {
-            Box::new(TableGroup {
-                field: self,
-                batches: SampleBatches::new(field, &sampling, camera, pixels),
-                eye: camera.position(),
-                batch_size,
-                work: options.work,
-            }) as Box<dyn RayGroup<_>>
-        };
-        let mut frame = march::render(&setup, head, start, units)?;
+        let mut frame = march::render(&setup, head, &*order, units)?;
         frame
             .stats
             .orders
             .resize(self.tables.len(), Orders::default());
         Ok(frame)
+    }
+
+    /// The order of gathering, with the camera checked.
+    fn order(
+        &self,
+        camera: &Camera,
+        options: &FixedOptions,
+    ) -> Result<Box<dyn GatherOrder + '_>, FieldError> {
+        let void_test = options.work.void_test;
+        if let Some(volume) = &self.volume {
+            let most = options.batch.unwrap_or(BatchSize::VOLUME).entries;
+            let order = MVoxelOrder::new(volume, camera, void_test, most)?;
+            return Ok(Box::new(order));
+        }
+        let sampling = self.field.sampling();
+        check(camera, &sampling)?;
+        Ok(Box::new(SampleOrder {
+            field: self,
+            sampling,
+            camera: *camera,
+            void_test,
+            batch_size: options.batch.unwrap_or_else(|| BatchSize::of(&self.tables)),
+            work: options.work,
+        }))
     }
 
     /// Gathers a batch and joins the channels of each sample.
@@ -293,7 +248,7 @@ impl<'a> FixedField<'a> {
         work: FieldWork,
         units: &mut dyn Units,
         stats: &mut FixedStats,
-    ) -> Result<Vec<i16>, FieldError> {
+    ) -> Result<Vec<i16>, MarchError> {
         let all = self.head.channels();
         stats.orders.resize(self.tables.len(), Orders::default());
         let mut features = vec![0; batch.at.len() * all];
@@ -323,17 +278,41 @@ impl<'a> FixedField<'a> {
     }
 }
 
-/// The rays of a group in a field of tables: batches of samples, table after table.
-struct TableGroup<'a> {
+/// Gathers a ray group in batches: the same number of samples from every ray that has not stopped,
+/// table after table. Several tables need this order: their MVoxels differ, and a sample is
+/// composited only after the last table, so no order of MVoxels is front to back in all of them.
+struct SampleOrder<'a> {
     field: &'a FixedField<'a>,
-    batches: SampleBatches<'a>,
-    /// Position of the camera.
-    eye: DVec3,
+    sampling: Sampling,
+    camera: Camera,
+    void_test: bool,
     batch_size: BatchSize,
     work: FieldWork,
 }
 
-impl RayGroup<FieldError> for TableGroup<'_> {
+impl GatherOrder for SampleOrder<'_> {
+    fn start(&self, pixels: &[[u32; 2]]) -> Box<dyn RayGroup + '_> {
+        let field = self.field.field;
+        Box::new(TableGroup {
+            order: self,
+            batches: SampleBatches::new(
+                field,
+                self.void_test,
+                &self.sampling,
+                &self.camera,
+                pixels,
+            ),
+        })
+    }
+}
+
+/// The rays of a group in a field of tables.
+struct TableGroup<'a> {
+    order: &'a SampleOrder<'a>,
+    batches: SampleBatches<'a>,
+}
+
+impl RayGroup for TableGroup<'_> {
     fn directions(&self) -> Vec<DVec3> {
         self.batches.directions().collect()
     }
@@ -348,16 +327,17 @@ impl RayGroup<FieldError> for TableGroup<'_> {
         units: &mut dyn Units,
         stats: &mut FixedStats,
         batch: &mut Batch,
-    ) -> Result<Next, FieldError> {
+    ) -> Result<Next, MarchError> {
+        let order = self.order;
         let alive = |slot| done.is_alive(slot);
-        let samples = self.batches.next(alive, self.batch_size);
+        let samples = self.batches.next(alive, order.batch_size);
         if samples.at.is_empty() {
             return Ok(Next::End);
         }
-        let Self {
-            field, eye, work, ..
-        } = self;
-        batch.features = field.features(*eye, &samples, *work, units, stats)?;
+        let eye = order.camera.position();
+        batch.features = order
+            .field
+            .features(eye, &samples, order.work, units, stats)?;
         batch.spans = samples.spans;
         Ok(Next::Batch)
     }

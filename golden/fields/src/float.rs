@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Along, Field, FieldError, Sampling};
+use super::{Along, CoordinateFrame, Field, FieldError, Sampling};
 use potamoi_base::camera::{Camera, crossing};
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
@@ -29,6 +29,28 @@ pub struct FieldFrame {
     pub gathered: u64,
     /// Samples whose colour was computed.
     pub coloured: u64,
+}
+
+/// Options of the floating-point renderer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FloatOptions {
+    /// Background, linear RGB.
+    pub background: [f32; 3],
+    /// Whether rays terminate early, at the field's threshold.
+    pub terminate: bool,
+    /// Whether colours depend on the viewing direction; if not, they are those along the zero
+    /// vector.
+    pub directions: bool,
+}
+
+impl Default for FloatOptions {
+    fn default() -> Self {
+        Self {
+            background: [0.0; 3],
+            terminate: true,
+            directions: true,
+        }
+    }
 }
 
 /// Buffers that a worker reuses from pixel to pixel.
@@ -62,56 +84,61 @@ pub fn render_float(
     camera: &Camera,
     background: [f32; 3],
 ) -> Result<FieldFrame, FieldError> {
-    render_masked(field, camera, background, None)
+    let options = FloatOptions {
+        background,
+        ..FloatOptions::default()
+    };
+    render_masked(field, camera, &options, None)
 }
 
-/// As [`render_float`], but renders only the pixels of a mask; the others are background.
+/// As [`render_float`], but with options, and renders only the pixels of a mask, if any; the others
+/// are background.
 ///
 /// # Errors
 /// Those of [`render_float`], or the mask does not have the camera's size.
 pub fn render_masked(
     field: &dyn Field,
     camera: &Camera,
-    background: [f32; 3],
+    options: &FloatOptions,
     only: Option<&Mask>,
 ) -> Result<FieldFrame, FieldError> {
+    let local = field.local(camera)?;
     let sampling = field.sampling();
-    check(camera, &sampling)?;
+    let (own, frame): (&dyn Field, _) = match &local {
+        Some(local) => (&*local.field, local.frame),
+        None => {
+            check(camera, &sampling)?;
+            (field, CoordinateFrame::WORLD)
+        }
+    };
     check_mask(camera, only)?;
     let view = View {
         camera,
-        sampling,
-        frame: CoordinateFrame::WORLD,
+        sampling: Sampling {
+            stop: if options.terminate {
+                sampling.stop
+            } else {
+                0.0
+            },
+            ..own.sampling()
+        },
+        frame,
+        directions: options.directions,
     };
-    Ok(follow(field, &view, background, only))
-}
-
-/// The frame of reference in which rays are followed. Positions, lengths and bounds of a field and
-/// of its sampling are in its units.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct CoordinateFrame {
-    /// Origin in world coordinates.
-    pub(crate) corner: DVec3,
-    /// Unit of length, in world units.
-    pub(crate) edge: f64,
-}
-
-impl CoordinateFrame {
-    pub(crate) const WORLD: Self = Self {
-        corner: DVec3::ZERO,
-        edge: 1.0,
-    };
+    Ok(follow(own, &view, options.background, only))
 }
 
 /// The rays of a camera in a frame of reference.
-pub(crate) struct View<'a> {
-    pub(crate) camera: &'a Camera,
-    pub(crate) sampling: Sampling,
-    pub(crate) frame: CoordinateFrame,
+struct View<'a> {
+    camera: &'a Camera,
+    sampling: Sampling,
+    frame: CoordinateFrame,
+    /// Whether colours depend on the viewing direction.
+    directions: bool,
 }
 
 /// Renders a field whose sampling and mask have been checked.
-pub(crate) fn follow(
+fn follow(
     field: &dyn Field,
     view: &View<'_>,
     background: [f32; 3],
@@ -347,12 +374,17 @@ fn march(field: &dyn Field, view: &View<'_>, pixel: [u32; 2], worker: &mut Worke
         camera,
         sampling,
         frame,
+        directions,
     } = view;
     let ray = Samples::within(sampling, camera, *frame, pixel);
     let mut pixel = advance(field, sampling, &ray, worker, |_| ());
+    let towards = match directions {
+        true => ray.direction,
+        false => DVec3::ZERO,
+    };
     let samples = worker.features.chunks_exact(field.channels().max(1));
     for (features, weight) in samples.zip(&worker.weights) {
-        pixel.colour += *weight * field.colour(features, ray.direction, &mut worker.scratch);
+        pixel.colour += *weight * field.colour(features, towards, &mut worker.scratch);
     }
     pixel
 }

@@ -13,7 +13,8 @@
 //! ```
 //! use glam::DVec3;
 //! use potamoi_base::camera::Camera;
-//! use potamoi_fields::voxels::{FloatOptions, Grid, Layout, render_float};
+//! use potamoi_fields::render_float;
+//! use potamoi_fields::voxels::{Grid, Layout, StoredField};
 //!
 //! let (corner, edge) = (DVec3::splat(-1.0), 2.0 / 15.0);
 //! let ball = Grid::bake([16; 3], corner, edge, Layout::Constant, |at, vertex| {
@@ -23,7 +24,7 @@
 //! })?;
 //! let eye = DVec3::new(0.0, 0.0, -4.0);
 //! let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, 0.5, 9, 9);
-//! let frame = render_float(&ball, &camera, &FloatOptions::default())?;
+//! let frame = render_float(&StoredField::from(ball), &camera, [0.0; 3])?;
 //! let [middle, corner] = [4 * 9 + 4, 0].map(|pixel| frame.picture.rgb[pixel][0]);
 //! assert!(middle > 0.99 && corner == 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -34,6 +35,7 @@ pub mod algorithms;
 mod batches;
 mod bound;
 mod calibrate;
+mod density;
 mod directions;
 mod early_termination;
 mod error;
@@ -43,6 +45,7 @@ mod float;
 pub mod gather_plan;
 mod hash;
 mod hashed_colour;
+mod local;
 pub mod mac;
 mod mlp;
 mod opacity;
@@ -53,12 +56,12 @@ mod ray_lengths;
 mod ray_stages;
 mod shape;
 mod snapshot_error;
+mod stored;
 mod table;
 #[cfg(test)]
 mod test_checkpoints;
 mod two_level_grid;
-pub mod voxels;
-mod without_occupancy;
+pub mod volume;
 mod work;
 
 use std::fmt;
@@ -73,24 +76,29 @@ use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
 pub use algorithm::{Algorithm, Size};
+pub use algorithms::voxels;
 pub use batches::{BatchSize, SampleBatches};
 pub use bound::{Bounds, Off, error_bounds};
+pub use density::Density;
 pub use directions::Directions;
 pub use early_termination::WithEarlyTermination;
 pub use error::FieldError;
 pub use file::{FieldFile, FileOptions, LoadedField};
 pub use fixed::FixedField;
-pub use float::{FieldFrame, render_float, render_masked};
+pub use float::{FieldFrame, FloatOptions, render_float, render_masked};
 pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
+pub use local::{CoordinateFrame, Local};
 pub use mlp::{Layer, Mlp};
-pub use quantised_field::{Coded, CodedVolume, Storage};
+pub use quantised_field::{Coded, Storage};
 pub use ray_lengths::RayLengths;
 pub use ray_stages::RayStages;
 pub use shape::TableShape;
 pub use snapshot_error::SnapshotError;
+pub use stored::{Densities, StoredDensity};
 pub use table::Table;
 pub use two_level_grid::Nodes;
+pub use volume::CodedVolume;
 pub use work::{FieldWork, FixedOptions};
 
 /// A radiance field in floating point, with an optional fixed-point form.
@@ -172,6 +180,29 @@ pub trait Field: Sync {
         None
     }
 
+    /// The field as one whose densities are stored, if they are.
+    fn stored(&self) -> Option<&dyn StoredDensity> {
+        None
+    }
+
+    /// The field in units of its own, in which rays are followed in floating point, with the camera
+    /// checked; `None` for world coordinates.
+    ///
+    /// # Errors
+    /// The camera or the step is out of range.
+    fn local(&self, _: &Camera) -> Result<Option<Local<'_>>, FieldError> {
+        Ok(None)
+    }
+
+    /// The density at a world point, an optical depth per unit of length. It may be below 0, if it
+    /// is linear between vertices so.
+    fn density(&self, at: DVec3, sample: &mut Density) -> f64 {
+        if !self.holds(at) {
+            return 0.0;
+        }
+        self.depth(sample.gather(self, at)) / self.sampling().step
+    }
+
     /// The value assumed for something that the file does not state.
     fn assumed(&self) -> Option<String> {
         None
@@ -190,11 +221,11 @@ pub trait Stepped {
 }
 
 /// A field whose numbers can be hashed.
-trait Stored: Field + Send {
+trait Hashed: Field + Send {
     fn content(&self) -> blake3::Hash;
 }
 
-impl<T: Field + Send + Serialize> Stored for T {
+impl<T: Field + Send + Serialize> Hashed for T {
     fn content(&self) -> blake3::Hash {
         potamoi_base::content::hash_of(self)
     }
@@ -203,7 +234,7 @@ impl<T: Field + Send + Serialize> Stored for T {
 /// A field of any kind. Clones share it. Two fields are equal if their algorithms and numbers are.
 #[derive(Clone)]
 pub struct AnyField {
-    field: Arc<dyn Stored + Send>,
+    field: Arc<dyn Hashed + Send>,
 }
 
 impl Serialize for AnyField {

@@ -2,7 +2,7 @@
 
 use potamoi_march::Head;
 
-use crate::voxels::{MVoxels, Placement};
+use crate::volume::CodedVolume;
 
 /// The fixed-point form of a field.
 pub struct Coded<'a> {
@@ -31,15 +31,4 @@ pub enum Storage {
     Tables(Vec<Vec<u32>>),
     /// One volume of vertices, in which rays are followed from MVoxel to MVoxel.
     Volume(Box<CodedVolume>),
-}
-
-/// A quantised volume of vertices.
-#[derive(Debug, Clone)]
-pub struct CodedVolume {
-    /// Its MVoxels, with a shared halo.
-    pub mvoxels: MVoxels,
-    /// Its position in the world.
-    pub placement: Placement,
-    /// Step in voxel edges.
-    pub step: f64,
 }

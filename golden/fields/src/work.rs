@@ -1,6 +1,7 @@
 //! Options of fixed-point rendering, and optional parts of the work.
 
 use super::batches::BatchSize;
+use potamoi_march::TRANSMITTANCE;
 
 /// Optional parts of the work, by default all. Leaving out a part that the field does not need
 /// gives the same bits.
@@ -34,12 +35,15 @@ impl Default for FieldWork {
 pub struct FixedOptions {
     /// Whether rays terminate early, at the field's threshold.
     pub terminate: bool,
+    /// Fraction bits of the transmittance carried from sample to sample, at most 20.
+    pub transmittance_bits: u32,
     /// Background, linear RGB, rounded to 12 fraction bits.
     pub background: [f32; 3],
     /// Side of a ray group in pixels; by default the largest with at most
     /// [`potamoi_march::GROUP_RAYS`] rays.
     pub group_side: Option<u32>,
-    /// Limits of a batch; by default those of [`BatchSize::of`].
+    /// Limits of a batch; by default those of [`BatchSize::of`], or [`BatchSize::VOLUME`] for
+    /// a field in one volume.
     pub batch: Option<BatchSize>,
     /// Optional parts of the work.
     pub work: FieldWork,
@@ -49,6 +53,7 @@ impl Default for FixedOptions {
     fn default() -> Self {
         Self {
             terminate: true,
+            transmittance_bits: TRANSMITTANCE.frac_bits(),
             background: [0.0; 3],
             group_side: None,
             batch: None,

@@ -3,7 +3,7 @@
 //! | step | operation | result |
 //! |---|---|---|
 //! | alpha | that of the head | U0.F, exactly 0 in empty space |
-//! | T' | T times 2^F - alpha, shift F, half up; to fewer bits if the head carries fewer | U1.20 |
+//! | T' | T times 2^F - alpha, shift F, half up; to fewer bits if the frame has fewer | U1.20 |
 //! | colour | that of the head, for visible samples | its own format |
 //! | product | T - T' times the colour, half even | 20 to 24 fraction bits |
 //!
@@ -18,6 +18,7 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use crate::error::MarchError;
+use crate::setup::Setup;
 use crate::shading::{Head, Lanes, Opacities};
 use crate::span::Span;
 use crate::transmittance::TRANSMITTANCE;
@@ -32,6 +33,8 @@ pub struct Compositor<'h> {
     colour: ColourScale,
     /// A ray stops where T (2^F - alpha), with 20 + F fraction bits, is below this threshold.
     stop: Option<i64>,
+    /// Fraction bits that the transmittance does not use.
+    spare: u32,
     /// [`Head::direction_codes`] codes a ray.
     directions: Vec<i16>,
     /// Transmittance a ray, U1.20.
@@ -52,23 +55,23 @@ struct VisibleSample {
 }
 
 impl<'h> Compositor<'h> {
-    /// Starts rays with the given unit directions (world coordinates). `stop` is the
-    /// early-termination threshold (transmittance), if any.
-    pub fn new(
-        head: &'h dyn Head,
-        stop: Option<f64>,
-        towards: impl ExactSizeIterator<Item = DVec3>,
-    ) -> Self {
+    /// Starts rays with the given unit directions (world coordinates).
+    pub(crate) fn new(head: &'h dyn Head, setup: &Setup<'_>, towards: &[DVec3]) -> Self {
         let bits = (TRANSMITTANCE.frac_bits() + head.alpha_bits()) as i32;
         let rays = towards.len();
         let mut directions = Vec::with_capacity(rays * head.direction_codes());
         for towards in towards {
-            head.encode(towards, &mut directions);
+            head.encode(*towards, &mut directions);
         }
         Self {
             head,
             colour: ColourScale::of(head.colour_bits()),
-            stop: stop.map(|stop| (stop * 2f64.powi(bits)).ceil() as i64),
+            stop: setup
+                .stop
+                .map(|stop| (stop * 2f64.powi(bits)).ceil() as i64),
+            spare: TRANSMITTANCE
+                .frac_bits()
+                .saturating_sub(setup.transmittance_bits),
             directions,
             transmittance: vec![CLEAR; rays],
             sums: vec![[0; 3]; rays],
@@ -118,12 +121,9 @@ impl<'h> Compositor<'h> {
     ) -> Result<Vec<VisibleSample>, MarchError> {
         let bits = self.head.alpha_bits();
         let [_, least] = self.head.least();
-        let spare = TRANSMITTANCE
-            .frac_bits()
-            .saturating_sub(self.head.transmittance_bits());
         let op = VectorOp {
             code: OpCode::Multiply,
-            shift: (bits + spare) as u8,
+            shift: (bits + self.spare) as u8,
             rounding: Rounding::HalfUp,
         };
         let mut seen = Vec::new();
@@ -139,7 +139,7 @@ impl<'h> Compositor<'h> {
                 .map(|s| (1 << bits) - alpha[(s.start + at) as usize])
                 .collect();
             let mut next = Lanes { units, work }.compute(op, &a, &b)?;
-            next.iter_mut().for_each(|left| *left <<= spare);
+            next.iter_mut().for_each(|left| *left <<= self.spare);
             for (i, span) in live.iter().enumerate() {
                 let ray = span.ray as usize;
                 let weight = a[i] - next[i];

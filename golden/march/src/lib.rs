@@ -2,9 +2,9 @@
 //! field shares.
 //!
 //! [`render`] is the only path from rays to pixels. It cuts a picture into ray groups
-//! ([`groups`]), gathers the samples of a group batch by batch ([`RayGroup`]), shades them
-//! ([`Head`]) and composites them ([`Compositor`]). [`tiling`] cuts vertices into MVoxels, and
-//! [`streams`] counts the memory traffic.
+//! ([`groups`]), gathers the samples of a group batch by batch ([`RayGroup`]) in the order of the
+//! field ([`GatherOrder`]), shades them ([`Head`]) and composites them ([`Compositor`]). [`tiling`]
+//! cuts vertices into MVoxels, and [`streams`] counts the memory traffic.
 //!
 //! # Example
 //!
@@ -33,6 +33,7 @@ mod frame;
 mod gather;
 mod groups;
 mod render;
+mod setup;
 mod shading;
 mod span;
 pub mod streams;
@@ -46,7 +47,8 @@ pub use error::MarchError;
 pub use frame::{BACKGROUND, FixedFrame, check_background, place};
 pub use gather::gather;
 pub use groups::{GROUP_RAYS, default_group_side, groups};
-pub use render::{Batch, Next, RayGroup, Setup, render};
+pub use render::{Batch, GatherOrder, Next, RayGroup, render};
+pub use setup::Setup;
 pub use shading::{Head, Lanes, Opacities, OpacityAlone, TruncatedDirections};
 pub use span::Span;
 pub use transmittance::TRANSMITTANCE;

@@ -1,10 +1,9 @@
 //! The one path of every ray-marched field through the units: ray group after ray group, batch
 //! after batch, gathered, composited, written to pixels.
 //!
-//! Fields differ in the samples of a batch and in how these are gathered ([`RayGroup`]).
+//! Fields differ in the order in which samples are gathered ([`GatherOrder`]).
 
 use glam::DVec3;
-use potamoi_base::mask::Mask;
 use potamoi_reference::Units;
 
 use crate::compositor::Compositor;
@@ -12,25 +11,10 @@ use crate::counts::FixedStats;
 use crate::error::MarchError;
 use crate::frame::{FixedFrame, place};
 use crate::groups::{default_group_side, groups};
+use crate::setup::Setup;
 use crate::shading::Head;
 use crate::span::Span;
 use crate::work::Work;
-
-/// Parameters of a frame.
-#[derive(Debug, Clone, Copy)]
-pub struct Setup<'a> {
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// Side of a ray group in pixels, at least 1; by default the largest with at most
-    /// [`crate::GROUP_RAYS`] rays.
-    pub side: Option<u32>,
-    /// Pixels to render, the others being background; by default all.
-    pub only: Option<&'a Mask>,
-    /// Early-termination threshold (transmittance); by default no ray stops early.
-    pub stop: Option<f64>,
-    /// Background, linear RGB.
-    pub background: [f32; 3],
-}
 
 /// Samples composited together, ray after ray.
 #[derive(Debug, Default)]
@@ -53,7 +37,7 @@ pub enum Next {
 }
 
 /// The rays of a group as they traverse a field.
-pub trait RayGroup<E> {
+pub trait RayGroup {
     /// Unit directions of the rays in world coordinates.
     fn directions(&self) -> Vec<DVec3>;
 
@@ -71,34 +55,39 @@ pub trait RayGroup<E> {
         units: &mut dyn Units,
         stats: &mut FixedStats,
         batch: &mut Batch,
-    ) -> Result<Next, E>;
+    ) -> Result<Next, MarchError>;
 
     /// Called after a batch is composited, or after gathering completed no sample.
     fn after(&mut self, _done: &Compositor<'_>, _stats: &mut FixedStats) {}
 }
 
-/// Renders a frame through the units. `start` makes the ray group of the given pixels; `head`
-/// computes opacity and colour from features. The picture depends on neither ray groups nor
-/// batches.
+/// The order in which the samples of a ray group are gathered.
+pub trait GatherOrder {
+    /// Starts the rays of the given pixels.
+    fn start(&self, pixels: &[[u32; 2]]) -> Box<dyn RayGroup + '_>;
+}
+
+/// Renders a frame through the units. `head` computes opacity and colour from features. The
+/// picture depends on neither ray groups, nor batches, nor the order.
 ///
 /// # Errors
 /// Those of the ray groups, or a unit fails in shading or compositing.
-pub fn render<'g, E: From<MarchError>>(
+pub fn render(
     setup: &Setup<'_>,
     head: &dyn Head,
-    mut start: impl FnMut(&[[u32; 2]]) -> Box<dyn RayGroup<E> + 'g>,
+    order: &dyn GatherOrder,
     units: &mut dyn Units,
-) -> Result<FixedFrame, E> {
+) -> Result<FixedFrame, MarchError> {
     let mut frame = FixedFrame::clear(setup.size);
     let mut work = Work::default();
     let mut batch = Batch::default();
     let side = setup.side.unwrap_or_else(default_group_side);
     for pixels in groups(setup.size, side, setup.only) {
-        let mut group = start(&pixels);
+        let mut group = order.start(&pixels);
         frame.stats.groups += 1;
         frame.stats.rays += pixels.len() as u64;
         frame.stats.samples += group.samples();
-        let mut done = Compositor::new(head, setup.stop, group.directions().into_iter());
+        let mut done = Compositor::new(head, setup, &group.directions());
         loop {
             match group.next(&done, units, &mut frame.stats, &mut batch)? {
                 Next::End => break,

@@ -7,7 +7,6 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use crate::error::MarchError;
-use crate::transmittance::TRANSMITTANCE;
 use crate::work::Work;
 use potamoi_reference::{Product, Units};
 
@@ -26,11 +25,6 @@ pub trait Head: Sync {
     /// skipped. 0 skips only empty samples.
     fn least(&self) -> [i32; 2] {
         [0, 0]
-    }
-
-    /// Fraction bits of the transmittance carried from sample to sample, at most 20.
-    fn transmittance_bits(&self) -> u32 {
-        TRANSMITTANCE.frac_bits()
     }
 
     /// Codes a sample that the colour stage reads: by default its features.
@@ -106,10 +100,6 @@ impl Head for TruncatedDirections<'_> {
         self.head.least()
     }
 
-    fn transmittance_bits(&self) -> u32 {
-        self.head.transmittance_bits()
-    }
-
     fn kept(&self) -> usize {
         self.head.kept()
     }
@@ -166,10 +156,6 @@ impl Head for OpacityAlone<'_> {
 
     fn least(&self) -> [i32; 2] {
         self.0.least()
-    }
-
-    fn transmittance_bits(&self) -> u32 {
-        self.0.transmittance_bits()
     }
 
     fn kept(&self) -> usize {

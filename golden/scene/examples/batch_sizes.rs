@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use potamoi_fields::{BatchSize, Field, FixedField};
+use potamoi_fields::{BatchSize, Field, FixedField, FixedOptions};
 use potamoi_formats::config::Config;
 use potamoi_march::tiling::Halo;
 use potamoi_reference::ReferenceUnits;
@@ -34,7 +34,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let camera = scene.camera();
     let made = FixedField::new(field, &config)?;
-    let stops = made.stops(camera, &mut ReferenceUnits::new(&config))?;
+    let stops = made.stops(
+        camera,
+        &FixedOptions::default(),
+        &mut ReferenceUnits::new(&config),
+    )?;
     let count = |side: u32, size| {
         let found = sized_traffic(field, camera, &stops, &config, &[side], size);
         found.map(|rows| rows.into_iter().find(|t| t.halo != Some(Halo::Split)))

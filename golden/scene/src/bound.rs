@@ -4,7 +4,6 @@ use potamoi_formats::config::{Config, ExpConfig};
 
 use super::{Model, Scene, SceneError};
 use potamoi_base::precision::Precision;
-use potamoi_fields::voxels::{self, MVoxels};
 use potamoi_fields::{self as fields, Field, WithEarlyTermination};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{self as splats, Cloud, Order, Pair, Rules, View, Work};
@@ -49,17 +48,6 @@ impl Scene {
                     float,
                     off,
                 )?))
-            }
-            Model::Voxels(grid) => {
-                let mvoxels = MVoxels::new(grid, config)?;
-                let Some(formats) = mvoxels.formats() else {
-                    return Ok(None);
-                };
-                let options = self.voxel_options();
-                let stop = float.stop_below.unwrap_or(voxels::STOP_BELOW);
-                let bounds =
-                    voxels::error_bounds(grid, formats, vector, &self.camera, &options, stop);
-                Ok(Some(bounds.into_iter().map(|[colour, _]| colour).collect()))
             }
             Model::Field(field) => self.field_bounds(&**field, config, vector, float),
             Model::Splats(_) | Model::Compact(_) => Ok(None),
@@ -110,6 +98,7 @@ impl Scene {
         let options = fields::FixedOptions {
             background: self.background,
             terminate: self.stops(self.lost_a_sample(config)?),
+            transmittance_bits: self.transmittance_bits(),
             ..fields::FixedOptions::default()
         };
         Ok(fields::error_bounds(

@@ -72,7 +72,7 @@ impl Scene {
             }
             "lantern" => {
                 let camera = lantern::camera(SIDE, SIDE);
-                let model = Model::Voxels(Box::new(lantern::lantern()?));
+                let model = Model::Field(lantern::lantern()?.into());
                 Self::of(name, model, camera, DVec3::Z, lantern::BACKGROUND)
             }
             _ => return Err(Self::unknown(name)),

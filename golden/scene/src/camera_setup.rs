@@ -123,7 +123,6 @@ impl Scene {
         match self.model.kind() {
             Kind::Splats(cloud) => Orbit::around(cloud),
             Kind::Field(field) => framing(field.sampling().bounds),
-            Kind::Voxels(grid) => framing(grid.bounds()),
         }
     }
 

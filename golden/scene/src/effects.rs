@@ -8,8 +8,7 @@ use crate::model_facts::ModelFacts;
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::precision::Precision;
 use potamoi_base::sh;
-use potamoi_fields::FieldWork;
-use potamoi_fields::voxels::{self, Formats, MVoxels, Skip};
+use potamoi_fields::{Field, FieldWork, FloatOptions};
 use potamoi_march::{Head, TRANSMITTANCE};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_splats::{Cloud, Octree, Partition, Sorting, Work};
@@ -46,7 +45,7 @@ impl Scene {
         let rules = self.profile.rules().with(&self.precision);
         let stop = self.precision.stop_below;
         self.found
-            .facts(|| ModelFacts::of(&self.model, &rules, self.step, stop))
+            .facts(|| ModelFacts::of(&self.model, &rules, stop))
     }
 
     fn carries_out(&self, effect: Effect, is_called_for: bool) -> bool {
@@ -80,24 +79,21 @@ impl Scene {
     }
 
     /// Upper bound of the loss of transmittance a sample by roundings in a configuration's units:
-    /// the excess of an opacity, and one unit of the transmittance. 0 for fields, for which no
-    /// bound is known.
+    /// the excess of an opacity, and one unit of the transmittance. 0 for fields that compute
+    /// their densities, for which no bound is known.
     ///
     /// # Errors
-    /// The configuration does not fit the voxels.
+    /// The configuration does not fit the field.
     pub fn lost_a_sample(&self, config: &Config) -> Result<f64, SceneError> {
         Ok(match self.model.kind() {
             Kind::Splats(_) => self.lost_a_splat(),
-            Kind::Voxels(grid) => {
-                let formats = Formats::new(grid, config)?;
-                let off = voxels::opacity_off(
-                    &formats,
-                    &VectorBounds::by_formula(&config.vu.exp),
-                    self.step,
-                );
-                off + self.transmittance_unit()
-            }
-            Kind::Field(_) => 0.0,
+            Kind::Field(field) => match field.stored() {
+                Some(stored) => {
+                    let vector = VectorBounds::by_formula(&config.vu.exp);
+                    stored.opacity_off(config, &vector)? + self.transmittance_unit()
+                }
+                None => 0.0,
+            },
         })
     }
 
@@ -106,9 +102,14 @@ impl Scene {
         SPLAT_OPACITY + self.transmittance_unit()
     }
 
-    fn transmittance_unit(&self) -> f64 {
+    /// Fraction bits of transmittances.
+    pub(super) fn transmittance_bits(&self) -> u32 {
         let bits = self.precision.transmittance_bits;
-        2f64.powi(-(bits.unwrap_or(TRANSMITTANCE.frac_bits()) as i32))
+        bits.unwrap_or(TRANSMITTANCE.frac_bits())
+    }
+
+    fn transmittance_unit(&self) -> f64 {
+        2f64.powi(-(self.transmittance_bits() as i32))
     }
 
     pub(super) fn splat_work(&self) -> Work {
@@ -129,9 +130,15 @@ impl Scene {
         }
     }
 
-    /// Whether linear colours of voxels depend on the viewing direction.
-    pub(super) fn voxel_directions(&self) -> bool {
-        self.degree() > 0
+    /// Options of a field in floating point. Stored densities leave out what the hardware leaves
+    /// out; other fields are rendered in full.
+    pub(super) fn float_options(&self, field: &dyn Field) -> FloatOptions {
+        let in_full = field.stored().is_none();
+        FloatOptions {
+            background: self.background,
+            terminate: in_full || self.stops(LOST_IN_FLOATS),
+            directions: in_full || self.degree() > 0,
+        }
     }
 
     /// Checks that a precision does not ask for more than the model has.
@@ -148,10 +155,17 @@ impl Scene {
 
     pub(super) fn field_work(&self) -> FieldWork {
         let facts = self.facts();
+        let harmonics = |degree| match self.model.kind() {
+            Kind::Field(field) => field.stored().map(|own| own.direction_codes(degree)),
+            Kind::Splats(_) => None,
+        };
         let sees = self.carries_out(Effect::ViewMlp, facts.sees_directions());
         let direction_codes = match (facts.perceptron, facts.harmonics) {
             (Some(_), _) if !sees => 0,
-            (_, Some(_)) => sh::coefficients(self.degree()),
+            (_, Some(_)) => {
+                let degree = self.degree();
+                harmonics(degree).unwrap_or_else(|| sh::coefficients(degree))
+            }
             _ => usize::MAX,
         };
         // Cells of a tree without a node have nothing to gather.
@@ -164,15 +178,6 @@ impl Scene {
                 None => usize::MAX,
             },
             void_test: has_nodes || !self.choices.leaves_out(Effect::VoidTest),
-        }
-    }
-
-    /// The empty samples that are skipped.
-    pub(super) fn skip(&self, mvoxels: &MVoxels) -> Skip {
-        let [void, _] = mvoxels.void_cells();
-        match self.carries_out(Effect::VoidTest, void > 0) {
-            true => Skip::Cells,
-            false => Skip::Nothing,
         }
     }
 
@@ -211,10 +216,6 @@ impl Scene {
         let found = match self.model() {
             Model::Splats(_) => Ok(splats),
             Model::Compact(_) => Ok([splats, vec![OpCode::Relu]].concat()),
-            Model::Voxels(grid) => {
-                let mvoxels = MVoxels::new(grid, config)?;
-                Ok(of(&voxels::stored(grid, &mvoxels, &self.voxel_options())?))
-            }
             Model::Field(field) => {
                 let coded = field.coded(config);
                 coded

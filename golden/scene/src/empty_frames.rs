@@ -42,7 +42,7 @@ impl Scene {
         }
         let what = match self.model().kind() {
             Kind::Splats(cloud) => format!("0 of {} Gaussians", cloud.len()),
-            Kind::Voxels(_) | Kind::Field(_) => "no ray meets the model".to_owned(),
+            Kind::Field(_) => "no ray meets the model".to_owned(),
         };
         let only = "the picture is background only";
         if cameras.len() == 1 {
@@ -62,13 +62,11 @@ impl Scene {
     }
 
     fn is_in_view(&self, camera: &Camera) -> bool {
-        let all = [0.0, f64::INFINITY];
         match self.model().kind() {
             // What cannot be projected is refused where it is rendered.
             Kind::Splats(cloud) => {
                 splats::is_any_in_view(cloud, camera, self.profile()).unwrap_or(true)
             }
-            Kind::Voxels(grid) => meets(grid.bounds(), camera, all, Along::Ray),
             Kind::Field(field) => {
                 let sampling = field.sampling();
                 meets(sampling.bounds, camera, sampling.range, sampling.along)

@@ -7,10 +7,8 @@ use potamoi_formats::rit::Vertices;
 use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
 use potamoi_base::mask::Mask;
-use potamoi_fields::voxels::{self, MVoxels, Placement, Volume};
 use potamoi_fields::{self as fields, Field, FixedField, WithEarlyTermination};
 use potamoi_march::streams::UnitStreams;
-use potamoi_march::tiling::Halo;
 use potamoi_reference::AblatedUnits;
 use potamoi_reference::Units;
 use potamoi_splats::{self as splats, Cells, Cloud};
@@ -94,24 +92,6 @@ impl Scene {
                 rendered.counts.add(stats);
                 Ok(rendered)
             }
-            Model::Voxels(grid) => {
-                let mvoxels = self.cut(MVoxels::new(grid, config)?);
-                let options = voxels::FixedOptions {
-                    terminate: self.stops(self.lost_a_sample(config)?),
-                    skip: self.skip(&mvoxels),
-                    ..self.voxel_options()
-                };
-                let mut head = voxels::stored(grid, &mvoxels, &options)?;
-                head.directions = self.voxel_directions();
-                let volume = Volume {
-                    mvoxels: &mvoxels,
-                    placement: Placement::of(grid),
-                    head: &head,
-                };
-                let (camera, options) = (&self.camera, &options);
-                let frame = voxels::render_volume_masked(&volume, camera, options, only, units)?;
-                Ok(rendered(frame))
-            }
             Model::Field(field) => self.field_fixed(&**field, config, only, units),
         }
     }
@@ -142,13 +122,6 @@ impl Scene {
         }
     }
 
-    fn cut(&self, shared: MVoxels) -> MVoxels {
-        match self.halo {
-            Halo::Shared => shared,
-            Halo::Split => shared.with_halo(Halo::Split),
-        }
-    }
-
     fn field_fixed(
         &self,
         field: &dyn Field,
@@ -160,6 +133,7 @@ impl Scene {
             background: self.background,
             group_side: self.group_side,
             terminate: self.stops(self.lost_a_sample(config)?),
+            transmittance_bits: self.transmittance_bits(),
             work: self.field_work(),
             ..fields::FixedOptions::default()
         };
@@ -213,19 +187,6 @@ impl Scene {
     /// A field with the scene's early-termination threshold.
     pub(super) fn stopping<'a>(&self, field: &'a dyn Field) -> WithEarlyTermination<'a> {
         WithEarlyTermination::new(field, self.precision.stop_below)
-    }
-
-    pub(super) fn voxel_options(&self) -> voxels::FixedOptions {
-        let own = voxels::FixedOptions::default();
-        voxels::FixedOptions {
-            step: self.step,
-            background: self.background,
-            group_side: self.group_side,
-            stop_below: self.precision.stop_below.unwrap_or(own.stop_below),
-            transmittance_bits: (self.precision.transmittance_bits)
-                .unwrap_or(own.transmittance_bits),
-            ..own
-        }
     }
 
     /// Checks that records fit: they take 16-bit codes and a fixed number of channels.

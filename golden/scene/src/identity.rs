@@ -1,8 +1,13 @@
 //! The identity of a scene: hashes of everything that determines its pictures and their cost, part
 //! by part.
 
-use super::Scene;
+use serde::Serialize;
+
+use super::{Model, Scene};
+use crate::compact_3dgs::Compact;
 use potamoi_base::content::hash_of;
+use potamoi_fields::AnyField;
+use potamoi_splats::Cloud;
 
 impl Scene {
     /// Hashes of everything that determines what is rendered and how, with the names of the parts.
@@ -38,7 +43,7 @@ impl Scene {
         } = self;
         vec![
             ("name", hash_of(name)),
-            ("model", found.content(|| hash_of(&**model))),
+            ("model", found.content(|| model.key())),
             ("camera", hash_of(camera)),
             ("path", hash_of(path)),
             ("up", hash_of(up)),
@@ -58,6 +63,29 @@ impl Scene {
     }
 }
 
+/// A model as kept work names it.
+#[derive(Serialize)]
+enum Kept<'a> {
+    Splats(&'a Cloud),
+    Compact(&'a Compact),
+    Field(&'a AnyField),
+}
+
+impl Model {
+    /// The hash of its numbers, which identifies it in kept work.
+    #[must_use]
+    pub fn key(&self) -> blake3::Hash {
+        match self {
+            Self::Splats(cloud) => hash_of(&Kept::Splats(cloud)),
+            Self::Compact(model) => hash_of(&Kept::Compact(model)),
+            Self::Field(field) => match field.stored() {
+                Some(stored) => stored.key(),
+                None => hash_of(&Kept::Field(field)),
+            },
+        }
+    }
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -65,7 +93,6 @@ mod tests {
 
     use glam::DVec3;
 
-    use super::super::Model;
     use super::*;
     use crate::model_facts::Cache;
     use potamoi_base::camera::Camera;
@@ -178,7 +205,7 @@ mod tests {
     /// Models that differ only in one number, not in name, size or shape.
     #[test]
     fn one_number_of_a_model_changes_it() {
-        let content = |model: &Model| hash_of(model);
+        let content = Model::key;
         for name in [
             "garden",
             "lantern",
@@ -196,7 +223,7 @@ mod tests {
             let layout = potamoi_fields::voxels::Layout::Linear;
             let grid =
                 potamoi_fields::voxels::Grid::new([2; 3], DVec3::ZERO, 1.0, layout, features);
-            content(&Model::Voxels(Box::new(grid.unwrap())))
+            content(&Model::Field(grid.unwrap().into()))
         };
         assert_ne!(of(0.5), of(0.500_000_1));
     }

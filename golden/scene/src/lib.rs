@@ -69,22 +69,19 @@ use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::Notes;
-use potamoi_base::precision::Precision;
-use potamoi_fields::voxels::{self, Grid};
+use potamoi_base::precision::{Models, Precision};
 use potamoi_fields::{AnyField, Field, Size};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Axes, Cells, Cloud, Order, Profile};
 
 /// What a scene shows.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Model {
     /// 3D Gaussians.
     Splats(Cloud),
     /// 3D Gaussians coloured by a neural field, which is evaluated anew for every camera.
     Compact(Box<Compact>),
-    /// A grid of vertex features.
-    Voxels(Box<Grid>),
-    /// A field of another algorithm.
+    /// A radiance field.
     Field(AnyField),
 }
 
@@ -92,8 +89,6 @@ pub enum Model {
 pub enum Kind<'a> {
     /// Gaussians; with camera-dependent colours, the Gaussians without them.
     Splats(&'a Cloud),
-    /// A grid of vertices.
-    Voxels(&'a Grid),
     /// A field.
     Field(&'a dyn Field),
 }
@@ -105,7 +100,6 @@ impl Model {
         match (self, self.kind()) {
             (Self::Compact(_), _) => "Compact-3DGS",
             (_, Kind::Splats(_)) => "3DGS",
-            (_, Kind::Voxels(_)) => voxels::ALGORITHM.name,
             (_, Kind::Field(field)) => field.algorithm().name,
         }
     }
@@ -117,7 +111,6 @@ impl Model {
         match (self, self.kind()) {
             (Self::Compact(_), _) => Some(Size::Entries(1 << 19)),
             (_, Kind::Splats(_)) => None,
-            (_, Kind::Voxels(_)) => voxels::ALGORITHM.full_size,
             (_, Kind::Field(field)) => field.algorithm().full_size,
         }
     }
@@ -127,7 +120,6 @@ impl Model {
     pub fn has_step(&self) -> bool {
         match self.kind() {
             Kind::Splats(_) => false,
-            Kind::Voxels(_) => true,
             Kind::Field(field) => field.stepped().is_some(),
         }
     }
@@ -138,8 +130,17 @@ impl Model {
         match (self, self.kind()) {
             (Self::Compact(_), _) => "fields",
             (_, Kind::Splats(_)) => "paper",
-            (_, Kind::Voxels(_)) => voxels::ALGORITHM.preset,
             (_, Kind::Field(field)) => field.algorithm().preset,
+        }
+    }
+
+    /// The numbers of a precision that its renderer honours.
+    #[must_use]
+    pub fn numbers(&self) -> Models {
+        match self.kind() {
+            Kind::Splats(_) => Models::Splats,
+            Kind::Field(field) if field.stored().is_some() => Models::Voxels,
+            Kind::Field(_) => Models::Fields,
         }
     }
 
@@ -149,7 +150,6 @@ impl Model {
         match self {
             Self::Splats(cloud) => Kind::Splats(cloud),
             Self::Compact(model) => Kind::Splats(model.gaussians()),
-            Self::Voxels(grid) => Kind::Voxels(grid),
             Self::Field(field) => Kind::Field(&**field),
         }
     }

@@ -10,8 +10,7 @@ use crate::characterise::{
 };
 use potamoi_base::mask::Mask;
 use potamoi_fields::Size;
-use potamoi_fields::voxels::{self, MVoxels, Placement, StoredField, Volume, stored};
-use potamoi_fields::{Field, FieldError, FixedField, RayLengths};
+use potamoi_fields::{Field, FieldError, FixedField, FixedOptions, RayLengths};
 use potamoi_reference::ReferenceUnits;
 use potamoi_splats::{Cloud, View};
 
@@ -45,22 +44,6 @@ impl Scene {
         let full = self.model.full_size().filter(|_| full);
         match self.model.kind() {
             Kind::Splats(cloud) => self.of_splats(cloud, config, capacity, sides, full),
-            Kind::Voxels(grid) => {
-                let field = StoredField::new(grid, self.step);
-                let mvoxels = MVoxels::new(grid, config)?;
-                let volume = Volume {
-                    mvoxels: &mvoxels,
-                    placement: Placement::of(grid),
-                    head: &stored(grid, &mvoxels, &self.voxel_options())?,
-                };
-                let traffic = || {
-                    let (camera, options) = (&self.camera, self.voxel_options());
-                    let stops =
-                        voxels::stops(&volume, camera, &options, &mut ReferenceUnits::new(config))?;
-                    traffic(&volume, camera, &options, &stops, sides)
-                };
-                self.of_field(&field, capacity, full, traffic)
-            }
             Kind::Field(field) => {
                 let traffic = || self.of_coded(field, config, sides);
                 self.of_field(field, capacity, full, traffic)
@@ -88,7 +71,6 @@ impl Scene {
                 };
                 Ok(splat_accesses(cloud, colour, None, &view, only, capacity)?)
             }
-            Kind::Voxels(grid) => field(&StoredField::new(grid, self.step)),
             Kind::Field(own) => field(own),
         }
     }
@@ -120,21 +102,15 @@ impl Scene {
     ) -> Result<Vec<Traffic>, FieldError> {
         let stopping = self.stopping(field);
         let (able, made) = able(config, |config| FixedField::new(&stopping, config))?;
-        let stops = made.stops(&self.camera, &mut ReferenceUnits::new(&able))?;
-        let Some(own) = made.volume() else {
-            return table_traffic(field, &self.camera, &stops, config, sides);
+        let options = FixedOptions {
+            transmittance_bits: self.transmittance_bits(),
+            ..FixedOptions::default()
         };
-        let volume = Volume {
-            mvoxels: &own.mvoxels,
-            placement: own.placement,
-            head: made.head(),
-        };
-        let options = voxels::FixedOptions {
-            step: own.step,
-            background: self.background,
-            ..voxels::FixedOptions::default()
-        };
-        traffic(&volume, &self.camera, &options, &stops, sides)
+        let stops = made.stops(&self.camera, &options, &mut ReferenceUnits::new(&able))?;
+        match made.volume() {
+            Some(volume) => traffic(volume, &self.camera, &stops, sides),
+            None => table_traffic(field, &self.camera, &stops, config, sides),
+        }
     }
 
     fn of_splats(

@@ -6,13 +6,11 @@ use std::collections::BTreeMap;
 use potamoi_formats::units::OpCode;
 use serde::Serialize;
 
-use super::effects::LOST_IN_FLOATS;
 use super::{Kind, Model, Scene, SceneError};
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
-use potamoi_fields::voxels;
 use potamoi_march::streams::Streams;
 use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, Partition};
 
@@ -134,20 +132,10 @@ impl Scene {
                     ..floated(frame.picture, &frame.transmittance)
                 })
             }
-            Kind::Voxels(grid) => {
-                let options = voxels::FloatOptions {
-                    step: self.step,
-                    background: self.background,
-                    terminate: self.stops(LOST_IN_FLOATS),
-                    stop_below: self.voxel_options().stop_below,
-                    directions: self.voxel_directions(),
-                };
-                let frame = voxels::render_float(grid, &self.camera, &options)?;
-                Ok(floated(frame.picture, &frame.transmittance))
-            }
             Kind::Field(field) => {
+                let options = self.float_options(field);
                 let field = self.stopping(field);
-                let frame = fields::render_float(&field, &self.camera, self.background)?;
+                let frame = fields::render_masked(&field, &self.camera, &options, None)?;
                 Ok(floated(frame.picture, &frame.transmittance))
             }
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::description::RenderDescription;
 use super::{Kind, Model, Scene, SceneError};
 use crate::model_facts::Cache;
-use potamoi_base::precision::{Models, Precision, PrecisionError};
+use potamoi_base::precision::{Precision, PrecisionError};
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Order, Profile};
 
@@ -59,7 +59,6 @@ impl Scene {
         let splats = matches!(self.model.kind(), Kind::Splats(_));
         let interpolated = match self.model.kind() {
             Kind::Splats(_) => false,
-            Kind::Voxels(_) => true,
             Kind::Field(field) => field.tables().iter().any(|table| table.vertices() > 1),
         };
         let stepped = self.model.has_step();
@@ -158,12 +157,7 @@ impl Scene {
         let refuse = |e: PrecisionError| self.value(e.field, e.value, &e.expected);
         precision.check().map_err(refuse)?;
         self.has_what_is_asked_for(&precision)?;
-        let models = match *self.model {
-            Model::Splats(_) | Model::Compact(_) => Models::Splats,
-            Model::Voxels(_) => Models::Voxels,
-            _ => Models::Fields,
-        };
-        precision.check_for(models).map_err(refuse)?;
+        precision.check_for(self.model.numbers()).map_err(refuse)?;
         self.precision = precision;
         self.found = Cache::default();
         Ok(())

@@ -3,8 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::{Kind, Scene, SceneError};
-use potamoi_fields::Field;
-use potamoi_fields::voxels::Grid;
+use potamoi_fields::{self as fields, Field};
 use potamoi_splats::{Cloud, rotation, sigmoid};
 use potamoi_warp::Renderer;
 use potamoi_warp::mesh::{Density, Lattice, Mesh, half_light};
@@ -64,7 +63,7 @@ pub fn of_scene_at(scene: &Scene, cells: u32, level: f64) -> Result<Mesh, SceneE
 pub fn level_of(scene: &Scene, cells: u32) -> Result<f64, SceneError> {
     let share = match scene.model.kind() {
         Kind::Splats(_) => SHARE_OF_SPLATS,
-        Kind::Voxels(_) | Kind::Field(_) => SHARE,
+        Kind::Field(_) => SHARE,
     };
     with_density(scene, cells, |density, lattice| {
         let level = half_light(density, lattice, share).filter(|level| *level > 0.0);
@@ -95,67 +94,25 @@ fn with_density<T>(
     let lattice = Lattice::new(bounds, cells)?;
     match scene.model.kind() {
         Kind::Splats(cloud) => make(&Gaussians::new(cloud, lattice.cell()), &lattice),
-        Kind::Voxels(grid) => make(&OfGrid(grid), &lattice),
         Kind::Field(field) => make(&OfField(field), &lattice),
     }
 }
 
-/// The density of a grid before its ReLU, which is linear between vertices.
-struct OfGrid<'a>(&'a Grid);
-
-impl Density for OfGrid<'_> {
-    fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
-        let [width, ..] = lattice.points();
-        for (i, value) in out.iter_mut().enumerate() {
-            let at = lattice.point([i % width, i / width, z]);
-            *value = self.at(at).unwrap_or_default() as f32;
-        }
-    }
-
-    fn at(&self, p: DVec3) -> Option<f64> {
-        let mut values = [0.0; 13];
-        let values = &mut values[..self.0.layout().channels()];
-        self.0.sample(self.0.to_grid(p), values);
-        Some(values[0] / self.0.voxel())
-    }
-}
-
-/// The density of a field, 0 where it is known to be empty.
+/// The density of a field.
 struct OfField<'a>(&'a dyn Field);
-
-impl OfField<'_> {
-    fn density(&self, p: DVec3, places: &mut [DVec3], features: &mut [f64]) -> f64 {
-        if !self.0.index(p, places) {
-            return 0.0;
-        }
-        let mut rest = &mut *features;
-        for (table, place) in self.0.tables().iter().zip(places) {
-            let (own, other) = rest.split_at_mut(table.channels());
-            table.gather(*place, own);
-            rest = other;
-        }
-        self.0.depth(features) / self.0.sampling().step
-    }
-
-    fn scratch(&self) -> (Vec<DVec3>, Vec<f64>) {
-        let places = vec![DVec3::ZERO; self.0.tables().len()];
-        (places, vec![0.0; self.0.channels()])
-    }
-}
 
 impl Density for OfField<'_> {
     fn plane(&self, lattice: &Lattice, z: usize, out: &mut [f32]) {
-        let (mut places, mut features) = self.scratch();
+        let mut sample = fields::Density::new(self.0);
         let [width, ..] = lattice.points();
         for (i, value) in out.iter_mut().enumerate() {
             let at = lattice.point([i % width, i / width, z]);
-            *value = self.density(at, &mut places, &mut features) as f32;
+            *value = self.0.density(at, &mut sample) as f32;
         }
     }
 
     fn at(&self, p: DVec3) -> Option<f64> {
-        let (mut places, mut features) = self.scratch();
-        Some(self.density(p, &mut places, &mut features))
+        Some(self.0.density(p, &mut fields::Density::new(self.0)))
     }
 }
 
@@ -240,7 +197,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::{ExactDepth, Model};
-    use potamoi_fields::voxels::Layout;
+    use potamoi_fields::voxels::{Grid, Layout};
     use potamoi_warp::{Geometry as _, is_surface};
 
     /// Median depth error against the exact depth, in voxel edges, and the share of foreground
@@ -287,7 +244,7 @@ mod tests {
         let error = of_scene_at(&cairn, 8, 1e30).unwrap_err().to_string();
         assert!(error.contains("level of the surface"), "{error}");
         let scene = Scene {
-            model: Model::Voxels(Box::new(grid)).into(),
+            model: Model::Field(grid.into()).into(),
             ..cairn
         };
         let error = of_scene(&scene, 8).unwrap_err().to_string();

@@ -3,7 +3,6 @@
 
 use super::{Kind, Model, Scene};
 use potamoi_fields::outside::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
-use potamoi_fields::voxels;
 use potamoi_march::tiling::Halo;
 
 /// For splats.
@@ -38,7 +37,6 @@ impl Scene {
                 COMPOSITING,
             ],
             (_, Kind::Splats(_)) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
-            (_, Kind::Voxels(_)) => voxels::ALGORITHM.outside,
             (_, Kind::Field(field)) => field.algorithm().outside,
         };
         let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();

@@ -2,13 +2,11 @@
 
 use glam::DVec3;
 
-use super::effects::LOST_IN_FLOATS;
 use super::{Kind, Scene, SceneError};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
-use potamoi_fields::voxels;
 use potamoi_splats::{self as splats, Cloud};
 use potamoi_warp::{Renderer, Shaded, VOID_BELOW, WarpError};
 
@@ -24,7 +22,6 @@ impl Renderer for Scene {
     fn bounds(&self) -> Option<[DVec3; 2]> {
         match self.model.kind() {
             Kind::Splats(cloud) => splat_bounds(cloud),
-            Kind::Voxels(grid) => Some(grid.bounds()),
             Kind::Field(field) => Some(field.sampling().bounds),
         }
     }
@@ -50,21 +47,10 @@ impl Renderer for Scene {
                 let depth = frame.depth.unwrap_or_default();
                 Ok(shaded(frame.picture, &frame.transmittance, &depth))
             }
-            Kind::Voxels(grid) => {
-                let options = voxels::FloatOptions {
-                    step: self.step,
-                    background: self.background,
-                    terminate: self.stops(LOST_IN_FLOATS),
-                    stop_below: self.voxel_options().stop_below,
-                    directions: self.voxel_directions(),
-                };
-                let frame = voxels::render_masked(grid, camera, &options, only)
-                    .map_err(|e| fail(e.into()))?;
-                Ok(shaded(frame.picture, &frame.transmittance, &frame.depth))
-            }
             Kind::Field(field) => {
+                let options = self.float_options(field);
                 let field = self.stopping(field);
-                let frame = fields::render_masked(&field, camera, self.background, only)
+                let frame = fields::render_masked(&field, camera, &options, only)
                     .map_err(|e| fail(e.into()))?;
                 Ok(shaded(frame.picture, &frame.transmittance, &frame.depth))
             }

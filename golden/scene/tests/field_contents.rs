@@ -5,7 +5,6 @@ use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use potamoi_base::content::hash_of;
 use potamoi_fields::algorithms::FIELDS;
 use potamoi_fields::algorithms::efficient::EfficientNerf;
 use potamoi_fields::voxels::{Grid, Layout};
@@ -72,7 +71,7 @@ fn key_of(path: &Path) -> blake3::Hash {
     let scene = Scene::open(path.to_str().unwrap()).unwrap();
     let parts = scene.identity();
     let model = parts.iter().find(|(part, _)| *part == "model").unwrap();
-    assert_eq!(model.1, hash_of(scene.model()), "{}", path.display());
+    assert_eq!(model.1, scene.model().key(), "{}", path.display());
     model.1
 }
 
@@ -87,7 +86,7 @@ fn key(algorithm: &str, other: bool) -> blake3::Hash {
                 features[100] = 0.5_f32.next_up();
             }
             let grid = Grid::new([2; 3], DVec3::ZERO, 1.0, Layout::Linear, features);
-            hash_of(&Model::Voxels(Box::new(grid.unwrap())))
+            Model::Field(grid.unwrap().into()).key()
         }
         "EfficientNeRF" => {
             let value = if other { 0.5_f32.next_up() } else { 0.5 };
@@ -97,7 +96,7 @@ fn key(algorithm: &str, other: bool) -> blake3::Hash {
                 to[1] = if is_first { value } else { 0.25 };
                 true
             });
-            hash_of(&Model::Field(AnyField::new(made.unwrap())))
+            Model::Field(AnyField::new(made.unwrap())).key()
         }
         "DirectVoxGO" => {
             checkpoint("dvgo/tiny.tar", other, &at("tar"));

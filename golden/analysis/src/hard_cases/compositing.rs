@@ -8,7 +8,8 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use super::exact::exact;
 use super::{Case, Draws, Worst, cases};
 use potamoi_base::camera::Camera;
-use potamoi_fields::voxels::{self, Grid, Layout, MVoxels};
+use potamoi_fields::voxels::{Grid, Layout, StoredField};
+use potamoi_fields::{self as fields, FixedField};
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_splats::{
@@ -74,18 +75,17 @@ fn sums_of_4096_weights() -> Case {
     let grid = Grid::bake(points, DVec3::ZERO, 1.0, Layout::Constant, |at, out| {
         out.copy_from_slice(&[thin[at.z as usize], 0.5, 0.5, 0.5]);
     });
-    let (grid, config) = (grid.unwrap(), Config::paper());
-    let mvoxels = MVoxels::new(&grid, &config).unwrap();
+    let (field, config) = (StoredField::new(grid.unwrap(), 0.25), Config::paper());
+    let fixed = FixedField::new(&field, &config).unwrap();
     let eye = DVec3::new(0.5, 0.5, -5.0);
     let camera = Camera::look_at(eye, eye + DVec3::Z, DVec3::Y, 1e-4, 2, 2);
-    let options = voxels::FixedOptions {
-        step: 0.25,
+    let options = fields::FixedOptions {
         terminate: false,
         background: [0.5; 3],
-        ..voxels::FixedOptions::default()
+        ..fields::FixedOptions::default()
     };
     let mut units = ReferenceUnits::new(&config);
-    let frame = voxels::render_fixed(&grid, &mvoxels, &camera, &options, &mut units).unwrap();
+    let frame = fixed.render(&camera, &options, &mut units).unwrap();
     assert!(frame.stats.composited > 4 * 4000, "{:?}", frame.stats);
     // All weights and what is left, times one colour: that colour where they sum to 1.
     let unit = 0.5 / ONE;

@@ -6,7 +6,8 @@ use potamoi_formats::config::ExpConfig;
 use super::exact::exact;
 use super::{Case, Worst, cases};
 use potamoi_base::camera::Camera;
-use potamoi_fields::voxels::{FloatOptions, Grid, Layout, render_float};
+use potamoi_fields::render_float;
+use potamoi_fields::voxels::{Grid, Layout, StoredField};
 use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::widths::budget;
 
@@ -19,11 +20,8 @@ fn through_fog(density: f32) -> (f64, u64) {
     });
     let eye = DVec3::new(0.5, 0.5, -5.0);
     let camera = Camera::look_at(eye, eye + DVec3::Z, DVec3::Y, 0.1, 1, 1);
-    let options = FloatOptions {
-        step: 1.0,
-        ..FloatOptions::default()
-    };
-    let frame = render_float(&grid.unwrap(), &camera, &options).unwrap();
+    let field = StoredField::new(grid.unwrap(), 1.0);
+    let frame = render_float(&field, &camera, [0.0; 3]).unwrap();
     (f64::from(frame.picture.rgb[0][0]), frame.samples)
 }
 

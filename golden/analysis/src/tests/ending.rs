@@ -86,13 +86,13 @@ fn coarser_units_let_rays_end_early_sooner() {
 /// No ray of a grid loses more than its bound, along a diagonal of the densest nearly all of it.
 #[test]
 fn no_ray_of_a_grid_passes_more_than_its_bound() {
-    use potamoi_fields::voxels::{FloatOptions, render_float};
+    use potamoi_fields::{FloatOptions, render_masked};
     for density in [0.02f32, 0.1, 0.3] {
         let channels = Layout::Constant.channels();
         let scene = block(Layout::Constant, |f| {
             f.iter_mut().step_by(channels).for_each(|v| *v = density);
         });
-        let Model::Voxels(grid) = scene.model() else {
+        let Model::Field(field) = scene.model() else {
             panic!("{:?}", scene.model().algorithm());
         };
         let bound = scene.facts().thickness;
@@ -106,7 +106,7 @@ fn no_ray_of_a_grid_passes_more_than_its_bound() {
                 terminate: false,
                 ..FloatOptions::default()
             };
-            let frame = render_float(grid, &camera, &options).unwrap();
+            let frame = render_masked(&**field, &camera, &options, None).unwrap();
             least = frame.transmittance.into_iter().fold(least, f64::min);
         }
         assert!(least >= bound.least_left(), "{density}: {least} {bound:?}");

@@ -122,7 +122,7 @@ fn block(layout: Layout, change: impl Fn(&mut Vec<f32>)) -> Scene {
         .collect();
     change(&mut features);
     let grid = Grid::new(points, DVec3::splat(-0.4), 0.1, layout, features).unwrap();
-    let mut scene = with_model(Model::Voxels(Box::new(grid)));
+    let mut scene = with_model(Model::Field(grid.into()));
     let camera = Camera::look_at(dvec3(2.0, -1.5, 1.0), DVec3::ZERO, DVec3::Z, 0.8, 24, 24);
     scene.set_camera(camera);
     scene

@@ -1,12 +1,12 @@
-//! The algorithms, each with a folder and a line in [`FIELDS`]. Stored voxels are in
-//! [`crate::voxels`], with the renderer of all fields in one volume.
+//! The algorithms, each with a folder and a line in [`FIELDS`].
 
 pub mod dvgo;
 pub mod efficient;
 pub mod ngp;
 pub mod tensorf;
+pub mod voxels;
 
-use crate::{Algorithm, FieldFile, voxels};
+use crate::{Algorithm, FieldFile};
 
 /// Every algorithm, in the order in which lists and tables name them.
 pub static FIELDS: [&Algorithm; 6] = [

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::float::{Samples, check};
 use super::{Field, FieldError, FixedOptions};
-use crate::voxels::Ray;
+use crate::volume::Ray;
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
@@ -69,6 +69,11 @@ pub fn error_bounds(
     camera: &Camera,
     options: &FixedOptions,
 ) -> Result<Option<Vec<f64>>, FieldError> {
+    if let Some(stored) = field.stored() {
+        let stop = field.sampling().stop;
+        let bounds = stored.pixel_bounds(config, vector, camera, options, stop)?;
+        return Ok(Some(bounds));
+    }
     if config.vu.exp.form != ExpForm::Restoring {
         return Ok(None);
     }

@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::gathered::gathered;
 use super::{Bounds, Off, UnitErrors};
 use crate::float::Samples;
-use crate::voxels::Ray;
+use crate::volume::Ray;
 use crate::{Field, FixedOptions, Sampling};
-use potamoi_march::{BACKGROUND, TRANSMITTANCE, pixel_bits};
+use potamoi_march::{BACKGROUND, pixel_bits};
 
 /// The data for following a pixel's ray.
 pub(super) struct Follower<'a> {
@@ -123,9 +123,9 @@ impl Follower<'_> {
         let before = own.reach + own.rounded;
         own.seen += 1;
         own.reach += own.left * moved;
-        own.rounded += TRANSMITTANCE.ulp();
+        own.rounded += self.unit();
         let weight = own.left * alpha;
-        let weight_off = own.left * moved + (alpha + moved) * before + TRANSMITTANCE.ulp();
+        let weight_off = own.left * moved + (alpha + moved) * before + self.unit();
         if weight <= least_weight {
             own.hidden[0] += weight;
         } else {
@@ -135,6 +135,11 @@ impl Follower<'_> {
             own.hidden[1] += (weight + weight_off).min(least_weight);
         }
         own.left *= 1.0 - alpha;
+    }
+
+    /// One unit of the transmittance.
+    fn unit(&self) -> f64 {
+        2f64.powi(-(self.options.transmittance_bits as i32))
     }
 
     /// Gathers features at a world point, with their errors at the fixed-point renderer's

@@ -68,7 +68,7 @@ pub fn sized_traffic(
         };
         let all: Vec<Vec<[u32; 2]>> = potamoi_march::groups(size, side, None).collect();
         let counts = all.par_iter().map(|pixels| {
-            let mut rays = SampleBatches::new(field, &sampling, camera, pixels);
+            let mut rays = SampleBatches::new(field, true, &sampling, camera, pixels);
             let own = pixels
                 .iter()
                 .map(|[x, y]| stops[(y * size[0] + x) as usize]);
@@ -228,7 +228,11 @@ mod tests {
             let halos = [Halo::Shared, Halo::Split];
             let made = halos.map(|halo| FixedField::with_halo(field, &config, halo).unwrap());
             let known = made[0]
-                .stops(camera, &mut ReferenceUnits::new(&config))
+                .stops(
+                    camera,
+                    &FixedOptions::default(),
+                    &mut ReferenceUnits::new(&config),
+                )
                 .unwrap();
             let small = BatchSize {
                 samples: 3,
@@ -290,7 +294,11 @@ mod tests {
             let (field, camera) = (field(&scene), scene.camera());
             let made = FixedField::new(field, &config).unwrap();
             let stops = made
-                .stops(camera, &mut ReferenceUnits::new(&config))
+                .stops(
+                    camera,
+                    &FixedOptions::default(),
+                    &mut ReferenceUnits::new(&config),
+                )
                 .unwrap();
             let sides = [8, 16, 48];
             let found = table_traffic(field, camera, &stops, &config, &sides).unwrap();

@@ -9,8 +9,7 @@
 use serde::Serialize;
 
 use potamoi_base::camera::Camera;
-use potamoi_fields::FieldError;
-use potamoi_fields::voxels::{self, FixedOptions, Volume};
+use potamoi_fields::{CodedVolume, FieldError, volume};
 use potamoi_march::streams::Streams;
 use potamoi_march::tiling::Halo;
 
@@ -62,25 +61,19 @@ impl Traffic {
 /// ray groups and both halos.
 ///
 /// # Errors
-/// Those of [`potamoi_fields::voxels::traffic`].
+/// Those of [`potamoi_fields::volume::traffic`].
 pub fn traffic(
-    volume: &Volume<'_>,
+    volume: &CodedVolume,
     camera: &Camera,
-    options: &FixedOptions,
     stops: &[u32],
     sides: &[u32],
 ) -> Result<Vec<Traffic>, FieldError> {
     let halos = [Halo::Shared, Halo::Split];
-    let cut = halos.map(|halo| volume.mvoxels.with_halo(halo));
+    let cut = halos.map(|halo| volume.with_halo(halo));
     let mut found = vec![];
     for side in sides.iter().copied() {
-        for (halo, mvoxels) in halos.into_iter().zip(&cut) {
-            let volume = Volume { mvoxels, ..*volume };
-            let options = FixedOptions {
-                group_side: Some(side),
-                ..*options
-            };
-            let stats = voxels::traffic(&volume, camera, &options, stops)?;
+        for (halo, volume) in halos.into_iter().zip(&cut) {
+            let stats = volume::traffic(volume, camera, side, stops)?;
             found.push(Traffic {
                 mvoxels: stats.tasks,
                 entries: stats.entries,
@@ -99,8 +92,7 @@ mod tests {
     use potamoi_formats::config::Config;
 
     use crate::{Model, Scene};
-    use potamoi_fields::FixedField;
-    use potamoi_fields::voxels::{self, MVoxels, Placement, render_volume, stored};
+    use potamoi_fields::{FixedField, FixedOptions};
     use potamoi_reference::ReferenceUnits;
 
     /// Every stream and count is the renderer's, with both halos, where rays stop
@@ -109,23 +101,13 @@ mod tests {
     fn counts_are_those_of_the_renderer() {
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(40), Some(36)).unwrap();
-        let Model::Voxels(grid) = scene.model() else {
-            panic!("the lantern is a grid")
-        };
         let mut stopped = 0;
         for (text, segments) in [
             ("", 1),
             ("[gu]\nbanks = 4\nsegments = 4\n[rit]\nentries = 16", 4),
         ] {
             let config = Config::from_toml(text, "test").unwrap();
-            let cut = MVoxels::new(grid, &config).unwrap();
-            let head = stored(grid, &cut, &FixedOptions::default()).unwrap();
-            let volume = Volume {
-                mvoxels: &cut,
-                placement: Placement::of(grid),
-                head: &head,
-            };
-            stopped += same_as_rendered(&volume, scene.camera(), &config, segments);
+            stopped += same_as_rendered(&scene, &config, segments);
         }
         assert!(stopped > 100, "{stopped}");
     }
@@ -135,48 +117,37 @@ mod tests {
     fn counts_of_voxels_with_a_perceptron_are_those_of_the_renderer() {
         let mut scene = crate::tests::opened("cairn:dvgo");
         scene.set_size(Some(32), None).unwrap();
-        let Model::Field(field) = scene.model() else {
-            panic!("DirectVoxGO")
-        };
         let config = Config::preset("fields").unwrap();
-        let made = FixedField::new(&**field, &config).unwrap();
-        let own = made.volume().unwrap();
-        let volume = Volume {
-            mvoxels: &own.mvoxels,
-            placement: own.placement,
-            head: made.head(),
-        };
-        assert!(same_as_rendered(&volume, scene.camera(), &config, 1) > 100);
+        assert!(same_as_rendered(&scene, &config, 1) > 100);
     }
 
     /// Compares, and says how many rays stopped.
-    fn same_as_rendered(
-        volume: &Volume<'_>,
-        camera: &Camera,
-        config: &Config,
-        segments: usize,
-    ) -> u64 {
+    fn same_as_rendered(scene: &Scene, config: &Config, segments: usize) -> u64 {
+        let (Model::Field(field), camera) = (scene.model(), scene.camera()) else {
+            panic!("a field")
+        };
+        let halos = [Halo::Shared, Halo::Split];
+        let made = halos.map(|halo| FixedField::with_halo(&**field, config, halo).unwrap());
+        let volume = made[0].volume().unwrap();
         let all = FixedOptions::default();
-        let known = voxels::stops(volume, camera, &all, &mut ReferenceUnits::new(config)).unwrap();
+        let known = made[0]
+            .stops(camera, &all, &mut ReferenceUnits::new(config))
+            .unwrap();
         let mut stopped = 0;
         for (side, terminate) in [(8, true), (40, true), (16, false)] {
             let stops = match terminate {
                 true => known.clone(),
                 false => vec![u32::MAX; known.len()],
             };
-            let counted = traffic(volume, camera, &all, &stops, &[side]).unwrap();
-            for (halo, found) in [Halo::Shared, Halo::Split].into_iter().zip(&counted) {
+            let counted = traffic(volume, camera, &stops, &[side]).unwrap();
+            for ((halo, made), found) in halos.into_iter().zip(&made).zip(&counted) {
                 let options = FixedOptions {
                     group_side: Some(side),
                     terminate,
                     ..all
                 };
-                let volume = Volume {
-                    mvoxels: &volume.mvoxels.with_halo(halo),
-                    ..*volume
-                };
                 let mut units = ReferenceUnits::new(config);
-                let frame = render_volume(&volume, camera, &options, &mut units).unwrap();
+                let frame = made.render(camera, &options, &mut units).unwrap();
                 assert_eq!(frame.stops, stops, "{side} {halo:?}");
                 let stats = &frame.stats;
                 assert_eq!((found.side, found.halo), (side, Some(halo)));

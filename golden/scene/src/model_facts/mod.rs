@@ -6,9 +6,9 @@ mod thickness;
 use crate::{Kind, Model};
 pub(crate) use cache::Cache;
 use potamoi_base::bands::{self, Bands};
-use potamoi_base::sh;
-use potamoi_fields::voxels::{Grid, STOP_BELOW};
-use potamoi_fields::{Directions, Field, HashedColour, Mlp, Table, WithEarlyTermination};
+use potamoi_fields::{
+    Directions, Field, HashedColour, Mlp, StoredDensity, Table, WithEarlyTermination,
+};
 use potamoi_splats::{Cloud, Rules, sigmoid};
 pub use thickness::Thickness;
 
@@ -59,10 +59,10 @@ pub struct ModelFacts {
 }
 
 impl ModelFacts {
-    /// Determines the facts of a model. `rules` are those of splats, `step` is that of grids in
-    /// voxel edges, `stop` overrides the early-termination threshold (transmittance).
+    /// Determines the facts of a model. `rules` are those of splats, `stop` overrides the
+    /// early-termination threshold (transmittance).
     #[must_use]
-    pub fn of(model: &Model, rules: &Rules, step: f64, stop: Option<f64>) -> Self {
+    pub fn of(model: &Model, rules: &Rules, stop: Option<f64>) -> Self {
         match (model, model.kind()) {
             (Model::Compact(compact), _) => Self {
                 tables: tables(compact.colour().tables()),
@@ -73,7 +73,6 @@ impl ModelFacts {
                 ..of_cloud(compact.gaussians(), rules)
             },
             (_, Kind::Splats(cloud)) => of_cloud(cloud, rules),
-            (_, Kind::Voxels(grid)) => of_grid(grid, step, stop.unwrap_or(STOP_BELOW)),
             (_, Kind::Field(field)) => of_field(&WithEarlyTermination::new(field, stop)),
         }
     }
@@ -179,48 +178,10 @@ fn of_cloud(cloud: &Cloud, rules: &Rules) -> ModelFacts {
     }
 }
 
-fn of_grid(grid: &Grid, step: f64, stop: f64) -> ModelFacts {
-    let channels = grid.layout().channels();
-    let terms = grid.layout().coefficients();
-    let vertices = grid.features().chunks_exact(channels);
-    let holders = vertices.clone().map(|vertex| {
-        let colours = vertex[1..].chunks_exact(terms);
-        let mut used = [false; sh::MAX_DEGREE + 1];
-        for colour in colours {
-            let own = bands::used(colour.iter().map(std::slice::from_ref));
-            used.iter_mut().zip(own).for_each(|(to, own)| *to |= own);
-        }
-        used
-    });
-    let most = vertices.fold(0f32, |most, vertex| most.max(vertex[0]));
-    let diagonal = glam::DVec3::from(grid.points().map(|p| (p - 1) as f64)).length();
-    ModelFacts {
-        parts: ("vertices", (grid.features().len() / channels) as u64),
-        harmonics: Some(Bands::of(terms.isqrt() - 1, holders)),
-        holders: "vertices",
-        perceptron: None,
-        weights: 0,
-        thickness: Thickness {
-            // A sample more at each end.
-            depth: f64::from(most) * (diagonal + 2.0 * step),
-            samples: diagonal / step + 2.0,
-            stop,
-        },
-        tables: vec![TableFacts {
-            vertices: 8,
-            channels,
-            rows: grid.features().len() / channels,
-            is_hashed: false,
-        }],
-        void: None,
-        most_opaque: Some(most.into()),
-    }
-}
-
 fn of_field(field: &dyn Field) -> ModelFacts {
     let (harmonics, perceptron, holders) = match field.directions() {
         Directions::None => (None, None, "rows"),
-        Directions::Harmonics(bands) => (Some(bands), None, "fine cells"),
+        Directions::Harmonics { bands, holders } => (Some(bands), None, holders),
         Directions::Perceptron {
             mlp,
             inputs,
@@ -231,16 +192,24 @@ fn of_field(field: &dyn Field) -> ModelFacts {
         }
     };
     let tables = tables(field.tables());
+    let stop = field.sampling().stop;
+    let stored = field.stored();
+    let densities = stored.map(StoredDensity::densities);
+    let parts = stored.map_or("rows", StoredDensity::owners);
     ModelFacts {
-        parts: ("rows", tables.iter().map(|table| table.rows as u64).sum()),
+        parts: (parts, tables.iter().map(|table| table.rows as u64).sum()),
         harmonics,
         holders,
         perceptron,
         weights: field.perceptrons().into_iter().map(Mlp::len).sum(),
-        thickness: Thickness::unknown(field.sampling().stop),
+        thickness: densities.map_or(Thickness::unknown(stop), |own| Thickness {
+            depth: own.depth,
+            samples: own.samples,
+            stop,
+        }),
         tables,
         void: field.void(),
-        most_opaque: None,
+        most_opaque: densities.map(|own| own.most),
     }
 }
 

@@ -78,7 +78,7 @@ impl Representation {
     /// The model of a scene.
     pub(super) fn model(self, analytic: Analytic) -> Result<Model, SceneError> {
         Ok(match self {
-            Self::Voxels => Model::Voxels(Box::new(analytic.bake()?)),
+            Self::Voxels => Model::Field(analytic.bake()?.into()),
             Self::Dvgo => Model::Field(AnyField::new(dvgo(&analytic.bake()?)?)),
             Self::Tensorf => Model::Field(AnyField::new(tensorf(&analytic.bake()?)?)),
             Self::Ngp => Model::Field(AnyField::new(ngp(analytic)?)),

@@ -1,9 +1,10 @@
 //! Small pictures of every scene that is read, all of finite numbers.
 
 use potamoi_base::camera::Camera;
+use potamoi_base::precision::Models;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_reference::ReferenceUnits;
-use potamoi_scene::{Model, Scene};
+use potamoi_scene::Scene;
 
 use crate::frame::{Files, is_thorough};
 
@@ -16,7 +17,7 @@ pub(crate) fn single(name: &str, bytes: Vec<u8>) -> Files {
 /// floating point alone. A model that is too much for the formats is refused by name.
 pub(crate) fn picture(mut scene: Scene) -> Result<(), String> {
     camera(scene.camera())?;
-    let is_field = !matches!(scene.model(), Model::Splats(_) | Model::Voxels(_));
+    let is_field = scene.model().numbers() == Models::Fields;
     let side = match (is_field, is_thorough()) {
         (false, _) => 8,
         (true, true) => 4,

@@ -1,6 +1,7 @@
 //! Both built-in scenes through units, small.
 
-use potamoi_fields::voxels::{self, MVoxels};
+use potamoi_fields::voxels::StoredField;
+use potamoi_fields::{FixedField, FixedOptions};
 use potamoi_formats::config::Config;
 use potamoi_reference::Units;
 use potamoi_scene::{garden, lantern};
@@ -21,11 +22,13 @@ pub(crate) fn lantern_through(
     config: &Config,
     side: u32,
 ) -> Result<(), String> {
-    let grid = lantern::lantern().unwrap();
-    let mvoxels = MVoxels::new(&grid, config).unwrap();
-    let options = voxels::FixedOptions::default();
-    let camera = lantern::camera(side, side);
-    voxels::render_fixed(&grid, &mvoxels, &camera, &options, units)
-        .map(|_| ())
-        .map_err(|e| e.to_string())
+    let field = StoredField::from(lantern::lantern().unwrap());
+    let made = FixedField::new(&field, config).unwrap();
+    made.render(
+        &lantern::camera(side, side),
+        &FixedOptions::default(),
+        units,
+    )
+    .map(|_| ())
+    .map_err(|e| e.to_string())
 }

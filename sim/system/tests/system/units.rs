@@ -1,7 +1,8 @@
 //! The hardware in the renderers' place gives the twins' picture.
 use potamoi_base::mask::Mask;
 use potamoi_cycles::mac_array::MacArray;
-use potamoi_fields::voxels::{self, MVoxels};
+use potamoi_fields::voxels::StoredField;
+use potamoi_fields::{FixedField, FixedOptions};
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Change, Fault};
 use potamoi_reference::{ReferenceUnits, Units};
@@ -38,12 +39,12 @@ fn splats_through_the_hardware_equal_the_twins_and_all_are_counted() {
 #[test]
 fn voxels_through_the_hardware_equal_the_twins_and_all_are_counted() {
     let config = Config::paper();
-    let grid = lantern::lantern().unwrap();
-    let mvoxels = MVoxels::new(&grid, &config).unwrap();
+    let field = StoredField::from(lantern::lantern().unwrap());
+    let made = FixedField::new(&field, &config).unwrap();
     let camera = lantern::camera(48, 48);
     let render = |units: &mut dyn Units| {
-        let options = voxels::FixedOptions::default();
-        voxels::render_fixed(&grid, &mvoxels, &camera, &options, units).unwrap()
+        made.render(&camera, &FixedOptions::default(), units)
+            .unwrap()
     };
     let (mut twins, mut rtl) = (ReferenceUnits::new(&config), RtlUnits::new(&config));
     let (expected, found) = (render(&mut twins), render(&mut rtl));

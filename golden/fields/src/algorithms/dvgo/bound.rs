@@ -7,7 +7,7 @@ use super::Dvgo;
 use super::fixed::{DvgoHead, FixedDvgo};
 use crate::FieldError;
 use crate::bound::{Bounds, Off, Pair, UnitErrors};
-use crate::voxels::{MVoxels, Ray, Rays};
+use crate::volume::{MVoxels, Ray, Rays};
 use potamoi_base::camera::Camera;
 use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;

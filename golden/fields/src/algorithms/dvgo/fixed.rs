@@ -20,7 +20,7 @@ use super::Dvgo;
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, need, rescale};
 use crate::quantisation::{finest, held, quantised};
-use crate::voxels::{MVoxels, Placement};
+use crate::volume::{MVoxels, Placement};
 use crate::{CodedVolume, Field, FieldError, calibrate};
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 

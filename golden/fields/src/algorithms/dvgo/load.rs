@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 
 use super::{DVGO, Dvgo, LEAST, MAX_FREQUENCIES};
-use crate::voxels::Mask;
+use crate::volume::Mask;
 use crate::{FieldError, Layer, Mlp, Table};
 use potamoi_base::file_keys::Notes;
 use potamoi_containers::torch::{Checkpoint, Tensor};

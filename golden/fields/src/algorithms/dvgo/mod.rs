@@ -15,7 +15,7 @@ mod tests;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
-use crate::voxels::Mask;
+use crate::volume::Mask;
 use crate::{
     Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile,
     LoadedField, Mlp, Sampling, Size, Stepped, Storage, Table, outside, softplus,

@@ -159,7 +159,10 @@ impl Field for EfficientNerf {
                 all
             })
         });
-        Directions::Harmonics(Bands::of(COEFFICIENTS.isqrt() - 1, holders))
+        Directions::Harmonics {
+            bands: Bands::of(COEFFICIENTS.isqrt() - 1, holders),
+            holders: "fine cells",
+        }
     }
 
     fn void(&self) -> Option<[u64; 2]> {

@@ -5,7 +5,7 @@ mod rendering;
 
 use potamoi_base::effects::Effect;
 use potamoi_base::precision::Precision;
-use potamoi_scene::{Model, Scene};
+use potamoi_scene::Scene;
 use potamoi_splats::{Order, Profile};
 use thiserror::Error;
 
@@ -196,7 +196,7 @@ pub fn of(scene: &Scene) -> Vec<Knob> {
         knobs.extend(interpolation());
     }
     knobs.push(stops(scene));
-    if splats || matches!(scene.model(), Model::Voxels(_)) {
+    if scene.model().numbers().honour("transmittance_bits") {
         knobs.push(transmittances());
     }
     knobs.extend(left_out(scene));

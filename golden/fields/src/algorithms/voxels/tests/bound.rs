@@ -7,19 +7,19 @@ use potamoi_reference::bounds::VectorBounds;
 /// and a number of transmittance bits each.
 fn used(grid: &Grid, bounded: (&Config, u32), shown: (&Config, u32)) -> [f64; 2] {
     let camera = camera(40, 36);
-    let formats = *MVoxels::new(grid, bounded.0).unwrap().formats().unwrap();
+    let formats = Formats::new(grid, bounded.0).unwrap();
     let to_the_end = FloatOptions {
         terminate: false,
         ..FloatOptions::default()
     };
-    let float = render_float(grid, &camera, &to_the_end).unwrap();
+    let float = float(grid, &camera, &to_the_end);
     let options = |transmittance_bits| FixedOptions {
         terminate: false,
         transmittance_bits,
         ..FixedOptions::default()
     };
     let bounds = error_bounds(
-        grid,
+        &field(grid),
         &formats,
         &VectorBounds::by_formula(&bounded.0.vu.exp),
         &camera,
@@ -89,27 +89,30 @@ fn fixed_stays_within_a_derived_bound_of_float() {
 fn what_a_stop_leaves_out_counts() {
     let grid = blob([19, 16, 23], Layout::Constant);
     let (config, camera) = (config(""), camera(40, 36));
-    let formats = *MVoxels::new(&grid, &config).unwrap().formats().unwrap();
+    let formats = Formats::new(&grid, &config).unwrap();
     let options = |terminate| FixedOptions {
         terminate,
-        stop_below: 0.05,
         ..FixedOptions::default()
     };
     let to_the_end = FloatOptions {
         terminate: false,
         ..FloatOptions::default()
     };
-    let float = render_float(&grid, &camera, &to_the_end).unwrap();
-    let stopped = fixed(&grid, &config, &camera, &options(true));
+    let float = float(&grid, &camera, &to_the_end);
+    let stored = field(&grid);
+    let early = WithEarlyTermination::new(&stored, Some(0.05));
+    let made = FixedField::new(&early, &config).unwrap();
+    let stopped = made.render(&camera, &options(true), &mut ReferenceUnits::new(&config));
+    let stopped = stopped.unwrap();
     let used = |terminate| {
         let exp = &config.vu.exp;
         let bounds = error_bounds(
-            &grid,
+            &stored,
             &formats,
             &VectorBounds::by_formula(exp),
             &camera,
             &options(terminate),
-            STOP_BELOW,
+            0.05,
         );
         let pixels = stopped.picture.rgb.iter().zip(&float.picture.rgb);
         let parts = pixels.zip(bounds).map(|((a, b), [colour, _])| {

@@ -5,12 +5,15 @@ use potamoi_formats::config::Sums;
 use super::*;
 
 /// Renders with both halos, compares the pictures, and returns the counts of both.
-fn same(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -> [FixedStats; 2] {
-    let shared = MVoxels::new(grid, config).unwrap();
+fn same(
+    field: &StoredField,
+    config: &Config,
+    camera: &Camera,
+    options: &FixedOptions,
+) -> [FixedStats; 2] {
     let [a, b] = [Halo::Shared, Halo::Split].map(|halo| {
-        let mvoxels = shared.with_halo(halo);
         let mut units = ReferenceUnits::new(config);
-        let frame = render_fixed(grid, &mvoxels, camera, options, &mut units).unwrap();
+        let frame = through(field, config, halo, camera, options, &mut units).unwrap();
         let whole = frame.stats.entries - frame.stats.split_entries;
         assert_eq!(units.counts().feature_vectors, whole);
         assert_eq!(
@@ -24,9 +27,8 @@ fn same(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -
     // A unit that returns the sums of parts itself.
     let mut exact = config.clone();
     exact.gu.sums = Sums::Exact;
-    let mvoxels = MVoxels::new(grid, &exact).unwrap().with_halo(Halo::Split);
     let mut units = ReferenceUnits::new(&exact);
-    let c = render_fixed(grid, &mvoxels, camera, options, &mut units).unwrap();
+    let c = through(field, &exact, Halo::Split, camera, options, &mut units).unwrap();
     assert_eq!(units.counts().feature_vectors, c.stats.entries);
     assert_eq!(units.gather_flags(), 0);
     assert_eq!((a.picture, a.transmittance), (c.picture, c.transmittance));
@@ -52,10 +54,10 @@ fn split_halos_give_the_picture_of_shared_ones_for_every_ray_group() {
             for side in [16, 17, 24, 32, 48, 64] {
                 let options = FixedOptions {
                     group_side: Some(side),
-                    batch_entries: [1 << 18, 50][side as usize % 2],
+                    batch: batch([1 << 18, 50][side as usize % 2]),
                     ..FixedOptions::default()
                 };
-                let [shared, split] = same(&grid, &config, &camera, &options);
+                let [shared, split] = same(&field(&grid), &config, &camera, &options);
                 assert!(shared.stopped > 20, "{shared:?}");
                 assert_eq!(shared.stopped, split.stopped);
                 assert_eq!(shared.composited, split.composited);
@@ -83,7 +85,7 @@ fn nothing_is_stored_twice_and_every_corner_is_found_once() {
     let points = [9, 16, 11];
     let grid = blob(points, Layout::Constant);
     for rows in [8, 27, 64, 512] {
-        let shared = MVoxels::new(&grid, &config(&format!("[mvoxel]\nrows = {rows}"))).unwrap();
+        let shared = mvoxels(&grid, &config(&format!("[mvoxel]\nrows = {rows}"))).unwrap();
         let split = shared.with_halo(Halo::Split);
         assert!(shared.duplication() > 1.0 && split.duplication() == 1.0);
         assert_eq!(split.with_halo(Halo::Shared), shared);
@@ -125,16 +127,6 @@ fn nothing_is_stored_twice_and_every_corner_is_found_once() {
     }
 }
 
-#[test]
-fn tasks_of_a_split_halo_are_refused() {
-    let grid = blob([9; 3], Layout::Constant);
-    let mvoxels = MVoxels::new(&grid, &config("")).unwrap();
-    let split = mvoxels.with_halo(Halo::Split);
-    let options = FixedOptions::default();
-    let error = tasks(&grid, &split, &camera(9, 9), &options, 9).unwrap_err();
-    assert!(error.to_string().contains("`halo` is split"), "{error}");
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
@@ -147,8 +139,8 @@ proptest! {
         rows in prop::sample::select(vec![8u32, 27, 64, 125, 512]),
         side in 1u32..14,
         step in 0.1..2.0f64,
-        batch_entries in prop::sample::select(vec![1usize, 30, 1 << 18]),
-        skip in prop::sample::select(vec![Skip::Nothing, Skip::MVoxels, Skip::Cells]),
+        entries in prop::sample::select(vec![1usize, 30, 1 << 18]),
+        void_test in any::<bool>(),
     ) {
         let mut state = seed | 1;
         let mut random = || {
@@ -166,14 +158,13 @@ proptest! {
         prop_assume!((eye - middle).truncate().length() > 0.1);
         let camera = Camera::look_at(eye, middle, DVec3::Z, 1.2, 13, 11);
         let options = FixedOptions {
-            step,
             group_side: Some(side),
-            batch_entries,
-            skip,
+            batch: batch(entries),
+            work: work(void_test),
             background: [0.25, 0.5, 1.0],
             ..FixedOptions::default()
         };
         let config = config(&format!("[mvoxel]\nrows = {rows}"));
-        same(&grid, &config, &camera, &options);
+        same(&StoredField::new(grid, step), &config, &camera, &options);
     }
 }

@@ -1,8 +1,7 @@
-//! Rays through a grid, and their samples.
+//! Rays through a volume of vertices, and their samples.
 
 use glam::DVec3;
 
-use super::grid::Grid;
 use potamoi_base::camera::{Camera, crossing};
 use potamoi_march::MarchError;
 
@@ -92,20 +91,6 @@ pub struct Placement {
     pub range: [f64; 2],
 }
 
-impl Placement {
-    /// The placement of a grid of cubes.
-    #[must_use]
-    pub fn of(grid: &Grid) -> Self {
-        Self {
-            points: grid.points(),
-            corner: grid.corner(),
-            spacing: DVec3::splat(grid.voxel()),
-            edge: grid.voxel(),
-            range: [0.0, f64::INFINITY],
-        }
-    }
-}
-
 /// The rays of a camera that has been checked.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rays {
@@ -116,10 +101,6 @@ pub(crate) struct Rays {
 }
 
 impl Rays {
-    pub(crate) fn new(grid: &Grid, camera: &Camera, step: f64) -> Result<Self, MarchError> {
-        Self::placed(&Placement::of(grid), camera, step)
-    }
-
     /// Checks a camera and a step in voxel edges.
     pub(crate) fn placed(
         placement: &Placement,
@@ -178,10 +159,6 @@ impl Rays {
             origin,
             step,
         })
-    }
-
-    pub(crate) fn size(&self) -> [u32; 2] {
-        [self.camera.width, self.camera.height]
     }
 
     /// The ray through the centre of a pixel.

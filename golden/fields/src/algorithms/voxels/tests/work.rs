@@ -3,7 +3,22 @@
 use potamoi_formats::units::VectorOp;
 
 use super::*;
-use potamoi_reference::{Product, UnitError, Units};
+use potamoi_reference::observer::Observed;
+use potamoi_reference::trace_recorder::{Limits, Recorder};
+use potamoi_reference::{Product, UnitError};
+
+/// The gathering tasks of a frame, in order.
+fn tasks(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -> Vec<GatherTask> {
+    let (mut twins, mut recorder) = (ReferenceUnits::new(config), Recorder::new(Limits::NONE));
+    let mut units = Observed::new(&mut twins, config).by(&mut recorder);
+    let field = field(grid);
+    through(&field, config, Halo::Shared, camera, options, &mut units).unwrap();
+    recorder
+        .gathered
+        .into_iter()
+        .map(|call| call.task)
+        .collect()
+}
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
@@ -12,12 +27,11 @@ fn the_number_of_threads_changes_no_bit() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            let mvoxels = MVoxels::new(&grid, &config).unwrap();
             let options = FixedOptions::default();
             (
                 fixed(&grid, &config, &camera, &options),
-                render_float(&grid, &camera, &FloatOptions::default()).unwrap(),
-                tasks(&grid, &mvoxels, &camera, &options, usize::MAX).unwrap(),
+                float(&grid, &camera, &FloatOptions::default()),
+                tasks(&grid, &config, &camera, &options),
             )
         })
     };
@@ -28,16 +42,15 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 #[test]
-fn tasks_are_what_rendering_gathers() {
+fn every_mvoxel_is_loaded_as_far_as_it_is_used() {
     let grid = blob([19, 16, 23], Layout::Linear);
     let (config, camera) = (config("[mvoxel]\nrows = 216"), camera(40, 36));
-    let mvoxels = MVoxels::new(&grid, &config).unwrap();
     let options = FixedOptions {
         terminate: false,
         group_side: Some(16),
         ..FixedOptions::default()
     };
-    let all = tasks(&grid, &mvoxels, &camera, &options, usize::MAX).unwrap();
+    let all = tasks(&grid, &config, &camera, &options);
     let frame = fixed(&grid, &config, &camera, &options);
     let entries: usize = all.iter().map(|t| t.entries.len()).sum();
     let stats = &frame.stats;
@@ -66,15 +79,6 @@ fn tasks_are_what_rendering_gathers() {
         // No more rows than the last that is used.
         let used = task.entries.iter().flat_map(|e| e.rows).max();
         assert_eq!(used.map(|r| usize::from(r) + 1), Some(rows));
-    }
-    // A limit stops within a task of it.
-    for most in [0, 1, 1000] {
-        let some = tasks(&grid, &mvoxels, &camera, &options, most).unwrap();
-        assert_eq!(some[..], all[..some.len()]);
-        let entries = |t: &[GatherTask]| t.iter().map(|t| t.entries.len()).sum::<usize>();
-        assert!(some.is_empty() == (most == 0));
-        assert!(most == 0 || entries(&some) >= most);
-        assert!(some.is_empty() || entries(&some[..some.len() - 1]) < most);
     }
 }
 
@@ -113,10 +117,10 @@ impl Units for Broken {
 fn units_at_fault_are_found_out() {
     let grid = blob([19, 16, 23], Layout::Constant);
     let config = config("");
-    let mvoxels = MVoxels::new(&grid, &config).unwrap();
+    let (field, view) = (field(&grid), camera(9, 9));
     let said = |units: &mut dyn Units| {
         let options = FixedOptions::default();
-        let frame = render_fixed(&grid, &mvoxels, &camera(9, 9), &options, units);
+        let frame = through(&field, &config, Halo::Shared, &view, &options, units);
         frame.unwrap_err().to_string()
     };
     let twins = ReferenceUnits::new(&config);

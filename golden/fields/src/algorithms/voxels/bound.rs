@@ -1,9 +1,10 @@
 //! Error bounds of the fixed-point renderer of voxel grids.
 
-use super::fixed::FixedOptions;
+use super::field::StoredField;
 use super::formats::Formats;
 use super::grid::Grid;
-use super::ray::Ray;
+use crate::FixedOptions;
+use crate::volume::Ray;
 use potamoi_base::camera::Camera;
 use potamoi_march::BACKGROUND;
 use potamoi_reference::bounds::VectorBounds;
@@ -79,18 +80,18 @@ pub fn opacity_off(formats: &Formats, powers: &VectorBounds, step: f64) -> f64 {
 /// those behind it replaced already, changes the picture by the transmittance in front of it,
 /// times the difference, times at most the brightest colour.
 ///
-/// Where rays stop, each renderer leaves out at most the transmittance of its threshold:
-/// `stop_below` in floating point.
+/// Where rays stop, each renderer leaves out at most the transmittance of its threshold: the larger
+/// of the two is `stop`.
 #[must_use]
 pub fn error_bounds(
-    grid: &Grid,
+    field: &StoredField,
     formats: &Formats,
     powers: &VectorBounds,
     camera: &Camera,
     options: &FixedOptions,
-    stop_below: f64,
+    stop: f64,
 ) -> Vec<[f64; 2]> {
-    let step = options.step;
+    let (grid, step) = (&*field.grid, field.step);
     let ranges = Ranges::new(grid);
     let channels = grid.layout().channels();
     let off = |c: usize| ranges.off(formats, c);
@@ -100,11 +101,7 @@ pub fn error_bounds(
         .background
         .iter()
         .fold(0.0, |m, v| f64::max(m, f64::from(*v)));
-    let cut_off = if options.terminate {
-        options.stop_below.max(stop_below)
-    } else {
-        0.0
-    };
+    let cut_off = if options.terminate { stop } else { 0.0 };
     let n = grid.layout().coefficients();
     let largest: Vec<f64> = (0..channels)
         .map(|c| {

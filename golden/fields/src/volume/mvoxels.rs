@@ -3,8 +3,7 @@
 use glam::DVec3;
 use potamoi_formats::config::{Config, Sums};
 
-use super::formats::{Formats, code};
-use super::grid::Grid;
+use super::mask::Mask;
 use potamoi_march::MarchError;
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::{Halo, SampleLocation, Tiling, edges};
@@ -19,64 +18,14 @@ pub struct MVoxels {
     unit_streams: UnitStreams,
     /// Whether the unit returns unrounded sums.
     exact_sums: bool,
-    /// The formats, if the codes are those of a grid.
-    formats: Option<Formats>,
     mask: Option<Mask>,
     /// Rows of each MVoxel, x fastest.
     rows: Vec<Vec<i16>>,
     /// One bit a cell: whether any of its vertices can yield opacity.
     cells: Vec<u64>,
-    occupied: Vec<bool>,
-}
-
-/// A separate grid that marks where the field may be non-empty.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Mask {
-    /// Number of vertices along x, y, z.
-    pub points: [usize; 3],
-    /// One flag a vertex, x fastest.
-    pub filled: Vec<bool>,
-    /// Scale from field vertices to mask vertices.
-    pub scale: DVec3,
-    /// Offset added after scaling.
-    pub shift: DVec3,
-}
-
-impl Mask {
-    /// Whether the nearest vertex is filled; `false` outside the mask.
-    #[must_use]
-    pub fn holds(&self, at: DVec3) -> bool {
-        let near = (at * self.scale + self.shift).round();
-        let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
-        if !(near.cmpge(DVec3::ZERO).all() && near.cmple(last).all()) {
-            return false;
-        }
-        let [x, y, z] = near.to_array().map(|v| v as usize);
-        let index = x + self.points[0] * (y + self.points[1] * z);
-        self.filled.get(index).copied().unwrap_or_default()
-    }
 }
 
 impl MVoxels {
-    /// Quantises a grid and cuts it into the largest cubic MVoxels that the configuration's rows
-    /// hold.
-    ///
-    /// # Errors
-    /// Those of [`Formats::new`], or there are rows for less than 2 x 2 x 2 vertices.
-    pub fn new(grid: &Grid, config: &Config) -> Result<Self, MarchError> {
-        let formats = Formats::new(grid, config)?;
-        let channels = grid.layout().channels();
-        let codes = grid.features().iter().enumerate();
-        let codes = codes.map(|(i, v)| match i % channels {
-            0 => code(formats.density, *v),
-            _ => code(formats.colour, *v),
-        });
-        let codes: Vec<i16> = codes.collect();
-        let mut made = Self::of_codes(grid.points(), channels, &codes, config, |v| v[0] > 0)?;
-        made.formats = Some(formats);
-        Ok(made)
-    }
-
     /// Cuts `codes`, `channels` a vertex and x fastest, into the largest cubic MVoxels that the
     /// configuration's rows hold. `counts` returns whether a vertex can yield opacity.
     ///
@@ -111,11 +60,9 @@ impl MVoxels {
             reducer: Reducer::new(config),
             unit_streams: UnitStreams::of(config),
             exact_sums: config.gu.sums == Sums::Exact,
-            formats: None,
             mask: None,
             rows: Vec::new(),
             cells: Vec::new(),
-            occupied: Vec::new(),
         };
         mvoxels.cut(codes);
         mvoxels.find_occupied(codes, counts);
@@ -137,12 +84,6 @@ impl MVoxels {
             ..self.clone()
         };
         made.cut(&self.codes());
-        made.occupied = vec![false; made.rows.len()];
-        let [x, y, z] = self.points().map(|p| p - 1);
-        for index in (0..x * y * z).filter(|i| self.cells[i / 64] >> (i % 64) & 1 == 1) {
-            let cell = [index % x, index / x % y, index / (x * y)];
-            made.occupied[made.tiling.owner(cell).0] = true;
-        }
         made
     }
 
@@ -172,7 +113,6 @@ impl MVoxels {
         let [nx, ny, _] = self.points();
         let cells = self.points().map(|p| p - 1);
         self.cells = vec![0; cells.iter().product::<usize>().div_ceil(64)];
-        self.occupied = vec![false; self.rows.len()];
         for (vertex, channels) in codes.chunks_exact(self.channels).enumerate() {
             if !counts(channels) {
                 continue;
@@ -188,7 +128,6 @@ impl MVoxels {
                 if inside {
                     let index = self.cell_index(cell);
                     self.cells[index / 64] |= 1 << (index % 64);
-                    self.occupied[self.tiling.owner(cell).0] = true;
                 }
             }
         }
@@ -240,12 +179,6 @@ impl MVoxels {
         self.channels
     }
 
-    /// The formats of the codes, if they are those of a grid.
-    #[must_use]
-    pub fn formats(&self) -> Option<&Formats> {
-        self.formats.as_ref()
-    }
-
     /// Fraction bits of weights.
     #[must_use]
     pub fn weight_bits(&self) -> u32 {
@@ -265,13 +198,6 @@ impl MVoxels {
         &self.rows[mvoxel]
     }
 
-    /// Whether any cell of this MVoxel is occupied, so that samples in it may have an opacity
-    /// above 0.
-    #[must_use]
-    pub(crate) fn is_occupied(&self, mvoxel: usize) -> bool {
-        self.occupied[mvoxel]
-    }
-
     /// Whether the cell of a sample is occupied.
     #[must_use]
     pub(crate) fn is_cell_occupied(&self, place: &SampleLocation) -> bool {
@@ -286,13 +212,6 @@ impl MVoxels {
         let all: usize = self.points().iter().map(|p| p - 1).product();
         let occupied: u64 = self.cells.iter().map(|w| u64::from(w.count_ones())).sum();
         [all as u64 - occupied, all as u64]
-    }
-
-    /// Removes the mask.
-    #[must_use]
-    pub(crate) fn unmasked(mut self) -> Self {
-        self.mask = None;
-        self
     }
 
     /// Ratio of stored vertices to vertices of the grid: the cost of the halo.

@@ -158,7 +158,7 @@ impl<'a> SplitGroup<'a> {
     }
 }
 
-impl RayGroup<MarchError> for SplitGroup<'_> {
+impl RayGroup for SplitGroup<'_> {
     fn directions(&self) -> Vec<DVec3> {
         self.group.directions()
     }

@@ -1,6 +1,7 @@
 //! The floating-point picture of a grid against its definition, bit for bit.
 
 use super::*;
+use crate::volume::Rays;
 
 /// Sums of a ray, sample by sample: colour, transmittance, depth along the ray in voxel edges.
 fn alone(grid: &Grid, ray: &Ray, options: &FloatOptions) -> (DVec3, f64, f64) {
@@ -24,7 +25,7 @@ fn alone(grid: &Grid, ray: &Ray, options: &FloatOptions) -> (DVec3, f64, f64) {
         weights += left * alpha;
         moments += left * alpha * ray.distance(k);
         left *= 1.0 - alpha;
-        if options.terminate && left < options.stop_below {
+        if options.terminate && left < STOP_BELOW {
             break;
         }
     }
@@ -43,17 +44,16 @@ fn a_grid_on_the_road_of_all_fields_is_its_own_rays() {
     let camera = camera(40, 36);
     let plain = FloatOptions::default();
     let through = FloatOptions {
-        step: 0.3,
         terminate: false,
         background: [0.5, 0.25, 1.0],
         directions: false,
-        ..plain
     };
     for layout in [Layout::Constant, Layout::Linear] {
         let grid = blob([19, 16, 23], layout);
-        for options in [plain, through] {
-            let frame = render_float(&grid, &camera, &options).unwrap();
-            let rays = Rays::new(&grid, &camera, options.step).unwrap();
+        for (step, options) in [(0.5, plain), (0.3, through)] {
+            let field = StoredField::new(grid.clone(), step);
+            let frame = render_masked(&field, &camera, &options, None).unwrap();
+            let rays = Rays::placed(&grid.placement(), &camera, step).unwrap();
             let background = DVec3::from(options.background.map(f64::from));
             let mut seen = 0;
             for number in 0..camera.width * camera.height {

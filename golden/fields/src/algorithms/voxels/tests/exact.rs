@@ -13,13 +13,16 @@ use potamoi_reference::vector_unit::ReferenceVectorUnit;
 struct Plain<'a> {
     grid: &'a Grid,
     formats: Formats,
+    /// Step in voxel edges.
+    step: f64,
     codes: Vec<i64>,
     unit: ReferenceVectorUnit,
 }
 
 impl<'a> Plain<'a> {
-    fn new(grid: &'a Grid, config: &Config) -> Self {
-        let formats = *MVoxels::new(grid, config).unwrap().formats().unwrap();
+    fn new(field: &'a StoredField, config: &Config) -> Self {
+        let grid = field.grid();
+        let formats = Formats::new(grid, config).unwrap();
         let channels = grid.layout().channels();
         let code = |(i, v): (usize, &f32)| {
             let format = if i % channels == 0 {
@@ -33,6 +36,7 @@ impl<'a> Plain<'a> {
         Self {
             grid,
             formats,
+            step: field.step,
             codes: grid.features().iter().enumerate().map(code).collect(),
             unit: ReferenceVectorUnit::new(&config.vu),
         }
@@ -84,7 +88,7 @@ impl<'a> Plain<'a> {
     /// Colour, 32 fraction bits, and transmittance of a pixel.
     fn pixel(&self, ray: &Ray, options: &FixedOptions) -> ([f32; 3], u32) {
         let (mut left, mut colour) = (1i64 << 20, [0i64; 3]);
-        let step = (options.step * f64::from(1 << 24)).round() as i64;
+        let step = (self.step * f64::from(1 << 24)).round() as i64;
         for k in 0..ray.samples {
             let features = self.gather(ray.at(k));
             let depth = (features[0].max(0) * step) >> self.formats.depth_shift();
@@ -121,7 +125,7 @@ impl<'a> Plain<'a> {
             for x in 0..camera.width {
                 let origin = self.grid.to_grid(camera.position());
                 let (_, direction) = camera.ray(x, y);
-                let ray = Ray::new(self.grid.points(), origin, direction, options.step);
+                let ray = Ray::new(self.grid.points(), origin, direction, self.step);
                 let (rgb, left) = self.pixel(&ray, options);
                 let i = (y * camera.width + x) as usize;
                 assert_eq!(frame.transmittance[i], left, "{x} {y} {options:?}");
@@ -142,8 +146,8 @@ fn a_plain_renderer_gives_the_same_bits() {
         (Layout::Linear, "[gu]\nfeature_bits = 12\nweight_bits = 9"),
     ] {
         let config = config(text);
-        let grid = blob(points, layout);
-        let plain = Plain::new(&grid, &config);
+        let field = StoredField::new(blob(points, layout), 0.4);
+        let plain = Plain::new(&field, &config);
         for (eye, target) in [
             (DVec3::new(1.4, -2.2, 1.1), DVec3::ZERO),
             (DVec3::ZERO, DVec3::new(1.0, 0.2, -0.3)),
@@ -154,13 +158,12 @@ fn a_plain_renderer_gives_the_same_bits() {
             let camera = Camera::look_at(eye, target, DVec3::Z, 0.7, 21, 17);
             for (group_side, terminate) in [(Some(1), true), (Some(5), true), (None, false)] {
                 let options = FixedOptions {
-                    step: 0.4,
                     terminate,
                     background: [0.07, 0.5, 2.0],
                     group_side,
                     ..FixedOptions::default()
                 };
-                let frame = fixed(&grid, &config, &camera, &options);
+                let frame = stepped(&field, &config, &camera, &options);
                 plain.agrees(&camera, &options, &frame);
             }
         }
@@ -176,7 +179,6 @@ fn walls_as_dense_as_formats_allow_are_opaque_at_once() {
     })
     .unwrap();
     let config = config("");
-    let plain = Plain::new(&grid, &config);
     let camera = Camera::look_at(
         DVec3::new(-9.0, 4.1, 3.9),
         DVec3::splat(4.0),
@@ -186,11 +188,10 @@ fn walls_as_dense_as_formats_allow_are_opaque_at_once() {
         9,
     );
     for step in [1.0 / 64.0, 1.0, 8.0] {
-        let options = FixedOptions {
-            step,
-            ..FixedOptions::default()
-        };
-        let frame = fixed(&grid, &config, &camera, &options);
+        let field = StoredField::new(grid.clone(), step);
+        let plain = Plain::new(&field, &config);
+        let options = FixedOptions::default();
+        let frame = stepped(&field, &config, &camera, &options);
         plain.agrees(&camera, &options, &frame);
         let [red, green, blue] = frame.picture.rgb[40];
         assert!(red > 254.0 && green > 0.999 && blue == 0.0, "{step}");
@@ -229,13 +230,10 @@ fn rays_stop_by_the_exact_product() {
         },
     )
     .unwrap();
-    let options = FixedOptions {
-        step: 1.0,
-        ..FixedOptions::default()
-    };
-    let frame = fixed(&grid, &config, &through(3), &options);
+    let (field, options) = (StoredField::new(grid, 1.0), FixedOptions::default());
+    let frame = stepped(&field, &config, &along(3), &options);
     assert_eq!(frame.stats.stopped, 9);
-    Plain::new(&grid, &config).agrees(&through(3), &options, &frame);
+    Plain::new(&field, &config).agrees(&along(3), &options, &frame);
 }
 
 /// The weights T - T' of more than 4,096 samples and what is left sum to
@@ -249,12 +247,12 @@ fn weights_and_transmittance_sum_to_exactly_one() {
     })
     .unwrap();
     let options = FixedOptions {
-        step: 0.25,
         terminate: false,
         background: [0.5; 3],
         ..FixedOptions::default()
     };
-    let frame = fixed(&grid, &config(""), &through(3), &options);
+    let field = StoredField::new(grid, 0.25);
+    let frame = stepped(&field, &config(""), &along(3), &options);
     assert!(frame.stats.composited > 9 * 4096, "{:?}", frame.stats);
     let left = frame.transmittance[4];
     assert!(left < 1 << 17, "{left}");
@@ -279,12 +277,12 @@ fn empty_space_takes_no_light() {
     })
     .unwrap();
     let options = FixedOptions {
-        step: 1.0,
         background: [0.25, 0.5, 0.75],
-        skip: Skip::Nothing,
+        work: work(false),
         ..FixedOptions::default()
     };
-    let frame = fixed(&grid, &config(""), &through(2), &options);
+    let field = StoredField::new(grid, 1.0);
+    let frame = stepped(&field, &config(""), &along(2), &options);
     assert!(frame.stats.vector_elements[&OpCode::OneMinusExp] >= 4 * 1000);
     assert!(frame.picture.rgb.iter().all(|p| *p == options.background));
     assert!(frame.transmittance.iter().all(|t| *t == 1 << 20));
@@ -296,16 +294,16 @@ fn empty_space_takes_no_light() {
     assert!((left as f64 / f64::from(1 << 20) - 0.985).abs() < 1e-3);
     // A grid without any density is not even gathered.
     let skipped = FixedOptions {
-        skip: Skip::Cells,
+        work: work(true),
         ..options
     };
-    let frame = fixed(&grid, &config(""), &through(2), &skipped);
+    let frame = stepped(&field, &config(""), &along(2), &skipped);
     assert_eq!((frame.stats.tasks, frame.stats.entries), (0, 0));
     assert!(frame.picture.rgb.iter().all(|p| *p == options.background));
 }
 
 /// A camera that looks along z through grids of one cell a layer.
-fn through(side: u32) -> Camera {
+fn along(side: u32) -> Camera {
     let (eye, target) = (DVec3::new(0.5, 0.5, -3.0), DVec3::new(0.5, 0.5, 9.0));
     Camera::look_at(eye, target, DVec3::Y, 2e-4, side, side)
 }

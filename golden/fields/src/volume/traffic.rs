@@ -2,43 +2,42 @@
 
 use potamoi_formats::rit::Vertices;
 
-use super::fixed::{FixedOptions, Volume, check};
+use super::CodedVolume;
 use super::schedule::{Group, Schedule};
-use crate::voxels::split_halo::ready;
+use super::split_halo::ready;
 use potamoi_base::camera::Camera;
-use potamoi_march::FixedStats;
-use potamoi_march::MarchError;
 use potamoi_march::streams::Visit;
+use potamoi_march::{FixedStats, MarchError, groups};
 
-/// Counts and traffic of [`super::render_volume`] with the same options, for a frame whose rays
-/// stop after the given numbers of gathered samples ([`potamoi_march::FixedFrame::stops`]).
+/// Counts and traffic of [`crate::FixedField::render`] with ray groups of `side` pixels, for a
+/// frame whose rays stop after the given numbers of gathered samples
+/// ([`potamoi_march::FixedFrame::stops`]).
 ///
 /// # Errors
-/// Those of [`super::render_volume`], or the number of stops is not that of pixels.
+/// The camera or the step is out of range, or the number of stops is not that of pixels.
 pub fn traffic(
-    volume: &Volume<'_>,
+    volume: &CodedVolume,
     camera: &Camera,
-    options: &FixedOptions,
+    side: u32,
     stops: &[u32],
 ) -> Result<FixedStats, MarchError> {
-    let rays = check(&volume.placement, volume.mvoxels, camera, options)?;
-    let [width, height] = rays.size();
-    if stops.len() as u64 != u64::from(width) * u64::from(height) {
+    let schedule = Schedule::new(volume, camera, true)?;
+    let size = [camera.width, camera.height];
+    if stops.len() as u64 != u64::from(size[0]) * u64::from(size[1]) {
         return Err(MarchError::Option {
             field: "stops",
             value: stops.len().to_string(),
             expected: "one a pixel",
         });
     }
-    let schedule = Schedule::new(volume.mvoxels, rays, options.group_side, options.skip)?;
     let mut stats = FixedStats::default();
-    for pixels in schedule.groups() {
+    for pixels in groups(size, side, None) {
         let group = schedule.group(&pixels);
         stats.groups += 1;
         stats.rays += group.rays.len() as u64;
         stats.samples += group.samples();
         let own = pixels.iter();
-        let own = own.map(|[x, y]| stops[(y * width + x) as usize]);
+        let own = own.map(|[x, y]| stops[(y * size[0] + x) as usize]);
         count(&schedule, &group, &own.collect::<Vec<_>>(), &mut stats);
     }
     Ok(stats)

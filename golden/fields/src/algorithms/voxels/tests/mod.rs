@@ -10,13 +10,17 @@ use glam::DVec3;
 use potamoi_formats::config::Config;
 use proptest::prelude::*;
 
-use super::schedule::Skip;
 use super::*;
+use crate::volume::{MVoxels, Ray};
+use crate::{
+    BatchSize, FieldError, FieldFrame, FieldWork, FixedField, FixedOptions, FloatOptions,
+    WithEarlyTermination, render_masked,
+};
 use potamoi_base::camera::Camera;
 use potamoi_march::tiling::Halo;
 use potamoi_march::{FixedFrame, FixedStats, MarchError};
 use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
-use potamoi_reference::{GatherTask, ReferenceUnits, weights};
+use potamoi_reference::{GatherTask, ReferenceUnits, Units, weights};
 
 /// A blob in a box that is not a whole number of MVoxels on a side.
 fn blob(points: [usize; 3], layout: Layout) -> Grid {
@@ -47,16 +51,58 @@ fn config(text: &str) -> Config {
     Config::from_toml(text, "test").unwrap()
 }
 
+fn field(grid: &Grid) -> StoredField {
+    grid.clone().into()
+}
+
+fn mvoxels(grid: &Grid, config: &Config) -> Result<MVoxels, MarchError> {
+    Ok(field(grid).fixed(config)?.0.mvoxels)
+}
+
+fn float(grid: &Grid, camera: &Camera, options: &FloatOptions) -> FieldFrame {
+    render_masked(&field(grid), camera, options, None).unwrap()
+}
+
+/// Renders through units with a choice of halo.
+fn through(
+    field: &StoredField,
+    config: &Config,
+    halo: Halo,
+    camera: &Camera,
+    options: &FixedOptions,
+    units: &mut dyn Units,
+) -> Result<FixedFrame, FieldError> {
+    FixedField::with_halo(field, config, halo)?.render(camera, options, units)
+}
+
+fn stepped(
+    field: &StoredField,
+    config: &Config,
+    camera: &Camera,
+    options: &FixedOptions,
+) -> FixedFrame {
+    let units = &mut ReferenceUnits::new(config);
+    through(field, config, Halo::Shared, camera, options, units).unwrap()
+}
+
 fn fixed(grid: &Grid, config: &Config, camera: &Camera, options: &FixedOptions) -> FixedFrame {
-    let mvoxels = MVoxels::new(grid, config).unwrap();
-    render_fixed(
-        grid,
-        &mvoxels,
-        camera,
-        options,
-        &mut ReferenceUnits::new(config),
-    )
-    .unwrap()
+    stepped(&field(grid), config, camera, options)
+}
+
+/// Batches of at most so many entries.
+fn batch(entries: usize) -> Option<BatchSize> {
+    Some(BatchSize {
+        entries,
+        ..BatchSize::VOLUME
+    })
+}
+
+/// All work, with or without the test for empty space.
+fn work(void_test: bool) -> FieldWork {
+    FieldWork {
+        void_test,
+        ..FieldWork::ALL
+    }
 }
 
 #[test]
@@ -67,15 +113,11 @@ fn order_of_work_changes_no_bit() {
         let expected = fixed(&grid, &config, &camera, &FixedOptions::default());
         assert!(expected.stats.stopped > 20 && expected.stats.tasks > 20);
         for group_side in [1, 7, 16, 1000] {
-            for (batch_entries, skip) in [
-                (1, Skip::Cells),
-                (1 << 18, Skip::MVoxels),
-                (300, Skip::Nothing),
-            ] {
+            for (entries, void_test) in [(1, true), (1 << 18, true), (300, false)] {
                 let options = FixedOptions {
                     group_side: Some(group_side),
-                    batch_entries,
-                    skip,
+                    batch: batch(entries),
+                    work: work(void_test),
                     ..FixedOptions::default()
                 };
                 let found = fixed(&grid, &config, &camera, &options);
@@ -98,7 +140,8 @@ fn order_of_work_changes_no_bit() {
 fn every_place_has_one_owner_with_its_vertices() {
     let points = [19, 16, 23];
     let grid = blob(points, Layout::Constant);
-    let mvoxels = MVoxels::new(&grid, &config("")).unwrap();
+    let mvoxels = mvoxels(&grid, &config("")).unwrap();
+    let density = Formats::new(&grid, &config("")).unwrap().density;
     assert_eq!(mvoxels.tiling().stride(), [7; 3]);
     let step = 2f64.powi(-12);
     let along = |axis: usize| {
@@ -137,7 +180,7 @@ fn every_place_has_one_owner_with_its_vertices() {
                     let index = vertex[0] + points[0] * (vertex[1] + points[1] * vertex[2]);
                     let exact = grid.features()[index * wide];
                     let code = mvoxels.rows(place.mvoxel)[usize::from(row) * wide];
-                    let found = mvoxels.formats().unwrap().density.value(i128::from(code));
+                    let found = density.value(i128::from(code));
                     assert!((found - f64::from(exact)).abs() < 1e-3);
                 }
                 owners += 1;
@@ -162,7 +205,7 @@ fn the_halo_stores_shared_faces_twice() {
         let values = vec![0.0; points.iter().product::<usize>() * 4];
         let grid = Grid::new(points, DVec3::ZERO, 1.0, Layout::Constant, values).unwrap();
         let config = config(&format!("[mvoxel]\nrows = {rows}"));
-        let found = MVoxels::new(&grid, &config).unwrap().duplication();
+        let found = mvoxels(&grid, &config).unwrap().duplication();
         assert!((found - expected).abs() < 1e-12, "{cells:?}: {found}");
     }
 }
@@ -230,25 +273,13 @@ fn fixed_is_float_within_its_formats() {
     for layout in [Layout::Constant, Layout::Linear] {
         let grid = blob([19, 16, 23], layout);
         let camera = camera(48, 40);
-        let float = render_float(&grid, &camera, &FloatOptions::default()).unwrap();
-        let fixed = fixed(&grid, &config(""), &camera, &FixedOptions::default());
-        let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();
+        let float = float(&grid, &camera, &FloatOptions::default());
+        let fine = fixed(&grid, &config(""), &camera, &FixedOptions::default());
+        let psnr = fine.picture.psnr(&float.picture, |_| true).unwrap();
         assert!(psnr > 80.0, "{layout:?}: {psnr} dB");
         let coarse = Config::from_toml("[gu]\nfeature_bits = 8\nweight_bits = 4", "test").unwrap();
-        let mvoxels = MVoxels::new(&grid, &coarse).unwrap();
-        let mut twins = ReferenceUnits::new(&coarse);
-        let rough = render_fixed(
-            &grid,
-            &mvoxels,
-            &camera,
-            &FixedOptions::default(),
-            &mut twins,
-        );
-        let rough = rough
-            .unwrap()
-            .picture
-            .psnr(&float.picture, |_| true)
-            .unwrap();
+        let rough = fixed(&grid, &coarse, &camera, &FixedOptions::default());
+        let rough = rough.picture.psnr(&float.picture, |_| true).unwrap();
         assert!(
             (25.0..psnr - 20.0).contains(&rough),
             "{layout:?}: {rough} dB"
@@ -268,7 +299,7 @@ fn cameras_inside_behind_and_along_an_axis() {
         (DVec3::new(0.0, -1e7, 0.0), DVec3::ZERO),
     ] {
         let camera = Camera::look_at(eye, target, DVec3::new(0.1, 0.2, 1.0), 0.7, 17, 17);
-        let float = render_float(&grid, &camera, &FloatOptions::default()).unwrap();
+        let float = float(&grid, &camera, &FloatOptions::default());
         let fixed = fixed(&grid, &config, &camera, &FixedOptions::default());
         let psnr = fixed.picture.psnr(&float.picture, |_| true).unwrap();
         assert!(psnr > 70.0, "{eye} {target}: {psnr} dB");
@@ -306,7 +337,7 @@ fn what_cannot_be_rendered_is_refused_by_field() {
     let view = |change: fn(&mut Camera)| {
         let mut camera = camera(4, 4);
         change(&mut camera);
-        render_float(&grid, &camera, &FloatOptions::default())
+        render_masked(&field(&grid), &camera, &FloatOptions::default(), None)
             .map(|_| ())
             .unwrap_err()
             .to_string()
@@ -319,32 +350,32 @@ fn what_cannot_be_rendered_is_refused_by_field() {
     assert!(view(|c| c.height = 1 << 31).contains("1 to 67108864"));
     assert!(view(|c| c.world_to_camera.translation.x = 1e12).contains("position"));
     for step in [0.0, -0.5, 9.0, f64::NAN] {
-        let step = FloatOptions {
-            step,
-            ..FloatOptions::default()
-        };
-        let error = render_float(&grid, &camera(4, 4), &step)
+        let stepped = StoredField::new(grid.clone(), step);
+        let error = render_masked(&stepped, &camera(4, 4), &FloatOptions::default(), None)
             .unwrap_err()
             .to_string();
         assert!(error.contains("step"), "{error}");
     }
-    let mvoxels = MVoxels::new(&grid, &config("")).unwrap();
-    let other = new([3, 2, 2], 1.0, vec![0.0; 48]).unwrap();
-    let option = |grid: &Grid, change: fn(&mut FixedOptions)| {
+    let option = |step: f64, change: fn(&mut FixedOptions)| {
         let mut options = FixedOptions::default();
         change(&mut options);
-        let units = &mut ReferenceUnits::new(&config(""));
-        let error = render_fixed(grid, &mvoxels, &camera(4, 4), &options, units).unwrap_err();
-        let listed = tasks(grid, &mvoxels, &camera(4, 4), &options, 1).unwrap_err();
-        assert_eq!(listed.to_string(), error.to_string());
-        error.to_string()
+        let (field, config) = (StoredField::new(grid.clone(), step), config(""));
+        let units = &mut ReferenceUnits::new(&config);
+        let frame = through(
+            &field,
+            &config,
+            Halo::Shared,
+            &camera(4, 4),
+            &options,
+            units,
+        );
+        frame.unwrap_err().to_string()
     };
-    assert!(option(&other, |_| ()).contains("`mvoxels` is [2, 2, 2] x 4"));
-    assert!(option(&grid, |o| o.batch_entries = 0).contains("batch_entries"));
-    assert!(option(&grid, |o| o.group_side = Some(0)).contains("group_side"));
-    assert!(option(&grid, |o| o.background[1] = f32::NAN).contains("background"));
-    assert!(option(&grid, |o| o.background[2] = -8.0).contains("background"));
-    assert!(option(&grid, |o| o.step = 1e-9).contains("step"));
+    assert!(option(STEP, |o| o.batch = batch(0)).contains("batch"));
+    assert!(option(STEP, |o| o.group_side = Some(0)).contains("group_side"));
+    assert!(option(STEP, |o| o.background[1] = f32::NAN).contains("background"));
+    assert!(option(STEP, |o| o.background[2] = -8.0).contains("background"));
+    assert!(option(1e-9, |_| ()).contains("step"));
     for (text, field) in [
         ("[mvoxel]\nrows = 4", "mvoxel.rows"),
         ("[gu]\nmodes = \"unstructured\"", "gu.modes"),
@@ -352,11 +383,11 @@ fn what_cannot_be_rendered_is_refused_by_field() {
         ("[vu]\nops = [\"relu\", \"multiply\"]", "vu.ops"),
         ("[gu]\nbanks = 1\nsegments = 3", "gu.segments"),
     ] {
-        let error = MVoxels::new(&grid, &config(text)).unwrap_err().to_string();
+        let error = mvoxels(&grid, &config(text)).unwrap_err().to_string();
         assert!(error.contains(field), "{error}");
     }
     let bright = new([2; 3], 1.0, vec![300.0; 32]).unwrap();
-    let error = MVoxels::new(&bright, &config("")).unwrap_err().to_string();
+    let error = mvoxels(&bright, &config("")).unwrap_err().to_string();
     assert!(error.contains("colours below 256"), "{error}");
 }
 
@@ -373,7 +404,7 @@ proptest! {
     ) {
         let points = [19, 16, 23];
         let grid = blob(points, Layout::Constant);
-        let mvoxels = MVoxels::new(&grid, &Config::paper()).unwrap();
+        let mvoxels = mvoxels(&grid, &Config::paper()).unwrap();
         let direction = DVec3::from(toward);
         prop_assume!(direction.length() > 0.01);
         let ray = Ray::new(points, DVec3::from(eye), direction.normalize(), step);

@@ -10,23 +10,13 @@ use rayon::prelude::*;
 
 use potamoi_formats::rit::{RitEntry, Vertices};
 
+use super::CodedVolume;
 use super::mvoxels::MVoxels;
 use super::ray::{Ray, Rays};
+use potamoi_base::camera::Camera;
 use potamoi_march::tiling::{Holder, SampleLocation};
-use potamoi_march::{MarchError, Span, default_group_side};
+use potamoi_march::{MarchError, Span};
 use potamoi_reference::{GatherTask, weights};
-
-/// The samples of opacity 0 that are skipped. The picture is the same in every case.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Skip {
-    /// None.
-    Nothing,
-    /// Those in MVoxels without a positive density.
-    MVoxels,
-    /// Those in cells without a positive density.
-    Cells,
-}
 
 /// The samples of a ray that need one MVoxel, front to back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,14 +28,13 @@ pub(super) struct Crossing {
     pub(super) end: u32,
 }
 
-/// The ray groups of a frame.
+/// The visits of a frame's rays to the MVoxels of a volume.
 #[derive(Debug)]
 pub(crate) struct Schedule<'a> {
     pub(super) mvoxels: &'a MVoxels,
     rays: Rays,
     pub(super) distances: Vec<u32>,
-    side: u32,
-    skip: Skip,
+    void_test: bool,
 }
 
 /// A ray group with its crossings.
@@ -73,32 +62,35 @@ impl Group {
 }
 
 impl<'a> Schedule<'a> {
-    pub(crate) fn new(
-        mvoxels: &'a MVoxels,
-        rays: Rays,
-        side: Option<u32>,
-        skip: Skip,
+    /// Schedules the rays of a camera. With `void_test`, samples are skipped where the field is
+    /// known to be empty.
+    ///
+    /// # Errors
+    /// The camera or the step is out of range, or the MVoxels are of another volume.
+    pub(super) fn new(
+        volume: &'a CodedVolume,
+        camera: &Camera,
+        void_test: bool,
     ) -> Result<Self, MarchError> {
-        let side = side.unwrap_or_else(default_group_side);
-        if side == 0 {
+        let CodedVolume {
+            mvoxels,
+            placement,
+            step,
+        } = volume;
+        if mvoxels.points() != placement.points {
             return Err(MarchError::Option {
-                field: "group_side",
-                value: side.to_string(),
-                expected: "1 or more pixels",
+                field: "mvoxels",
+                value: format!("{:?}", mvoxels.points()),
+                expected: "the MVoxels of the volume that is rendered",
             });
         }
+        let rays = Rays::placed(placement, camera, *step)?;
         Ok(Self {
             mvoxels,
             rays,
             distances: mvoxels.distances(rays.origin.to_array()),
-            side,
-            skip,
+            void_test,
         })
-    }
-
-    /// The pixels of each ray group of the frame.
-    pub(crate) fn groups(&self) -> impl Iterator<Item = Vec<[u32; 2]>> + use<> {
-        potamoi_march::groups(self.rays.size(), self.side, None)
     }
 
     /// Computes the rays of some pixels and all their crossings, in visiting order.
@@ -120,13 +112,9 @@ impl<'a> Schedule<'a> {
     pub(super) fn place(&self, ray: &Ray, k: u32) -> Option<SampleLocation> {
         let at = ray.at(k);
         let place = self.mvoxels.tiling().locate(at.to_array());
-        let called_for = match self.skip {
-            _ if !self.mvoxels.holds(at) => false,
-            Skip::Nothing => true,
-            Skip::MVoxels => self.mvoxels.is_occupied(place.mvoxel),
-            Skip::Cells => self.mvoxels.is_cell_occupied(&place),
-        };
-        called_for.then_some(place)
+        let is_empty =
+            self.void_test && !(self.mvoxels.holds(at) && self.mvoxels.is_cell_occupied(&place));
+        (!is_empty).then_some(place)
     }
 
     /// The MVoxels that a ray's samples need, without skipped samples.

@@ -24,14 +24,11 @@ use super::grid::Layout;
 /// A colour that is linear in the viewing direction takes one exact sum of four 16-bit products a
 /// channel, rounded half-even, in the MAC array.
 #[derive(Debug, Clone, Copy)]
-pub struct Stored {
-    pub(crate) layout: Layout,
-    pub(crate) formats: Formats,
+pub(super) struct Stored {
+    pub(super) layout: Layout,
+    pub(super) formats: Formats,
     /// Step in voxel edges, as [`Formats::step_code`].
-    pub(crate) step: i32,
-    /// Whether linear colours depend on the viewing direction.
-    pub directions: bool,
-    pub(crate) transmittance_bits: u32,
+    pub(super) step: i32,
 }
 
 impl Head for Stored {
@@ -45,10 +42,6 @@ impl Head for Stored {
 
     fn colour_bits(&self) -> u32 {
         self.formats.colour.frac_bits()
-    }
-
-    fn transmittance_bits(&self) -> u32 {
-        self.transmittance_bits
     }
 
     fn direction_codes(&self) -> usize {
@@ -94,15 +87,9 @@ impl Head for Stored {
                 }
             }
             Layout::Linear => {
-                if self.directions {
-                    for (f, d) in samples.zip(directions.as_chunks::<3>().0) {
-                        colour.extend(f[1..].as_chunks::<4>().0.iter().map(|c| towards(*c, *d)));
-                    }
-                } else {
-                    let constants = |f: &[i16]| [1, 5, 9].map(|i| i32::from(f[i]));
-                    colour.extend(samples.flat_map(constants));
+                for (f, d) in samples.zip(directions.as_chunks::<3>().0) {
+                    colour.extend(f[1..].as_chunks::<4>().0.iter().map(|c| towards(*c, *d)));
                 }
-                // The array takes them in any case: what is modelled is the layout's.
                 let sums = Product {
                     rows: colour.len() as u64,
                     depth: 4,
