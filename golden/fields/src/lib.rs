@@ -194,8 +194,8 @@ pub trait Field: Sync {
         Ok(None)
     }
 
-    /// The density at a world point, an optical depth per unit of length. It may be below 0, if it
-    /// is linear between vertices so.
+    /// The density at a world point, an optical depth per unit of length. A stored density is that
+    /// before its ReLU, and may be below 0.
     fn density(&self, at: DVec3, sample: &mut Density) -> f64 {
         if !self.holds(at) {
             return 0.0;

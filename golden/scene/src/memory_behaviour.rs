@@ -101,7 +101,8 @@ impl Scene {
         sides: &[u32],
     ) -> Result<Vec<Traffic>, FieldError> {
         let stopping = self.stopping(field);
-        let (able, made) = able(config, |config| FixedField::new(&stopping, config))?;
+        let preset = field.algorithm().preset;
+        let (able, made) = able(config, preset, |config| FixedField::new(&stopping, config))?;
         let options = FixedOptions {
             transmittance_bits: self.transmittance_bits(),
             ..FixedOptions::default()
@@ -146,20 +147,21 @@ impl Scene {
     }
 }
 
-/// Calls a function with a configuration, or with that of the preset `fields` if the
-/// configuration's vector unit lacks an operation. This affects where rays stop, but not the
+/// Calls a function with a configuration, or with the vector unit of a preset if the
+/// configuration's own lacks an operation. This affects where rays stop, but not the
 /// traffic of an MVoxel.
 fn able<T>(
     config: &Config,
+    preset: &str,
     make: impl Fn(&Config) -> Result<T, FieldError>,
 ) -> Result<(Config, T), FieldError> {
     let made = make(config);
-    let preset = PRESETS.iter().find(|(name, _)| *name == "fields");
-    let fields = preset.and_then(|(name, text)| Config::from_toml(text, name).ok());
-    match (made, fields) {
-        (Err(_), Some(fields)) => {
+    let preset = PRESETS.iter().find(|(name, _)| *name == preset);
+    let preset = preset.and_then(|(name, text)| Config::from_toml(text, name).ok());
+    match (made, preset) {
+        (Err(_), Some(preset)) => {
             let config = Config {
-                vu: fields.vu,
+                vu: preset.vu,
                 ..config.clone()
             };
             let made = make(&config)?;

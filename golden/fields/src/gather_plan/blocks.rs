@@ -13,7 +13,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::mvoxels::placed;
-use super::visit::{Gathers, Shape};
+use super::part::Shape;
+use super::visit::Gathers;
 use super::{Located, ScatteredTable, Tally};
 use crate::{FieldError, HashUnit};
 use potamoi_march::tiling::{Halo, Tiling, cell};
@@ -86,21 +87,14 @@ impl BlockTable {
     #[must_use]
     pub fn orders(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> [Gathers; 2] {
         [
-            self.streamed(eye, samples, weight_bits),
+            self.streamed(eye, samples),
             self.scattered.gathers(samples, weight_bits),
         ]
     }
 
     /// The gathers MVoxel by MVoxel, however few of their rows are used.
-    fn streamed(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> Gathers {
-        let placed = placed(
-            &self.tiling,
-            self.points,
-            self.shape,
-            eye,
-            samples,
-            weight_bits,
-        );
+    fn streamed(&self, eye: DVec3, samples: &[Located]) -> Gathers {
+        let placed = placed(&self.tiling, self.points, self.shape, eye, samples);
         let rows = self.codes.len() / self.shape.channels;
         let wide = HashUnit::BLOCK_ROWS * self.shape.channels;
         Gathers::visiting(placed, self.shape, |mvoxel| {

@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use potamoi_formats::rit::Vertices;
 
 use super::CodedTable;
 use super::scattered::{Held, ScatteredTable};
 use potamoi_march::streams::{Streams, Visit};
-use potamoi_march::tiling::{SampleLocation, Tiling};
+use potamoi_march::tiling::{Holder, SampleLocation, Tiling};
 
 /// The count of a batch, sample by sample.
 pub struct BatchCount<'a> {
@@ -67,7 +68,28 @@ impl Touched {
         }
     }
 
-    fn and(self, other: Self) -> Self {
+    /// The entry of a sample in one of its holders.
+    pub(crate) fn of(tiling: &Tiling, place: &SampleLocation, holder: Holder) -> Self {
+        let split = u64::from(tiling.straddles(place) != 0);
+        Self {
+            last: tiling.last_row(place, holder).into(),
+            whole: 1 - split,
+            split,
+        }
+    }
+
+    /// The traffic, for an MVoxel that is loaded up to the last row read.
+    pub(crate) const fn visit(self, vertices: Vertices, channels: usize) -> Visit {
+        Visit {
+            vertices,
+            channels,
+            rows: self.last + 1,
+            whole: self.whole,
+            split: self.split,
+        }
+    }
+
+    pub(crate) fn and(self, other: Self) -> Self {
         Self {
             last: self.last.max(other.last),
             whole: self.whole + other.whole,
@@ -90,14 +112,8 @@ impl Tally {
 
     /// Adds the entries of a sample: one in each MVoxel that holds vertices of its cell.
     pub(crate) fn touch(&mut self, tiling: &Tiling, place: &SampleLocation) {
-        let split = u64::from(tiling.straddles(place) != 0);
         for holder in tiling.holders(place) {
-            let more = Touched {
-                last: tiling.last_row(place, holder).into(),
-                whole: 1 - split,
-                split,
-            };
-            self.add(holder.mvoxel, more);
+            self.add(holder.mvoxel, Touched::of(tiling, place, holder));
         }
     }
 
@@ -135,23 +151,22 @@ impl Fetched<'_> {
             return;
         }
         let rows = self.held.count() as u64;
-        self.counted.visit(of, rows, self.entries, 0);
+        let read = Touched {
+            last: rows - 1,
+            whole: self.entries,
+            split: 0,
+        };
+        self.counted.visit(of, read);
         self.held.clear();
         self.entries = 0;
     }
 }
 
 impl Counted {
-    fn visit(&mut self, of: &CodedTable, rows: u64, whole: u64, split: u64) {
-        let visit = Visit {
-            vertices: of.shape.vertices,
-            channels: of.shape.channels,
-            rows,
-            whole,
-            split,
-        };
+    fn visit(&mut self, of: &CodedTable, touched: Touched) {
+        let visit = touched.visit(of.shape.vertices, of.shape.channels);
         self.tasks += 1;
-        self.entries += whole + split;
+        self.entries += visit.whole + visit.split;
         self.streams.visit(&visit, of.unit_streams);
     }
 }
@@ -198,7 +213,7 @@ impl<'a> BatchCount<'a> {
         let loaded = self.loaded.map(|tally| {
             let mut counted = Counted::default();
             for touched in tally.done().into_values() {
-                counted.visit(table, touched.last + 1, touched.whole, touched.split);
+                counted.visit(table, touched);
             }
             counted
         });

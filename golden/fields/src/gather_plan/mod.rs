@@ -9,6 +9,7 @@
 mod blocks;
 mod count;
 mod mvoxels;
+mod part;
 mod scattered;
 #[cfg(test)]
 mod tests;
@@ -31,10 +32,10 @@ pub use blocks::BlockTable;
 pub use count::{BatchCount, Counted};
 pub(crate) use count::{Tally, Touched};
 pub use mvoxels::MVoxelTable;
+pub(crate) use part::{Load, Part, Shape};
 pub use scattered::ScatteredTable;
 pub use tree::TreeTable;
 pub use visit::Gathers;
-use visit::Shape;
 
 /// A quantised table.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,7 +160,7 @@ impl CodedTable {
     pub fn gathers(&self, eye: DVec3, samples: &[Located]) -> Gathers {
         let weight_bits = self.shape.reducer.weight_bits();
         match &self.order {
-            Order::Streaming(table) => table.gathers(eye, samples, weight_bits),
+            Order::Streaming(table) => table.gathers(eye, samples),
             Order::Blocks(table) => table.gathers(eye, samples, weight_bits),
             Order::Scattered(table) => table.gathers(samples, weight_bits),
             Order::Tree(table) => table.gathers(eye, samples),

@@ -4,8 +4,9 @@
 use glam::DVec3;
 use potamoi_formats::rit::Vertices;
 
-use super::visit::{Gathers, Placed, Shape};
-use super::{Located, Tally, entry, part};
+use super::part::{Part, Shape};
+use super::visit::{Gathers, Placed};
+use super::{Located, Tally, part};
 use crate::FieldError;
 use potamoi_march::tiling::{Halo, Tiling, cell, edges};
 
@@ -31,13 +32,17 @@ impl MVoxelTable {
             let expected = format!("{vertices} rows or more, for a cell's vertices");
             return Err(part("mvoxel.rows", rows.to_string(), expected));
         };
-        let tiling = Tiling::new(points, edge, halo);
+        Ok(Self::cut(Tiling::new(points, edge, halo), shape, codes))
+    }
+
+    /// Cuts the codes of all vertices, channels fastest, then the first axis.
+    pub(crate) fn cut(tiling: Tiling, shape: Shape, codes: &[i16]) -> Self {
         let all = 0..tiling.count();
-        Ok(Self {
+        Self {
             tiling,
             shape,
             rows: all.map(|m| tiling.cut(m, codes, shape.channels)).collect(),
-        })
+        }
     }
 
     /// Vertices an entry.
@@ -46,9 +51,29 @@ impl MVoxelTable {
         self.shape.vertices
     }
 
-    #[cfg(test)]
-    pub(super) const fn tiling(&self) -> &Tiling {
+    /// The division into MVoxels.
+    pub(crate) const fn tiling(&self) -> &Tiling {
         &self.tiling
+    }
+
+    /// Rows and entries.
+    pub(crate) const fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// The codes of all vertices, channels fastest, then the first axis.
+    pub(crate) fn codes(&self) -> Vec<i16> {
+        let ([nx, ny, nz], channels) = (self.tiling.points(), self.shape.channels);
+        let mut codes = vec![0; nx * ny * nz * channels];
+        for (mvoxel, rows) in self.rows.iter().enumerate() {
+            let [x, y, z] = self.tiling.first(mvoxel);
+            let [wide, high, _] = self.tiling.extent(mvoxel);
+            for (line, own) in rows.chunks_exact(wide * channels).enumerate() {
+                let start = x + nx * (y + line % high + ny * (z + line / high));
+                codes[start * channels..][..own.len()].copy_from_slice(own);
+            }
+        }
+        codes
     }
 
     /// Rows of an MVoxel, channels side by side, the first axis fastest.
@@ -63,9 +88,9 @@ impl MVoxelTable {
         tally.touch(&self.tiling, &self.tiling.place(low, fraction));
     }
 
-    pub(super) fn gathers(&self, eye: DVec3, samples: &[Located], weight_bits: u32) -> Gathers {
+    pub(super) fn gathers(&self, eye: DVec3, samples: &[Located]) -> Gathers {
         let points = self.tiling.points();
-        let placed = placed(&self.tiling, points, self.shape, eye, samples, weight_bits);
+        let placed = placed(&self.tiling, points, self.shape, eye, samples);
         Gathers::visiting(placed, self.shape, |mvoxel| &self.rows[mvoxel])
     }
 }
@@ -78,7 +103,6 @@ pub(super) fn placed(
     shape: Shape,
     eye: DVec3,
     samples: &[Located],
-    weight_bits: u32,
 ) -> Vec<Placed> {
     let seen = tiling.distances_from(eye.to_array());
     let mut placed = Vec::with_capacity(samples.len());
@@ -86,13 +110,11 @@ pub(super) fn placed(
         let (low, fraction) = cell(points, at.place.to_array());
         let place = tiling.place(low, fraction);
         for holder in tiling.holders(&place) {
-            let (rows, held) = tiling.part_rows(&place, holder);
             placed.push(Placed {
                 distance: seen.distance(tiling.index(holder.mvoxel)),
                 mvoxel: holder.mvoxel,
                 sample,
-                held: held & shape.whole(),
-                entry: entry(at.slot, shape.vertices, fraction, weight_bits, rows),
+                part: Part::of(tiling, &place, holder, at.slot, &shape),
             });
         }
     }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use potamoi_formats::rit::MAX_VERTICES;
 
-use super::visit::{Gathers, Shape};
+use super::part::Shape;
+use super::visit::Gathers;
 use super::{Located, entry, part};
 use crate::{FieldError, HashUnit};
 use potamoi_march::tiling::cell;

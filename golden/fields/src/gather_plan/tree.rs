@@ -4,7 +4,8 @@
 use glam::DVec3;
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry};
 
-use super::visit::{Gathers, Placed, Shape};
+use super::part::{Part, Shape};
+use super::visit::{Gathers, Placed};
 use super::{Located, Tally, Touched, part};
 use crate::{FieldError, Nodes};
 use potamoi_march::tiling::{Halo, Tiling};
@@ -93,11 +94,13 @@ impl TreeTable {
                 distance: seen.distance(self.tiling.index(mvoxel)),
                 mvoxel,
                 sample,
-                held: self.shape.whole(),
-                entry: RitEntry {
-                    slot: at.slot,
-                    rows,
-                    weights: [0; MAX_VERTICES],
+                part: Part {
+                    held: self.shape.whole(),
+                    entry: RitEntry {
+                        slot: at.slot,
+                        rows,
+                        weights: [0; MAX_VERTICES],
+                    },
                 },
             })
         };

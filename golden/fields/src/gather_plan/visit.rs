@@ -1,18 +1,11 @@
-//! Entries in the visiting order of their MVoxels, and the sums of samples that several MVoxels
-//! share.
-//!
-//! A sample whose vertices lie in several MVoxels has an entry in each. Their unrounded sums are
-//! added and rounded once. If the unit returns unrounded sums (`gu.sums = "exact"`), all entries
-//! go through it, and an absent vertex has weight 0. Otherwise only entries with all their
-//! vertices do, and the others are computed by its arithmetic in Rust ([`Reducer`]).
+//! Entries in the visiting order of their MVoxels ([`Load`]), and the sums of samples that several
+//! MVoxels share.
 
 use std::collections::HashMap;
 
-use potamoi_formats::rit::{RitEntry, Vertices};
-
+use super::part::{Load, Part, Shape};
 use potamoi_march::streams::Visit;
 use potamoi_reference::GatherTask;
-use potamoi_reference::gathering_unit::Reducer;
 
 /// Gathering tasks of one table.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -40,45 +33,12 @@ pub(crate) struct Parted {
     pub(crate) waiting: u64,
 }
 
-/// An entry, its MVoxel, and the distance of that from the camera's.
+/// A part of a sample, its MVoxel, and the distance of that from the camera's.
 pub(super) struct Placed {
     pub(super) distance: u64,
     pub(super) mvoxel: usize,
     pub(super) sample: u32,
-    /// The corners in this MVoxel, by bit.
-    pub(super) held: u8,
-    pub(super) entry: RitEntry,
-}
-
-impl Placed {
-    /// The entry for the unit: a corner outside the MVoxel has weight 0 and some row of the
-    /// MVoxel.
-    fn part(&self, vertices: Vertices) -> RitEntry {
-        let held = |v: usize| self.held >> v & 1 == 1;
-        let mut entry = self.entry;
-        let some = (0..vertices.count()).find(|v| held(*v)).unwrap_or_default();
-        for v in (0..vertices.count()).filter(|v| !held(*v)) {
-            (entry.rows[v], entry.weights[v]) = (entry.rows[some], 0);
-        }
-        entry
-    }
-}
-
-/// Rows and entries of a table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shape {
-    pub(super) channels: usize,
-    pub(super) vertices: Vertices,
-    pub(super) reducer: Reducer,
-    /// Whether the unit returns unrounded sums.
-    pub(super) exact_sums: bool,
-}
-
-impl Shape {
-    /// The corner bits of a complete entry.
-    pub(super) const fn whole(&self) -> u8 {
-        u8::MAX >> (8 - self.vertices.count())
-    }
+    pub(super) part: Part,
 }
 
 impl Gathers {
@@ -139,44 +99,23 @@ impl Gathers {
         rows: impl Fn(usize) -> &'r [i16],
     ) -> Self {
         placed.sort_unstable_by_key(|e| (e.distance, e.mvoxel, e.sample));
-        let Shape {
-            channels, vertices, ..
-        } = shape;
-        let whole = shape.whole();
         let mut made = Self::default();
         let mut sums = Sums::new(shape, &placed);
         for same in placed.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
             let own = rows(same[0].mvoxel);
-            // Corners that are not here have row 0.
-            let last = same.iter().flat_map(|e| e.entry.rows).max();
-            let used = usize::from(last.unwrap_or_default()) + 1;
-            let (mut entries, mut split) = (vec![], 0);
-            for placed in same {
-                let is_whole = placed.held == whole;
-                split += u64::from(!is_whole);
-                if is_whole || shape.exact_sums {
-                    entries.push(placed.part(vertices));
-                    made.samples.push(placed.sample);
+            let mut load = Load::default();
+            for Placed { sample, part, .. } in same {
+                if load.add(part, &shape) {
+                    made.samples.push(*sample);
                 }
-                if !is_whole {
-                    sums.add(placed, own);
+                if part.held != shape.whole() {
+                    sums.add(*sample, part, own);
                 }
             }
             sums.rest();
-            made.visits.push(Visit {
-                vertices,
-                channels,
-                rows: used as u64,
-                whole: same.len() as u64 - split,
-                split,
-            });
-            if !entries.is_empty() {
-                made.tasks.push(GatherTask {
-                    vertices,
-                    channels,
-                    rows: own[..used * channels].to_vec(),
-                    entries,
-                });
+            if let Some((visit, task)) = load.done(own, &shape) {
+                made.visits.push(visit);
+                made.tasks.extend(task);
             }
         }
         made.parted = sums.parted;
@@ -198,7 +137,7 @@ struct Sums {
 
 impl Sums {
     fn new(shape: Shape, placed: &[Placed]) -> Self {
-        let parted = placed.iter().filter(|e| e.held != shape.whole());
+        let parted = placed.iter().filter(|e| e.part.held != shape.whole());
         let samples = parted.map(|e| e.sample as usize + 1).max();
         Self {
             shape,
@@ -209,11 +148,11 @@ impl Sums {
         }
     }
 
-    fn add(&mut self, placed: &Placed, rows: &[i16]) {
+    fn add(&mut self, sample: u32, part: &Part, rows: &[i16]) {
         let channels = self.shape.channels;
-        let number = &mut self.number[placed.sample as usize];
+        let number = &mut self.number[sample as usize];
         let number = *number.get_or_insert_with(|| {
-            self.parted.samples.push(placed.sample);
+            self.parted.samples.push(sample);
             self.parted
                 .sums
                 .resize(self.came.len() * channels + channels, 0);
@@ -221,21 +160,15 @@ impl Sums {
             self.open += 1;
             self.came.len() as u32 - 1
         }) as usize;
-        self.came[number] |= placed.held;
+        self.came[number] |= part.held;
         if self.came[number] == self.shape.whole() {
             self.open -= 1;
         }
         if self.shape.exact_sums {
             return;
         }
-        let entry = &placed.entry;
         let sums = &mut self.parted.sums[number * channels..][..channels];
-        for (channel, sum) in sums.iter_mut().enumerate() {
-            let held = (0..8).filter(|corner| placed.held >> corner & 1 == 1);
-            let row = |corner: usize| usize::from(entry.rows[corner]) * channels;
-            let terms = held.map(|v| (entry.weights[v], rows[row(v) + channel]));
-            *sum += self.shape.reducer.sum(terms);
-        }
+        part.add_to(sums, rows, &self.shape);
     }
 
     /// Updates the peak after an MVoxel was visited.

@@ -2,8 +2,10 @@
 
 use glam::DVec3;
 use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::rit::Vertices;
 
 use super::mask::Mask;
+use crate::gather_plan::{MVoxelTable, Shape};
 use potamoi_march::MarchError;
 use potamoi_march::streams::UnitStreams;
 use potamoi_march::tiling::{Halo, SampleLocation, Tiling, edges};
@@ -12,15 +14,9 @@ use potamoi_reference::gathering_unit::Reducer;
 /// A volume of quantised features, cut into MVoxels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MVoxels {
-    tiling: Tiling,
-    channels: usize,
-    reducer: Reducer,
+    table: MVoxelTable,
     unit_streams: UnitStreams,
-    /// Whether the unit returns unrounded sums.
-    exact_sums: bool,
     mask: Option<Mask>,
-    /// Rows of each MVoxel, x fastest.
-    rows: Vec<Vec<i16>>,
     /// One bit a cell: whether any of its vertices can yield opacity.
     cells: Vec<u64>,
 }
@@ -54,52 +50,37 @@ impl MVoxels {
                 expected: "8 rows or more, for 2 x 2 x 2 vertices".to_owned(),
             });
         };
-        let mut mvoxels = Self {
-            tiling: Tiling::new(points, edge, Halo::Shared),
+        let tiling = Tiling::new(points, edge, Halo::Shared);
+        let shape = Shape {
             channels,
+            vertices: Vertices::Eight,
             reducer: Reducer::new(config),
-            unit_streams: UnitStreams::of(config),
             exact_sums: config.gu.sums == Sums::Exact,
+        };
+        let mut mvoxels = Self {
+            table: MVoxelTable::cut(tiling, shape, codes),
+            unit_streams: UnitStreams::of(config),
             mask: None,
-            rows: Vec::new(),
             cells: Vec::new(),
         };
-        mvoxels.cut(codes);
         mvoxels.find_occupied(codes, counts);
         Ok(mvoxels)
-    }
-
-    fn cut(&mut self, codes: &[i16]) {
-        let (tiling, channels) = (self.tiling, self.channels);
-        let all = 0..tiling.count();
-        self.rows = all.map(|m| tiling.cut(m, codes, channels)).collect();
     }
 
     /// The same vertices with another halo.
     #[must_use]
     pub fn with_halo(&self, halo: Halo) -> Self {
-        let mut made = Self {
-            tiling: self.tiling.with_halo(halo),
-            rows: vec![],
-            ..self.clone()
-        };
-        made.cut(&self.codes());
-        made
-    }
-
-    /// The codes of all vertices, x fastest.
-    fn codes(&self) -> Vec<i16> {
-        let [nx, ny, nz] = self.points();
-        let mut codes = vec![0; nx * ny * nz * self.channels];
-        for (mvoxel, rows) in self.rows.iter().enumerate() {
-            let [x, y, z] = self.tiling.first(mvoxel);
-            let [wide, high, _] = self.tiling.extent(mvoxel);
-            for (line, own) in rows.chunks_exact(wide * self.channels).enumerate() {
-                let start = x + nx * (y + line % high + ny * (z + line / high));
-                codes[start * self.channels..][..own.len()].copy_from_slice(own);
-            }
+        let table = &self.table;
+        Self {
+            table: MVoxelTable::cut(
+                table.tiling().with_halo(halo),
+                *table.shape(),
+                &table.codes(),
+            ),
+            mask: self.mask.clone(),
+            cells: self.cells.clone(),
+            ..*self
         }
-        codes
     }
 
     /// Adds a mask. Samples outside it are skipped.
@@ -113,7 +94,7 @@ impl MVoxels {
         let [nx, ny, _] = self.points();
         let cells = self.points().map(|p| p - 1);
         self.cells = vec![0; cells.iter().product::<usize>().div_ceil(64)];
-        for (vertex, channels) in codes.chunks_exact(self.channels).enumerate() {
+        for (vertex, channels) in codes.chunks_exact(self.channels()).enumerate() {
             if !counts(channels) {
                 continue;
             }
@@ -140,19 +121,18 @@ impl MVoxels {
 
     /// The division into MVoxels.
     pub(crate) fn tiling(&self) -> &Tiling {
-        &self.tiling
+        self.table.tiling()
+    }
+
+    /// Rows and entries.
+    pub(crate) fn shape(&self) -> &Shape {
+        self.table.shape()
     }
 
     /// The kind of halo.
     #[must_use]
     pub fn halo(&self) -> Halo {
-        self.tiling.halo()
-    }
-
-    /// The arithmetic of one reducer.
-    #[must_use]
-    pub fn reducer(&self) -> &Reducer {
-        &self.reducer
+        self.tiling().halo()
     }
 
     /// Sizes and passes of the gathering unit's streams.
@@ -161,28 +141,16 @@ impl MVoxels {
         self.unit_streams
     }
 
-    /// Whether the unit returns unrounded sums, also of partial entries.
-    #[must_use]
-    pub(crate) fn has_exact_sums(&self) -> bool {
-        self.exact_sums
-    }
-
     /// Number of vertices along x, y, z.
     #[must_use]
     pub fn points(&self) -> [usize; 3] {
-        self.tiling.points()
+        self.tiling().points()
     }
 
     /// Number of channels `C` of a vertex.
     #[must_use]
     pub fn channels(&self) -> usize {
-        self.channels
-    }
-
-    /// Fraction bits of weights.
-    #[must_use]
-    pub fn weight_bits(&self) -> u32 {
-        self.reducer.weight_bits()
+        self.shape().channels
     }
 
     /// Whether the field may be non-empty at a position in vertices: as the mask states, or `true`
@@ -195,13 +163,13 @@ impl MVoxels {
     /// Rows of an MVoxel, channels side by side, x fastest.
     #[must_use]
     pub fn rows(&self, mvoxel: usize) -> &[i16] {
-        &self.rows[mvoxel]
+        self.table.rows(mvoxel)
     }
 
     /// Whether the cell of a sample is occupied.
     #[must_use]
     pub(crate) fn is_cell_occupied(&self, place: &SampleLocation) -> bool {
-        let first = self.tiling.first(place.mvoxel);
+        let first = self.tiling().first(place.mvoxel);
         let index = self.cell_index([0, 1, 2].map(|axis| first[axis] + place.local[axis]));
         self.cells[index / 64] >> (index % 64) & 1 == 1
     }
@@ -217,7 +185,8 @@ impl MVoxels {
     /// Ratio of stored vertices to vertices of the grid: the cost of the halo.
     #[must_use]
     pub fn duplication(&self) -> f64 {
-        let stored: usize = self.rows.iter().map(|r| r.len() / self.channels).sum();
+        let all = 0..self.tiling().count();
+        let stored: usize = all.map(|m| self.rows(m).len() / self.channels()).sum();
         stored as f64 / self.points().iter().product::<usize>() as f64
     }
 
@@ -225,9 +194,9 @@ impl MVoxels {
     /// less the smallest distance.
     #[must_use]
     pub fn distances(&self, camera: [f64; 3]) -> Vec<u32> {
-        let seen = self.tiling.distances_from(camera);
-        let all = 0..self.rows.len();
-        let far: Vec<u64> = all.map(|m| seen.distance(self.tiling.index(m))).collect();
+        let seen = self.tiling().distances_from(camera);
+        let all = 0..self.tiling().count();
+        let far: Vec<u64> = all.map(|m| seen.distance(self.tiling().index(m))).collect();
         let least = far.iter().min().copied().unwrap_or_default();
         far.iter().map(|d| (d - least) as u32).collect()
     }

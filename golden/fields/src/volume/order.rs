@@ -9,8 +9,8 @@ use super::schedule::Schedule;
 use super::shared_halo::SharedGroup;
 use super::split_halo::SplitGroup;
 
-/// Gathers a ray group MVoxel by MVoxel, the nearest first. One volume allows this order: all
-/// samples of a ray lie in the same MVoxels, which the ray meets front to back.
+/// Gathers a ray group MVoxel by MVoxel, the nearest first. One volume allows this order: a ray
+/// meets its MVoxels front to back, each once and no two at one distance, so it stops exactly.
 pub(crate) struct MVoxelOrder<'a> {
     schedule: Schedule<'a>,
     /// Number of entries after which no more MVoxels join a batch.

@@ -8,15 +8,15 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use potamoi_formats::rit::{RitEntry, Vertices};
-
 use super::CodedVolume;
 use super::mvoxels::MVoxels;
 use super::ray::{Ray, Rays};
+use crate::gather_plan::{Load, Part};
 use potamoi_base::camera::Camera;
+use potamoi_march::MarchError;
+use potamoi_march::streams::Visit;
 use potamoi_march::tiling::{Holder, SampleLocation};
-use potamoi_march::{MarchError, Span};
-use potamoi_reference::{GatherTask, weights};
+use potamoi_reference::GatherTask;
 
 /// The samples of a ray that need one MVoxel, front to back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +45,7 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// Number of crossings of all rays, the units of [`Schedule::batch`].
+    /// Number of crossings of all rays.
     pub(crate) fn crossings(&self) -> usize {
         self.crossings.len()
     }
@@ -142,78 +142,45 @@ impl<'a> Schedule<'a> {
         crossings
     }
 
-    /// Builds the next tasks of a group with a shared halo, from crossing `next` on, for the rays
-    /// that are `alive`: all MVoxels of at least one distance, and of further ones until there are
-    /// `most` entries. Returns the crossing to continue with.
-    pub(crate) fn batch(
+    /// Visits an MVoxel for the samples of some crossings, and returns its traffic and the unit's
+    /// task, if there are any. `each` is called with the ray, number and part of each sample, and
+    /// whether the unit gathers it.
+    pub(super) fn visit<'c>(
         &self,
         group: &Group,
-        next: usize,
-        most: usize,
-        alive: impl Fn(u32) -> bool,
-        tasks: &mut Vec<GatherTask>,
-        spans: &mut Vec<Span>,
-    ) -> usize {
-        tasks.clear();
-        spans.clear();
-        let rest = &group.crossings[next..];
-        let Some(first) = rest.first() else {
-            return next;
-        };
-        let mut entries = 0;
-        let mut done = 0;
-        for same in rest.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
-            if same[0].distance != first.distance || entries >= most {
-                break;
-            }
-            done += same.len();
-            let mut task = Vec::new();
-            for crossing in same.iter().filter(|c| alive(c.ray)) {
-                let start = entries + task.len();
-                self.entries(group, crossing, &mut task);
-                spans.push(Span {
-                    ray: crossing.ray,
-                    start: start as u32,
-                    len: (entries + task.len() - start) as u32,
-                });
-            }
-            if !task.is_empty() {
-                entries += task.len();
-                tasks.push(self.task(same[0].mvoxel as usize, task));
-            }
+        mvoxel: usize,
+        crossings: impl Iterator<Item = &'c Crossing>,
+        mut each: impl FnMut(u32, u32, &Part, bool),
+    ) -> Option<(Visit, Option<GatherTask>)> {
+        let (tiling, shape) = (self.mvoxels.tiling(), self.mvoxels.shape());
+        let mut load = Load::default();
+        for crossing in crossings {
+            self.samples(group, crossing, |k, place, holder| {
+                let part = Part::of(tiling, place, holder, crossing.ray, shape);
+                let is_gathered = load.add(&part, shape);
+                each(crossing.ray, k, &part, is_gathered);
+            });
         }
-        next + done
+        load.done(self.mvoxels.rows(mvoxel), shape)
     }
 
-    /// Appends the entries of one ray in one MVoxel.
-    fn entries(&self, group: &Group, crossing: &Crossing, out: &mut Vec<RitEntry>) {
+    /// Calls `each` with the number and location of every sample of a crossing, and its MVoxel as
+    /// a holder.
+    pub(super) fn samples(
+        &self,
+        group: &Group,
+        crossing: &Crossing,
+        mut each: impl FnMut(u32, &SampleLocation, Holder),
+    ) {
+        let (tiling, mvoxel) = (self.mvoxels.tiling(), crossing.mvoxel as usize);
         let ray = &group.rays[crossing.ray as usize];
         for k in crossing.first..crossing.end {
             let Some(place) = self.place(ray, k) else {
                 continue;
             };
-            out.push(RitEntry {
-                slot: crossing.ray,
-                rows: self.mvoxels.tiling().corner_rows(&place),
-                weights: weights::trilinear(place.fraction, self.mvoxels.weight_bits()),
-            });
-        }
-    }
-
-    /// A task that loads the rows up to the last that its entries use.
-    fn task(&self, mvoxel: usize, entries: Vec<RitEntry>) -> GatherTask {
-        let last = entries.iter().map(|e| e.rows[7]).max().unwrap_or_default();
-        self.loading(mvoxel, usize::from(last) + 1, entries)
-    }
-
-    /// A task that loads `rows` rows.
-    pub(super) fn loading(&self, mvoxel: usize, rows: usize, entries: Vec<RitEntry>) -> GatherTask {
-        let channels = self.mvoxels.channels();
-        GatherTask {
-            vertices: Vertices::Eight,
-            channels,
-            rows: self.mvoxels.rows(mvoxel)[..rows * channels].to_vec(),
-            entries,
+            if let Some(holder) = tiling.holders(&place).find(|h| h.mvoxel == mvoxel) {
+                each(k, &place, holder);
+            }
         }
     }
 }

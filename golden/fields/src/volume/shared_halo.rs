@@ -1,8 +1,7 @@
 //! Ray groups in MVoxels with a shared halo, where each MVoxel has all vertices of its cells.
 
 use glam::DVec3;
-use potamoi_march::streams::Visit;
-use potamoi_march::{Batch, Compositor, FixedStats, MarchError, Next, RayGroup, gather};
+use potamoi_march::{Batch, Compositor, FixedStats, MarchError, Next, RayGroup, Span, gather};
 use potamoi_reference::{GatherTask, Units};
 
 use super::schedule::{Group, Schedule};
@@ -30,6 +29,43 @@ impl<'a> SharedGroup<'a> {
     }
 }
 
+impl SharedGroup<'_> {
+    /// Visits MVoxels for the rays that have not stopped: one at least, and further ones at its
+    /// distance until there are enough entries.
+    fn visit_next(&mut self, done: &Compositor<'_>, stats: &mut FixedStats, batch: &mut Batch) {
+        let (schedule, group) = (self.schedule, &self.group);
+        self.tasks.clear();
+        batch.spans.clear();
+        let rest = &group.crossings[self.next..];
+        let distance = rest.first().map_or(0, |first| first.distance);
+        let (mut entries, spans) = (0, &mut batch.spans);
+        for same in rest.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
+            if same[0].distance != distance || entries as usize >= self.most {
+                break;
+            }
+            self.next += same.len();
+            let alive = same.iter().filter(|c| done.is_alive(c.ray));
+            // A ray meets no two MVoxels at one distance.
+            let each = |ray, _, _: &_, _| {
+                match spans.last_mut() {
+                    Some(span) if span.ray == ray => span.len += 1,
+                    _ => spans.push(Span {
+                        ray,
+                        start: entries,
+                        len: 1,
+                    }),
+                }
+                entries += 1;
+            };
+            let visited = schedule.visit(group, same[0].mvoxel as usize, alive, each);
+            if let Some((visit, task)) = visited {
+                stats.count([&visit], schedule.mvoxels.unit_streams());
+                self.tasks.extend(task);
+            }
+        }
+    }
+}
+
 impl RayGroup for SharedGroup<'_> {
     fn directions(&self) -> Vec<DVec3> {
         self.group.directions()
@@ -46,18 +82,11 @@ impl RayGroup for SharedGroup<'_> {
         stats: &mut FixedStats,
         batch: &mut Batch,
     ) -> Result<Next, MarchError> {
-        let Self {
-            schedule, group, ..
-        } = self;
-        if self.next >= group.crossings() {
+        if self.next >= self.group.crossings() {
             return Ok(Next::End);
         }
-        let alive = |ray| done.is_alive(ray);
-        let (tasks, spans) = (&mut self.tasks, &mut batch.spans);
-        self.next = schedule.batch(group, self.next, self.most, alive, tasks, spans);
-        gather(units, tasks, &mut batch.features)?;
-        let visits: Vec<Visit> = tasks.iter().map(Visit::of).collect();
-        stats.count(&visits, schedule.mvoxels.unit_streams());
+        self.visit_next(done, stats, batch);
+        gather(units, &self.tasks, &mut batch.features)?;
         Ok(Next::Batch)
     }
 }

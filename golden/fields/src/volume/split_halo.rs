@@ -1,10 +1,7 @@
 //! Ray groups in MVoxels with a split halo, where no vertex is stored twice.
 //!
-//! A sample whose vertices lie in several MVoxels has an entry in each. Their unrounded sums are
-//! added and rounded once, which equals the result of one entry of all eight vertices. If the unit
-//! returns unrounded sums (`gu.sums = "exact"`), all entries go through it, and an absent vertex
-//! has weight 0. Otherwise only entries with all their vertices do, and the others are computed by
-//! its arithmetic in Rust ([`Reducer`](potamoi_reference::gathering_unit::Reducer)).
+//! A sample whose vertices lie in several MVoxels has an entry in each
+//! ([`Part`](crate::gather_plan::Part)), and waits until its sums are complete.
 //!
 //! MVoxels are visited by distance, as with a shared halo. A sample is complete after the farthest
 //! of its MVoxels, but this order is not the order along a ray: near the camera a later sample can
@@ -13,14 +10,12 @@
 //! own.
 
 use glam::DVec3;
-use potamoi_formats::rit::{RitEntry, Vertices};
 
-use super::schedule::{Crossing, Group, Schedule};
+use super::schedule::{Group, Schedule};
 use potamoi_march::FixedStats;
 use potamoi_march::MarchError;
-use potamoi_march::streams::Visit;
 use potamoi_march::{Batch, Compositor, Next, RayGroup, Span, gather};
-use potamoi_reference::{GatherTask, Units, weights};
+use potamoi_reference::{GatherTask, Units};
 
 /// A waiting sample: its number on the ray and the index of its sums.
 #[derive(Debug, Clone, Copy)]
@@ -136,14 +131,27 @@ impl<'a> SplitGroup<'a> {
         stats: &mut FixedStats,
     ) -> Result<u32, MarchError> {
         let (schedule, group) = (self.schedule, &self.group);
-        let exact = schedule.mvoxels.has_exact_sums();
+        let shape = schedule.mvoxels.shape();
+        let exact = shape.exact_sums;
         let rest = &group.crossings[self.next..];
         let distance = rest.first().map_or(0, |first| first.distance);
         let same = &rest[..rest.partition_point(|c| c.distance == distance)];
         let (tasks, targets, pool) = (&mut self.tasks, &mut self.targets, &mut self.pool);
         for mvoxel in same.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
             let alive = mvoxel.iter().filter(|c| done.is_alive(c.ray));
-            visit(schedule, group, alive, tasks, targets, pool, stats);
+            let number = mvoxel[0].mvoxel as usize;
+            let rows = schedule.mvoxels.rows(number);
+            let visited = schedule.visit(group, number, alive, |ray, k, part, is_gathered| {
+                if is_gathered {
+                    targets.push((ray, k));
+                } else {
+                    part.add_to(pool.sums(ray, k, false), rows, shape);
+                }
+            });
+            if let Some((visit, task)) = visited {
+                stats.count([&visit], schedule.mvoxels.unit_streams());
+                tasks.extend(task);
+            }
             if targets.len() >= self.most {
                 settle(units, tasks, targets, pool, exact)?;
             }
@@ -178,7 +186,7 @@ impl RayGroup for SplitGroup<'_> {
             return Ok(Next::End);
         }
         let distance = self.visit_next(done, units, stats)?;
-        let reducer = self.schedule.mvoxels.reducer();
+        let reducer = &self.schedule.mvoxels.shape().reducer;
         let Batch { features, spans } = batch;
         features.clear();
         spans.clear();
@@ -244,93 +252,6 @@ pub(super) fn ready(schedule: &Schedule<'_>, group: &Group) -> Vec<Vec<Ready>> {
         list
     };
     group.rays.par_iter().map(of).collect()
-}
-
-/// Builds the task of one MVoxel and adds the partial sums that it does not gather.
-fn visit<'c>(
-    schedule: &Schedule<'_>,
-    group: &Group,
-    crossings: impl Iterator<Item = &'c Crossing>,
-    tasks: &mut Vec<GatherTask>,
-    targets: &mut Vec<(u32, u32)>,
-    pool: &mut Pool,
-    stats: &mut FixedStats,
-) {
-    let mvoxels = schedule.mvoxels;
-    let tiling = mvoxels.tiling();
-    let channels = mvoxels.channels();
-    let mut entries: Vec<RitEntry> = vec![];
-    let (mut last, mut split, mut number) = (0, 0, None);
-    for crossing in crossings {
-        let mvoxel = crossing.mvoxel as usize;
-        number = Some(mvoxel);
-        let rows = mvoxels.rows(mvoxel);
-        let ray = &group.rays[crossing.ray as usize];
-        for k in crossing.first..crossing.end {
-            let Some(place) = schedule.place(ray, k) else {
-                continue;
-            };
-            let Some(holder) = tiling.holders(&place).find(|h| h.mvoxel == mvoxel) else {
-                continue;
-            };
-            let weights = weights::trilinear(place.fraction, mvoxels.weight_bits());
-            let (own, held) = tiling.part_rows(&place, holder);
-            last = own.into_iter().fold(last, u16::max);
-            if held == u8::MAX {
-                entries.push(RitEntry {
-                    slot: crossing.ray,
-                    rows: own,
-                    weights,
-                });
-                targets.push((crossing.ray, k));
-                continue;
-            }
-            split += 1;
-            if mvoxels.has_exact_sums() {
-                let held = |v: usize| held >> v & 1 == 1;
-                let some = own[(0..8).find(|v| held(*v)).unwrap_or_default()];
-                let mut part = RitEntry {
-                    slot: crossing.ray,
-                    rows: own,
-                    weights,
-                };
-                for v in (0..8).filter(|v| !held(*v)) {
-                    (part.rows[v], part.weights[v]) = (some, 0);
-                }
-                entries.push(part);
-                targets.push((crossing.ray, k));
-                continue;
-            }
-            let sums = pool.sums(crossing.ray, k, false);
-            for (channel, sum) in sums.iter_mut().enumerate() {
-                let held = (0..8).filter(|v| held >> v & 1 == 1);
-                let terms =
-                    held.map(|v| (weights[v], rows[usize::from(own[v]) * channels + channel]));
-                *sum += mvoxels.reducer().sum(terms);
-            }
-        }
-    }
-    let Some(mvoxel) = number.filter(|_| split > 0 || !entries.is_empty()) else {
-        return;
-    };
-    let rows = usize::from(last) + 1;
-    let whole = entries.len()
-        - if mvoxels.has_exact_sums() {
-            split as usize
-        } else {
-            0
-        };
-    let visit = Visit {
-        vertices: Vertices::Eight,
-        channels,
-        rows: rows as u64,
-        whole: whole as u64,
-        split,
-    };
-    stats.count([&visit], mvoxels.unit_streams());
-    if !entries.is_empty() {
-        tasks.push(schedule.loading(mvoxel, rows, entries));
-    }
 }
 
 /// Gathers, and stores the features with their waiting samples.

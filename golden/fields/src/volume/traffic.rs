@@ -1,12 +1,10 @@
 //! Memory traffic of ray groups, counted without gathering if it is known where rays stop.
 
-use potamoi_formats::rit::Vertices;
-
 use super::CodedVolume;
 use super::schedule::{Group, Schedule};
 use super::split_halo::ready;
+use crate::gather_plan::Touched;
 use potamoi_base::camera::Camera;
-use potamoi_march::streams::Visit;
 use potamoi_march::{FixedStats, MarchError, groups};
 
 /// Counts and traffic of [`crate::FixedField::render`] with ray groups of `side` pixels, for a
@@ -46,7 +44,6 @@ pub fn traffic(
 /// Counts the MVoxels of a group: for each ray all those up to and including the distance at which
 /// it stops.
 fn count(schedule: &Schedule<'_>, group: &Group, stops: &[u32], stats: &mut FixedStats) {
-    let (mvoxels, tiling) = (schedule.mvoxels, schedule.mvoxels.tiling());
     let last: Vec<u32> = ready(schedule, group)
         .iter()
         .zip(stops)
@@ -55,35 +52,17 @@ fn count(schedule: &Schedule<'_>, group: &Group, stops: &[u32], stats: &mut Fixe
             done.map_or(u32::MAX, |ready| ready.distance)
         })
         .collect();
+    let (mvoxels, tiling) = (schedule.mvoxels, schedule.mvoxels.tiling());
     for same in group.crossings.chunk_by(|a, b| a.mvoxel == b.mvoxel) {
-        let mut visit = Visit {
-            vertices: Vertices::Eight,
-            channels: mvoxels.channels(),
-            rows: 0,
-            whole: 0,
-            split: 0,
-        };
+        let mut read: Option<Touched> = None;
         for crossing in same.iter().filter(|c| c.distance <= last[c.ray as usize]) {
-            let ray = &group.rays[crossing.ray as usize];
-            for k in crossing.first..crossing.end {
-                let Some(place) = schedule.place(ray, k) else {
-                    continue;
-                };
-                let mut holders = tiling.holders(&place);
-                let Some(holder) = holders.find(|h| h.mvoxel == crossing.mvoxel as usize) else {
-                    continue;
-                };
-                visit.rows = visit
-                    .rows
-                    .max(u64::from(tiling.last_row(&place, holder)) + 1);
-                if tiling.straddles(&place) == 0 {
-                    visit.whole += 1;
-                } else {
-                    visit.split += 1;
-                }
-            }
+            schedule.samples(group, crossing, |_, place, holder| {
+                let own = Touched::of(tiling, place, holder);
+                read = Some(read.map_or(own, |all| all.and(own)));
+            });
         }
-        if visit.rows > 0 {
+        if let Some(read) = read {
+            let visit = read.visit(mvoxels.shape().vertices, mvoxels.channels());
             stats.count([&visit], mvoxels.unit_streams());
         }
     }
