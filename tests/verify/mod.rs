@@ -317,7 +317,7 @@ fn faults_are_found(preset: &str, faults: &[(&str, &str)]) {
         );
         let again = format!("--inject {fault} --seed 1");
         assert!(
-            said.contains("again: potamoi verify --scene lantern --width 32"),
+            said.contains("to reproduce: potamoi verify --scene lantern --width 32"),
             "{said}"
         );
         assert!(said.contains(&again), "{said}");
