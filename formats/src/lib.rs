@@ -1,8 +1,8 @@
-//! Fixed-point formats, the configuration and the data layouts on which the
-//! generator (the crates of `hdl`) and the oracle (the crates of `golden`) have to agree.
+//! Fixed-point formats, the configuration and the data layouts that the
+//! generator (the crates of `hdl`) and the oracle (the crates of `golden`) share.
 //!
-//! Nothing else is shared between those two: each computes its own constants
-//! and its own arithmetic, so that a mistake in one shows against the other.
+//! They share nothing else. Each has its own constants and its own arithmetic, so that
+//! a mistake in one shows as a difference from the other.
 //!
 //! # Example
 //!

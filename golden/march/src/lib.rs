@@ -8,9 +8,9 @@
 //!
 //! # Example
 //!
-//! A grid of 64 vertices an axis in MVoxels of 512 rows: 8 vertices an axis, of which the last are
-//! also the first of the next MVoxel. Each sample has one owner, and a position in it with 12
-//! fraction bits.
+//! A grid of 64 vertices an axis is cut into MVoxels of 512 rows, with 8 vertices an axis. The last
+//! vertices of an MVoxel are also the first of the next. Each sample belongs to one MVoxel, and has
+//! a position in it with 12 fraction bits.
 //!
 //! ```
 //! use potamoi_march::tiling::{Halo, Tiling, edges};

@@ -1,17 +1,17 @@
-//! Netlists that are built at run time by ordinary Rust, because every parameter comes from a file.
+//! Netlists that ordinary Rust code builds at run time, because every parameter comes from a file.
 //!
-//! Each node has an explicit width and signedness and operands must agree, so that none of
-//! Verilog's context rules ever applies. Registers have reset values, memories are explicit,
-//! modules are shared by identity.
+//! Each node has an explicit width and signedness, and operands must agree. The printed Verilog
+//! therefore never depends on context rules. Registers have reset values, memories are explicit,
+//! and modules are shared by identity.
 //!
-//! | | |
+//! | task | item |
 //! |---|---|
 //! | build a module | [`ModuleBuilder`], whose `finish` checks it |
 //! | prove that sums do not overflow | [`ranges`] |
 //! | print it as Verilog-2005 | [`verilog`] |
 //! | run it, cycle by cycle | [`Interpreter`] |
-//! | bound what dropped bits cost, over sets of inputs | [`IntervalInterpreter`] |
-//! | change it on purpose | [`Fault`] |
+//! | bound the error of dropped bits over sets of inputs | [`IntervalInterpreter`] |
+//! | inject a fault | [`Fault`] |
 //!
 //! ```
 //! use potamoi_netlist::{Header, Interpreter, ModuleBuilder, Ty, verilog};

@@ -1,12 +1,12 @@
 //! Potamoi netlists as blocks of [`rust_hdl_core`] designs.
 //!
-//! A netlist takes its widths from a configuration at run time; the signals of
-//! a rust-hdl kernel have theirs in their types. So there are two ways in:
+//! A netlist gets its widths from a configuration at run time, but the signals of
+//! a rust-hdl kernel have their widths in their types. The crate therefore offers two types:
 //!
 //! - [`Netlist`] is a block whose ports are known at run time. It can be the
-//!   top of a design, or a part of a block that sets and reads it by name.
-//! - [`Engine`] is the inside of a block that states the ports as rust-hdl
-//!   signals, which kernels can then use like those of any other block:
+//!   top of a design, or a part of a block that accesses its ports by name.
+//! - [`Engine`] is the implementation of a block that declares the ports as rust-hdl
+//!   signals. Kernels can use these like the signals of any other block:
 //!
 //! ```
 //! use potamoi_netlist::{Module, ModuleBuilder, Ty};
@@ -64,8 +64,8 @@
 //! assert!(generate_verilog(&block).contains("adder the_adder"));
 //! ```
 //!
-//! Both simulate by the netlist's interpreter and print the Verilog that the
-//! generator emits, so that a design is simulated and synthesised from one
+//! Both simulate with the netlist's interpreter and print the Verilog of the
+//! generator, so that a design is simulated and synthesised from one
 //! description.
 
 mod engine;

@@ -1,17 +1,17 @@
 //! Cycle models of the two units and of the MAC array, written from their documented rules, and
-//! meters that count a frame's work by them. Nothing here runs Verilog.
+//! meters that use them to count a frame's work. Nothing here runs Verilog.
 //!
 //! [`gathering_unit`] and [`vector_unit`] step one clock cycle a call, and return every handshake,
 //! issue and counter of that cycle. [`closed`] computes the same totals for each MVoxel in closed
-//! form, in time independent of the number of entries, with sources and sink always ready.
-//! [`stimulus`] plans the readiness of sources and sink independently of any model, so that one plan
-//! can drive a model and hardware; [`drive`] runs a plan on a model.
+//! form, if sources and sink are always ready. Its run time does not depend on the number of
+//! entries. [`stimulus`] plans the readiness of sources and sink independently of any model, so
+//! that one plan can drive a model and hardware. [`drive`] runs a plan on a model.
 //!
-//! [`GatherWork`] is the input of a gathering unit: golden tasks as a run of MVoxels, their beats as
-//! port words ([`BeatWords`]), and the order of feature beats. Counters of work and drivers of
-//! hardware share it. [`layouts`] counts one frame for several organisations. [`frame_meter`] and
-//! [`effect_meter`] observe the units' calls while a frame is rendered: its batches, and which
-//! cycles are for which effect.
+//! [`GatherWork`] is the input of a gathering unit: golden tasks as a run of MVoxels, their beats
+//! as port words ([`BeatWords`]), and the order of feature beats. Meters and drivers of hardware
+//! share it. [`layouts`] counts one frame for several organisations. [`frame_meter`] and
+//! [`effect_meter`] observe the units' calls while a frame is rendered. They count its batches, and
+//! the cycles of each effect.
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

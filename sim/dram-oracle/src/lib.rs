@@ -1,4 +1,4 @@
-//! DRAMsim3 with the memory of the project's model, as an oracle of its clocks.
+//! DRAMsim3 with the memory of the project's model, as the reference for its clock counts.
 
 use std::fmt::Write as _;
 

@@ -18,8 +18,8 @@
 //!
 //! # Example
 //!
-//! The exponential in 8 iterations against the default, on one frame: it takes less time, with a
-//! larger error against the model. Neither dominates the other, so that both are on the front.
+//! The exponential in 8 iterations is compared with the default on one frame. It is faster and has
+//! a larger error against the model. Neither dominates the other, so both are on the front.
 //!
 //! ```
 //! use potamoi_explore::accuracy::{Bench, Paths, Place, Price, front, knobs};

@@ -1,5 +1,5 @@
-//! Simulates gate-level netlists, as Yosys writes them, with the functions of the library's cells,
-//! without or with delays.
+//! Simulates gate-level netlists written by Yosys, with the functions of the library's cells, with
+//! or without delays.
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

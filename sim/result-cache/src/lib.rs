@@ -1,4 +1,4 @@
-//! Cache of results between runs: found by a key of named parts, verified by a checksum.
+//! Cache of results between runs. A key of named parts finds an entry, and a checksum verifies it.
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,14 +1,14 @@
-//! Runs the generated hardware: netlist to Verilog to a Verilated model (or
-//! another engine), the streams of the units on its ports, and the comparison
-//! with golden values and cycle models.
+//! Simulates the generated hardware on a Verilated model or another engine, drives the streams of
+//! the units, and compares the results with golden values and cycle models.
 //!
-//! [`RtlUnits`] replaces the reference units, so that a renderer runs on the hardware;
-//! [`verify`] compares each bit and cycle of a frame. [`GatherUnit`] and [`VectorUnit`] drive one
-//! unit by itself, on any engine ([`EngineKind`]); [`GateEngine`] runs its netlist in cells.
+//! [`RtlUnits`] replaces the reference units, so that a renderer runs on the hardware.
+//! [`verify`] compares each bit and cycle of a frame. [`GatherUnit`] and [`VectorUnit`] drive a
+//! single unit on any engine ([`EngineKind`]). [`GateEngine`] runs its gate-level netlist.
 //!
 //! # Example
 //!
-//! An exponential on the hardware, by the interpreter of netlists, beside the reference unit.
+//! An exponential on the hardware, run by the interpreter of netlists, equals that of the
+//! reference unit.
 //!
 //! ```
 //! use potamoi_formats::config::Config;

@@ -1,18 +1,18 @@
 //! Synthesis of units to cells of a library: area by module, and the longest path.
 //!
-//! The emitted Verilog goes through Yosys and ABC, module by module, and OpenSTA
-//! times the netlist of the whole unit. Memories are left out, as macros that a
-//! memory compiler makes. Wires and the clock tree are not there: areas are of
-//! cells, and the period is before placement. Inputs come at the clock edge from
-//! the library's smallest buffer, outputs are loaded with four of its inputs, and
-//! paths that begin or end in a memory are not timed.
+//! Yosys and ABC map the emitted Verilog module by module, and OpenSTA times the netlist of the
+//! whole unit. Memories are excluded, as macros of a memory compiler. Wires and the clock tree are
+//! excluded too: areas are those of cells, and the period is that before placement. Inputs arrive
+//! at the clock edge from the library's smallest buffer, and outputs are loaded with four of its
+//! inputs. Paths that begin or end in a memory are not timed.
 //!
-//! [`synthesise`] makes a unit, [`estimate`] finds its power by simulating the cells, and [`grid`]
-//! holds many units, to which [`fit`] fits formulas. [`scaling`] carries figures from node to node.
+//! [`synthesise`] synthesises a unit, and [`estimate`] simulates its cells for the power. [`grid`]
+//! contains many syntheses, to which [`fit`] fits formulas. [`scaling`] converts figures between
+//! process nodes.
 //!
 //! # Example
 //!
-//! What the paper's vector unit takes, by the formulas that come with the program: no tool is run.
+//! Area and period of the paper's vector unit by the built-in formulas, without running a tool.
 //!
 //! ```
 //! use potamoi_formats::config::Config;

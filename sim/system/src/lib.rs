@@ -1,14 +1,14 @@
 //! Model of the system around the units, and the scheduler of warped paths.
 //!
-//! [`system_model`] counts a frame's work by the meters of `potamoi_cycles`, and gives time and
-//! energy of it on the accelerator, a GPU, its memory and a link. [`path_schedule`] decides when
-//! references and targets of a warped sequence are rendered. [`call_digest`] tells two frames apart
-//! by the calls of the units. No Verilog is run for any of it.
+//! [`system_model`] counts a frame's work with the meters of `potamoi_cycles`, and computes its
+//! time and energy on the accelerator, a GPU, the memory and a link. [`path_schedule`] schedules
+//! the references and targets of a warped sequence. [`call_digest`] is a digest of a frame's unit
+//! calls. This crate runs no Verilog.
 //!
 //! # Example
 //!
-//! A frame on a GPU that does everything, with the paper's memory and with half of its channels: the
-//! fewer, the longer.
+//! A frame entirely on the GPU, with the paper's memory and with half of its channels. Fewer
+//! channels do not make the frame faster.
 //!
 //! ```
 //! use potamoi_formats::config::Config;

@@ -1,13 +1,14 @@
-//! Builds, loads and drives [Verilator](https://verilator.org) models of any Verilog, at run
-//! time and without compiling Rust again.
+//! Builds, loads and drives [Verilator](https://verilator.org) models of any Verilog at run
+//! time, without compiling Rust again.
 //!
-//! [`Toolchain::detect`] finds Verilator 5 and a C++ compiler. [`ModelBuilder`] turns Verilog
-//! text into a [`Library`], which is kept in a cache by its content, and [`Library::model`]
-//! makes instances of it. Ports of any width are read and written through [`PortId`] handles
-//! for a few nanoseconds each; [`peer`] measures what that comes to beside a C++ test bench.
-//! Assertions are on, and registers and unknown values begin with values drawn from a seed, so
+//! [`Toolchain::detect`] finds Verilator 5 and a C++ compiler. [`ModelBuilder`] compiles Verilog
+//! text to a [`Library`], which is cached by content, and [`Library::model`] creates instances.
+//! Ports of any width are read and written through [`PortId`] handles, in a few nanoseconds per
+//! access. [`peer`] compares the speed with a C++ test bench.
+//!
+//! Assertions are enabled. Registers and unknown values start with values drawn from a seed, so
 //! that a missing reset shows. A design that stops itself (`$fatal`, `$stop`, `$finish`, a
-//! failed assertion) gives an error and leaves the process alone. Linux and other systems with
+//! failed assertion) gives an error and does not end the process. Linux and other systems with
 //! ELF libraries are supported.
 //!
 //! ```
