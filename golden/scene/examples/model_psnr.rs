@@ -27,9 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = scene.camera(0.0, side, side);
     let truth = scene.truth(&camera, scene.background()).picture;
     let shown = if file.extension().is_some_and(|e| e == compact_3dgs::ENDING) {
-        let seen = Compact::load(file, None)?
-            .0
-            .distances_from(camera.position());
+        let seen = Compact::load(file, None)?.0.seen_from(camera.position());
         let options = splats::FloatOptions {
             background: scene.background(),
             ..splats::FloatOptions::default()

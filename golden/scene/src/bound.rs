@@ -43,7 +43,7 @@ impl Scene {
                 let eye = self.camera.position();
                 let off = model.colours_off(eye, config)?;
                 Ok(Some(self.splat_bounds(
-                    &model.distances_from(eye),
+                    &model.seen_from(eye),
                     (exp, vector),
                     float,
                     off,

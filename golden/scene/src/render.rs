@@ -122,7 +122,7 @@ impl Scene {
                     work: self.splat_work(),
                 };
                 let frame = splats::render_float(
-                    &self.distances_from(cloud, &self.camera),
+                    &self.seen_from(cloud, &self.camera),
                     &self.camera,
                     self.profile,
                     &options,
@@ -142,13 +142,9 @@ impl Scene {
     }
 
     /// The Gaussians with the colours that a camera sees.
-    pub(super) fn distances_from<'a>(
-        &'a self,
-        cloud: &'a Cloud,
-        camera: &Camera,
-    ) -> Cow<'a, Cloud> {
+    pub(super) fn seen_from<'a>(&'a self, cloud: &'a Cloud, camera: &Camera) -> Cow<'a, Cloud> {
         match self.model() {
-            Model::Compact(model) => Cow::Owned(model.distances_from(camera.position())),
+            Model::Compact(model) => Cow::Owned(model.seen_from(camera.position())),
             _ => Cow::Borrowed(cloud),
         }
     }

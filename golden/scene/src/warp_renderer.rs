@@ -36,7 +36,7 @@ impl Renderer for Scene {
                     work: self.splat_work(),
                     ..splats::FloatOptions::default()
                 };
-                let cloud = self.distances_from(cloud, camera);
+                let cloud = self.seen_from(cloud, camera);
                 let frame = match only {
                     None => splats::render_float(&cloud, camera, self.profile, &options),
                     Some(mask) => {

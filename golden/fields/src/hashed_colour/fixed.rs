@@ -76,7 +76,7 @@ impl<'a> FixedColour<'a> {
     ///
     /// # Errors
     /// A unit fails.
-    pub fn distances_from(
+    pub fn seen_from(
         &self,
         eye: DVec3,
         centres: &[DVec3],

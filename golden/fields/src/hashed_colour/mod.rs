@@ -278,7 +278,7 @@ mod tests {
             let fixed = FixedColour::new(&field, &centres, &config).unwrap();
             let mut units = potamoi_reference::ReferenceUnits::new(&config);
             let mut stats = potamoi_march::FixedStats::default();
-            let found = fixed.distances_from(
+            let found = fixed.seen_from(
                 DVec3::Z * 9.0,
                 &centres,
                 crate::FieldWork::ALL,

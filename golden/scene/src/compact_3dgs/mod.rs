@@ -208,7 +208,7 @@ impl Compact {
 
     /// The Gaussians with the colours that a camera at `eye` sees.
     #[must_use]
-    pub fn distances_from(&self, eye: DVec3) -> Cloud {
+    pub fn seen_from(&self, eye: DVec3) -> Cloud {
         let means = self.asked_at();
         let eye = self.axes.of_file(eye);
         let colours = means.par_iter().map_init(Vec::new, |scratch, mean| {
@@ -238,7 +238,7 @@ impl Compact {
         let eye = self.axes.of_file(eye);
         let fixed = FixedColour::new(&self.colour, &centres, config)?;
         let mut stats = FixedStats::default();
-        let colours = fixed.distances_from(eye, &centres, work, units, &mut stats)?;
+        let colours = fixed.seen_from(eye, &centres, work, units, &mut stats)?;
         Ok((self.gaussians.recoloured(colours), stats))
     }
 

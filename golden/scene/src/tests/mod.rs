@@ -197,7 +197,7 @@ fn a_compact_3dgs_model_is_a_scene() {
     let Model::Compact(model) = here.model() else {
         panic!("it holds a Compact-3DGS model")
     };
-    let clouds = [&here, &there].map(|s| model.distances_from(s.camera().position()));
+    let clouds = [&here, &there].map(|s| model.seen_from(s.camera().position()));
     assert!((0..clouds[0].len()).any(|i| clouds[0].sh(i) != clouds[1].sh(i)));
     let seen = Scene {
         model: Model::Splats(clouds[0].clone()).into(),

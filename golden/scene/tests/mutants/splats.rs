@@ -23,7 +23,7 @@ fn judge(path: &Path) -> Verdict {
     Verdict::of(Scene::open(&path.to_string_lossy()), |scene| {
         match scene.model() {
             Model::Splats(cloud) => gaussians(cloud)?,
-            Model::Compact(model) => gaussians(&model.distances_from(scene.camera().position()))?,
+            Model::Compact(model) => gaussians(&model.seen_from(scene.camera().position()))?,
             other => return Err(format!("it is {}", other.algorithm())),
         }
         picture(scene)

@@ -62,7 +62,7 @@ fn the_fixture_is_what_numpy_says() {
     }
     for view in expected["views"].as_array().unwrap() {
         let eye: [f64; 3] = numbers(&view["eye"]).try_into().unwrap();
-        let seen = model.distances_from(eye.into());
+        let seen = model.seen_from(eye.into());
         for (i, wanted) in view["colours"].as_array().unwrap().iter().enumerate() {
             let found = sh::colour(seen.sh(i), DVec3::ZERO).to_array();
             for (a, b) in found.iter().zip(numbers(wanted)) {
@@ -320,7 +320,7 @@ fn a_member_far_larger_than_the_file_is_refused() {
 fn sane(read: Result<Compact, FileError>) {
     match read {
         Ok(model) => {
-            let seen = model.distances_from(DVec3::new(0.1, -3.0, 2.0));
+            let seen = model.seen_from(DVec3::new(0.1, -3.0, 2.0));
             assert!(seen.len() <= 1 << 16);
             let colours = (0..seen.len()).flat_map(|i| seen.sh(i)).flatten();
             assert!(colours.copied().all(f32::is_finite));
