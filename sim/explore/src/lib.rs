@@ -22,7 +22,7 @@
 //! a larger error against the model. Neither dominates the other, so both are on the front.
 //!
 //! ```
-//! use potamoi_explore::accuracy::{Bench, Paths, Place, Price, front, knobs};
+//! use potamoi_explore::accuracy::{Bench, CostQuality, Paths, Price, front, knobs};
 //! use potamoi_explore::{Chosen, Setup};
 //! use potamoi_scene::Scene;
 //!
@@ -32,7 +32,7 @@
 //! let setup = Setup::of_times(Chosen::for_scene(&scene)?, scene, None)?;
 //! let knobs = knobs::named(knobs::of(&setup.scene), &["iterations".to_owned()])?;
 //! let bench = Bench::new(setup, 2)?;
-//! let mut places: Vec<Place> = vec![];
+//! let mut places: Vec<CostQuality> = vec![];
 //! for settings in [vec![], vec![&knobs[0].settings[0]]] {
 //!     places.extend(bench.place(&settings, Paths::Counted, Price::Time)?);
 //! }

@@ -190,8 +190,8 @@ mod tests {
         let folder = std::env::temp_dir();
         let error = run(echo, &folder, ("sta", CHECK_LIBRARY), "vector_unit");
         let said = error.map_err(|e| e.to_string()).err().unwrap_or_default();
-        let start = "sta failed on vector_unit: Error: cells.lib line 7, no such pin; check what the cell \
-                     library says";
+        let start = "sta failed on vector_unit: Error: cells.lib line 7, no such pin; check the cell \
+                     descriptions of the library";
         assert!(said.starts_with(start), "{said}");
     }
 }

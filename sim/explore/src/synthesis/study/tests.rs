@@ -174,7 +174,7 @@ fn a_report_has_all_tables_and_variants() {
     let mut from = 0;
     for (head, lines) in [
         ("| gathering unit |", GATHERING.len()),
-        ("| module of the paper's |", 5),
+        ("| module of the paper's unit |", 5),
         ("| the paper's unit, mm^2 |", 4),
         ("| table of features |", 6),
         ("| exponential |", EXPONENTIALS.len()),
