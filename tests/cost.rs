@@ -7,9 +7,20 @@ use serde_json::Value;
 
 /// Runs in a folder of its own.
 fn cost(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    cost_of(&["cost"], folder, code, arguments)
+}
+
+/// The same of a configuration of few lanes and banks, whose models are built soon.
+fn cost_of_few(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let few = "[gu]\nbanks = 8\n[vu]\nlanes = 4\n";
+    std::fs::write(folder.join("few.toml"), few).unwrap();
+    cost_of(&["--config", "few.toml", "cost"], folder, code, arguments)
+}
+
+fn cost_of(command: &[&str], folder: &Path, code: i32, arguments: &[&str]) -> String {
     let output = potamoi()
         .current_dir(folder)
-        .arg("cost")
+        .args(command)
         .args(arguments)
         .output()
         .unwrap();
@@ -157,12 +168,12 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
         "--scene",
         "garden",
         "--width",
-        "32",
+        "16",
         "--knobs",
         "iterations,early-out",
     ];
     let arguments = [&knobs[..], &["--target-psnr", "80", "--json", "c.json"]].concat();
-    let said = cost(at, 0, &arguments);
+    let said = cost_of_few(at, 0, &arguments);
     assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
     let report = json(&at.join("c.json"));
     let (default, found) = (point(&report, "default", ""), &report["found"]["point"]);
@@ -182,7 +193,7 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
 
     // Nothing is so good, and nothing so fast.
     for (goal, number) in [("--target-psnr", "500"), ("--budget-ms", "0.000001")] {
-        let said = cost(at, 4, &[&knobs[..], &[goal, number]].concat());
+        let said = cost_of_few(at, 4, &[&knobs[..], &[goal, number]].concat());
         assert!(said.contains("no settings reach it"), "{said}");
     }
 }
@@ -193,8 +204,8 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
 fn the_cheapest_is_by_what_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let asked = "--scene garden --width 24 --knobs pieces,iterations --target-psnr 70 --by area --json c.json";
-    cost(at, 0, &asked.split(' ').collect::<Vec<_>>());
+    let asked = "--scene garden --width 16 --knobs pieces,iterations --target-psnr 70 --by area --json c.json";
+    cost_of_few(at, 0, &asked.split(' ').collect::<Vec<_>>());
     let report = json(&at.join("c.json"));
     let found = &report["found"]["point"];
     assert!(number(&found["model"], "db") >= 70.0, "{found}");
@@ -208,8 +219,8 @@ fn the_cheapest_is_by_what_was_asked_for() {
     let mut is_faster = good.map(|p| number(p, "frame_ns") < number(found, "frame_ns"));
     assert!(is_faster.any(|is| is), "pieces are faster, and larger");
 
-    let asked = "--scene garden --width 24 --knobs early-out --target-psnr 500 --by energy";
-    let said = cost(at, 4, &asked.split(' ').collect::<Vec<_>>());
+    let asked = "--scene garden --width 16 --knobs early-out --target-psnr 500 --by energy";
+    let said = cost_of_few(at, 4, &asked.split(' ').collect::<Vec<_>>());
     assert!(said.contains(" mJ a frame"), "{said}");
 }
 
@@ -222,7 +233,7 @@ fn a_search_is_beside_the_truth_where_that_is_known() {
     let knobs = "--scene cairn:voxels --width 24 --knobs step,stop --json c.json";
     let run = |more: &str| {
         let asked = format!("{knobs}{more}");
-        let said = cost(at, 0, &asked.split(' ').collect::<Vec<_>>());
+        let said = cost_of_few(at, 0, &asked.split(' ').collect::<Vec<_>>());
         (said, json(&at.join("c.json")))
     };
     let (_, report) = run("");
@@ -290,8 +301,8 @@ fn a_frame_takes_what_the_model_of_the_system_says() {
 fn what_is_found_can_be_asked_for_again() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let asked = "--scene lantern --width 32 --knobs stop,step --target-psnr 40 --json c.json";
-    cost(at, 0, &asked.split(' ').collect::<Vec<_>>());
+    let asked = "--scene lantern --width 24 --knobs stop,step --target-psnr 40 --json c.json";
+    cost_of_few(at, 0, &asked.split(' ').collect::<Vec<_>>());
     let found = json(&at.join("c.json"))["found"]["point"].clone();
     let written = std::fs::read_to_string(at.join("found.toml")).unwrap();
     let lines = written.lines().filter_map(|line| line.strip_prefix("# "));
@@ -299,7 +310,7 @@ fn what_is_found_can_be_asked_for_again() {
     assert!(render.len() > 1, "{written}");
     let model = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n";
     std::fs::write(at.join("s.toml"), format!("{model}{}", render.join("\n"))).unwrap();
-    let again = "--scene s.toml --width 32 --knobs sums --json d.json";
+    let again = "--scene s.toml --width 24 --knobs sums --json d.json";
     let output = potamoi()
         .current_dir(at)
         .args(["--config", "found.toml", "cost"])

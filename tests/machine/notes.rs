@@ -6,7 +6,7 @@ use std::path::Path;
 use super::expect;
 
 /// Arguments of each command that opens a scene, which is `q.ply`.
-const QUICK: [(&str, &str); 9] = [
+const QUICK: [(&str, &str); 8] = [
     (
         "render",
         "--scene q.ply --width 8 --numerics float --out o.png",
@@ -18,10 +18,10 @@ const QUICK: [(&str, &str); 9] = [
     ("warp", "--scene q.ply --width 8 --frames 2"),
     ("emit", "--for-scene q.ply --out-dir e"),
     ("model", "--scene q.ply --width 12 --frames 2 --window 2"),
-    ("cost", "--scene q.ply --width 8 --frames 2 --knobs tail"),
 ];
 /// Those that build models or netlists, in `make test-full`.
-const SLOW: [(&str, &str); 2] = [
+const SLOW: [(&str, &str); 3] = [
+    ("cost", "--scene q.ply --width 8 --frames 2 --knobs tail"),
     ("--config small verify", "--scene q.ply --width 8"),
     ("--config small synth", "--activity q.ply --unit vu"),
 ];

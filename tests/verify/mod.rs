@@ -116,16 +116,18 @@ fn gathering_units_agree(all: bool) {
     let fields = at("fields.toml", fields);
     let mut cycles = vec![];
     let some = [
-        ("cairn:voxels", "paper", "32"),
-        ("cairn:voxels", "compact", "32"),
-        ("cairn:voxels", "parity", "32"),
-        ("cairn:voxels", &pipelined, "32"),
-        ("garden", &two, "24"),
+        ("cairn:voxels", "paper", "20"),
+        ("cairn:voxels", "compact", "20"),
+        ("cairn:voxels", "parity", "20"),
+        ("cairn:voxels", &pipelined, "20"),
+        ("garden", &two, "16"),
         ("cairn:voxels", &turns, "16"),
-        (&split, &exact, "24"),
+        (&split, &exact, "16"),
         (&tensorf, &exact_fields, "16"),
     ];
     let others = [
+        ("cairn:voxels", "paper", "32"),
+        ("cairn:voxels", "compact", "32"),
         ("garden", "paper", "32"),
         ("cairn:voxels", &whole, "24"),
         ("cairn:voxels", &four, "24"),

@@ -54,7 +54,11 @@ fn a_trace_of_exact_sums_is_verified_whole() {
     let model = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n";
     let split = format!("{model}[render]\nhalo = \"split\"\n");
     std::fs::write(at.join("split.toml"), split).unwrap();
-    std::fs::write(at.join("exact.toml"), "[gu]\nsums = \"exact\"\n").unwrap();
+    std::fs::write(
+        at.join("exact.toml"),
+        "[gu]\nsums = \"exact\"\nbanks = 8\n[vu]\nlanes = 2\n",
+    )
+    .unwrap();
     let exact = ["--config", "exact.toml"];
     let scene = ["--scene", "split.toml", "--width", "8"];
     let trace = ["trace", "--all", "--out", "t.npz", "--json", "t.json"];

@@ -70,7 +70,7 @@ fn used(scene: &Scene, bounded: &Config, shown: &Config) -> [f64; 3] {
 #[test]
 fn pixels_keep_to_their_bounds() {
     for name in SCENES {
-        let scene = scene(name, 16);
+        let scene = scene(name, 12);
         let own = config("");
         let [off, bound, part] = used(&scene, &own, &own);
         println!("{name}: {off:.5} off, {bound:.5} bounded, {part:.3} of it");
@@ -115,7 +115,7 @@ fn rays_that_stop_elsewhere_are_in_the_bound() {
         "cairn:ngp",
         "cairn:efficientnerf",
     ] {
-        let rules = scene(name, 16);
+        let rules = scene(name, 12);
         let mut sooner = rules.clone();
         let precision = Precision {
             stop_below: Some(0.3),
