@@ -70,6 +70,12 @@ pub struct Key {
     pub about: &'static str,
 }
 
+/// A row of a table.
+#[must_use]
+pub const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
+    Key { name, fate, about }
+}
+
 impl Key {
     fn matches(&self, key: &str) -> bool {
         let mut parts = self.name.split('*');
@@ -366,17 +372,12 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    const fn key(name: &'static str, fate: Fate) -> Key {
-        let about = "a reason";
-        Key { name, fate, about }
-    }
-
     const KEYS: &[Key] = &[
-        key("x", Fate::Honoured),
-        key("rest_*", Fate::Honoured),
-        key("k_*_end", Fate::Refused),
-        key("note", Fate::Listed),
-        key("layer.*", Fate::Whole),
+        key("x", Fate::Honoured, "a reason"),
+        key("rest_*", Fate::Honoured, "a reason"),
+        key("k_*_end", Fate::Refused, "a reason"),
+        key("note", Fate::Listed, "a reason"),
+        key("layer.*", Fate::Whole, "a reason"),
     ];
     static OPEN: Format = Format {
         name: "open",
@@ -430,10 +431,10 @@ mod tests {
     fn stars_stand_for_any_characters_but_do_not_overlap() {
         assert!(KEYS[2].matches("k__end") && !KEYS[2].matches("k_end"));
         assert!(KEYS[1].matches("rest_") && !KEYS[1].matches("rest"));
-        let both = key("*mid*end", Fate::Listed);
+        let both = key("*mid*end", Fate::Listed, "a reason");
         assert!(both.matches("midend") && both.matches("a mid b end"));
         assert!(!both.matches("end mid") && !both.matches("mid"));
-        let all = key("*mid*", Fate::Listed);
+        let all = key("*mid*", Fate::Listed, "a reason");
         assert!(all.matches("mid") && all.matches("a mid b") && !all.matches("mi d"));
     }
 

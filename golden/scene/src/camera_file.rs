@@ -15,16 +15,12 @@ use thiserror::Error;
 use super::lens_keys::{self, with_strange_lenses};
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Fate::{Honoured, Listed};
-use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
+use potamoi_base::file_keys::{FileKeys, Format, Notes, key};
 
 /// The largest camera file, in bytes.
 const LIMIT: u64 = 1 << 26;
 /// Maximum deviation of `rotation` from orthonormal: files hold about 7 digits.
 const ROTATION_TOLERANCE: f64 = 1e-4;
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
 
 /// The expected content, for messages.
 const CAMERA: &str = "expected a camera, or a list of them, with width, height, fx, fy, position and \
@@ -299,6 +295,7 @@ impl Entry {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use potamoi_base::file_keys::Fate;
 
     const ONE: &str = r#"{"id": 3, "width": 40, "height": 20, "fx": 30.5, "fy": 31,
         "position": [1, 2, 3], "rotation": [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]}"#;

@@ -1,11 +1,7 @@
 //! Metadata of picture and depth files: chunks of PNG, attributes and channels of OpenEXR.
 
 use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused};
-use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
+use potamoi_base::file_keys::{FileKeys, Format, Notes, key};
 
 const OTHER_COLOURS: &str = "colours are taken as sRGB: save the picture in sRGB";
 
@@ -212,6 +208,7 @@ mod tests {
     use image::{ImageBuffer, ImageFormat, Rgb};
 
     use super::*;
+    use potamoi_base::file_keys::Fate;
 
     fn encoded(format: ImageFormat) -> Vec<u8> {
         let mut bytes = std::io::Cursor::new(vec![]);

@@ -1,11 +1,7 @@
 //! Keys of a reconstruction's files, and their treatment.
 
 use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused};
-use potamoi_base::file_keys::{Fate, Format, Key};
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
+use potamoi_base::file_keys::{Format, key};
 
 const UNDISTORT: &str = "only pinholes are rendered; colmap image_undistorter makes such pictures";
 

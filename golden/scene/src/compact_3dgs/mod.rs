@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use codes::Stages;
 use npz::Npz;
-use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Notes, key};
 use potamoi_base::sh;
 use potamoi_fields::{FieldError, FieldWork, FixedColour, HashedColour};
 use potamoi_march::FixedStats;
@@ -57,10 +57,6 @@ pub struct Compact {
     colour: HashedColour,
     /// Axes of the file, in which colours are evaluated.
     axes: Axes,
-}
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
 }
 
 /// Keys of the format: arrays of the archive.

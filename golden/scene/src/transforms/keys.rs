@@ -2,11 +2,7 @@
 
 use crate::lens_keys::with_strange_lenses;
 use potamoi_base::file_keys::Fate::{Honoured, Listed};
-use potamoi_base::file_keys::{Fate, Format, Key};
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
+use potamoi_base::file_keys::{Format, key};
 
 const SHUTTER: &str = "a frame is seen at one moment; 0 is accepted";
 /// Keys of a lens, which a document has for all frames or a frame for itself, before the other

@@ -18,7 +18,7 @@ use super::values;
 use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use crate::ply::{self, SAID, header_comments, with_other_models};
-use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, Notes};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Notes, key};
 use potamoi_base::sh;
 use potamoi_containers::ply::PlyFileError;
 use potamoi_containers::ply::header::{self, Header, type_name};
@@ -43,10 +43,6 @@ const WORDS: [&str; 4] = [
     "packed_scale",
     "packed_color",
 ];
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
 
 /// Keys of the format: `element.property`.
 pub static FORMAT: Format = Format {

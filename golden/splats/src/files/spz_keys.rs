@@ -1,6 +1,6 @@
 //! Keys of SPZ files.
 
-use potamoi_base::file_keys::{Fate, Format, Key};
+use potamoi_base::file_keys::{Fate, Format, key};
 
 /// The flag of antialiased training.
 pub(super) const ANTIALIASED: &str = "flag 0x01";
@@ -8,10 +8,6 @@ pub(super) const ANTIALIASED: &str = "flag 0x01";
 pub(super) const EXTENDED: &str = "flag 0x02";
 /// The extension that names the axes.
 pub(super) const AXES: &str = "extension 0xadbe0003";
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
 
 /// Keys of the format: parts of the header, and extensions, which are known by number.
 pub static FORMAT: Format = Format {

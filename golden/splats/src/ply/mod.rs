@@ -23,15 +23,11 @@ use super::cloud::CloudError;
 use super::loaded::{Loaded, Raw};
 use columns::Columns;
 pub(super) use other_models::with_other_models;
-use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, KeyError, Notes};
+use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, KeyError, Notes, key};
 use potamoi_containers::ply::header::{self, Header};
 use potamoi_containers::ply::rows::{Layout, Rows};
 use potamoi_containers::ply::{PlyFileError, open};
 use vertices::Vertices;
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
 
 /// Keys of comments, which packed files share.
 pub(super) const SAID: [Key; 3] = [

@@ -3,11 +3,7 @@
 //! refused.
 
 use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused, Whole};
-use potamoi_base::file_keys::{Fate, Format, Key};
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
+use potamoi_base::file_keys::{Format, key};
 
 const UNBOUNDED: &str = "models of unbounded scenes contract space, which is not rendered: train with \
                          DirectVoxGO's bounded model";

@@ -2,11 +2,7 @@
 //! configurations of its networks, and `Trainer::serialize` of tiny-cuda-nn).
 
 use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused};
-use potamoi_base::file_keys::{Fate, Format, Key};
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
+use potamoi_base::file_keys::{Format, key};
 
 const ACTIVATIONS: &str =
     "densities are exponentials and colours logistic functions, as training sets them";

@@ -2,11 +2,7 @@
 //! and the `state_dict` of each model).
 
 use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused, Whole};
-use potamoi_base::file_keys::{Fate, Format, Key};
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
+use potamoi_base::file_keys::{Format, key};
 
 const OTHER: &str = "TensorVMSplit alone is read: train with model_name = TensorVMSplit";
 

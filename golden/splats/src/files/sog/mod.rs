@@ -24,7 +24,7 @@ use crate::Cloud;
 use crate::loaded::{Loaded, Raw};
 use meta::Meta;
 use pixels::Wanted;
-use potamoi_base::file_keys::{Fate, Format, Key, Notes, told};
+use potamoi_base::file_keys::{Fate, Format, Notes, key, told};
 use potamoi_containers::archive;
 
 mod entries;
@@ -39,10 +39,6 @@ const LARGEST_IMAGE: u64 = 1 << 30;
 const LONGEST_NAME: usize = 255;
 /// Palette entries in a row of the image of centroids.
 const PALETTE_ROW: usize = 64;
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
 
 /// Keys of the format: the paths of `meta.json` fields, and members of the archive.
 pub static FORMAT: Format = Format {

@@ -1,11 +1,7 @@
 //! Keys of mesh files.
 
 use potamoi_base::file_keys::Fate::{Honoured, Listed, Refused};
-use potamoi_base::file_keys::{Fate, Format, Key};
-
-const fn key(name: &'static str, fate: Fate, about: &'static str) -> Key {
-    Key { name, fate, about }
-}
+use potamoi_base::file_keys::{Format, key};
 
 const CURVES: &str = "points, lines and curves are no surface";
 const LOOKS: &str = "no part of depth";
