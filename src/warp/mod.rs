@@ -1,11 +1,11 @@
 //! `potamoi warp`: sparse radiance warping along a camera path.
 
+mod methods;
 mod picture;
 mod report;
 mod source;
 mod tables;
 mod timing;
-mod ways;
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use potamoi_base::effects::Effect;
 use potamoi_base::outputs as files;
-use potamoi_explore::warping::{Method, MethodSettings, PlannedWay, Study, Truth, Warping};
+use potamoi_explore::warping::{Method, MethodSettings, PlannedMethod, Study, Truth, Warping};
 use potamoi_scene::scenes_named;
 use potamoi_system::path_schedule::chrome_trace;
 use potamoi_warp::{Frame, Rule};
@@ -22,11 +22,11 @@ use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::SceneArgs;
 
+use methods::MethodArgs;
+pub(crate) use methods::RulesOf;
 use report::{FORMAT_VERSION, Report, Reports};
 use source::DepthArgs;
 use timing::TimingArgs;
-pub(crate) use ways::RulesOf;
-use ways::WayArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct WarpArgs {
@@ -43,7 +43,7 @@ pub(crate) struct WarpArgs {
     )]
     scenes: Vec<String>,
     #[command(flatten)]
-    ways: WayArgs,
+    methods: MethodArgs,
     /// Number of frames on the camera path [default: three windows, or all frames of a file]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
@@ -110,23 +110,23 @@ impl WarpArgs {
     /// Warps one scene by all methods.
     fn found(&self, name: &str, truth: &mut Truth, bar: &ProgressBar) -> Result<Warping, Failure> {
         let source = source::open(&self.scene, name)?;
-        let path = source.path(self.fps, self.frames, 3 * self.ways.longest_window())?;
+        let path = source.path(self.fps, self.frames, 3 * self.methods.longest_window())?;
         let depths = self.depth.choices(&source);
         let names: Vec<String> = depths.iter().map(ToString::to_string).collect();
-        let ways = self.ways.ways(&names);
-        self.check(&ways)?;
+        let methods = self.methods.settings(&names);
+        self.check(&methods)?;
         let warps_still = self.scene.choices()?.forces(Effect::Warping);
         let mut planned = vec![];
-        for way in ways {
-            let rule = self.ways.rule(&way);
+        for settings in methods {
+            let rule = self.methods.rule(&settings);
             rule.check()?;
-            planned.push(PlannedWay {
+            planned.push(PlannedMethod {
                 rule: Rule {
                     warps_still,
                     ..rule
                 },
-                plan: self.ways.plan(&way, &source),
-                way,
+                plan: self.methods.plan(&settings, &source),
+                settings,
             });
         }
         if let Some(folder) = &self.out_dir {
@@ -153,8 +153,8 @@ impl WarpArgs {
     }
 
     /// Refuses options that apply to a single method only.
-    fn check(&self, ways: &[MethodSettings]) -> Result<(), Failure> {
-        if self.out_dir.is_some() && ways.len() != 1 {
+    fn check(&self, methods: &[MethodSettings]) -> Result<(), Failure> {
+        if self.out_dir.is_some() && methods.len() != 1 {
             return Err(Failure::Usage(
                 "--out-dir: expected one method, whose frames are written: name one --method, \
                  --window, --phi and --depth"
@@ -162,7 +162,10 @@ impl WarpArgs {
             ));
         }
         if !self.lose.is_empty() {
-            if ways.iter().any(|way| way.method != Method::SpaRw) {
+            if methods
+                .iter()
+                .any(|settings| settings.method != Method::SpaRw)
+            {
                 return Err(Failure::Usage(
                     "--lose: only the references of --method sparw can be lost".to_owned(),
                 ));
@@ -174,7 +177,7 @@ impl WarpArgs {
                 ));
             }
         }
-        if self.timing.is_asked() && (ways.len() != 1 || ways[0].method != Method::SpaRw) {
+        if self.timing.is_asked() && (methods.len() != 1 || methods[0].method != Method::SpaRw) {
             return Err(Failure::Usage(
                 "--frame-ms, --live: expected one method: --method sparw, and one --window, \
                  --phi and --depth"

@@ -9,8 +9,8 @@ use potamoi_base::picture::Picture;
 use potamoi_fields::mac::MacMlp;
 use potamoi_fields::voxels::STOP_BELOW;
 use potamoi_fields::{
-    Algorithm, Along, AnyField, Bounds, Coded, Field, FieldError, FixedField, FixedOptions, Layer,
-    Mlp, Off, Sampling, Table, error_bounds, render_float,
+    Algorithm, Along, AnyField, Bounds, ErrorInterval, Field, FieldError, FixedField, FixedOptions,
+    Layer, Mlp, QuantisedField, Sampling, Table, error_bounds, render_float,
 };
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
@@ -172,7 +172,7 @@ impl Field for Toy {
         }
     }
 
-    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, config: &Config) -> Result<QuantisedField<'_>, FieldError> {
         let head = ToyHead {
             channels: self.channels(),
             frac: self.frac,
@@ -181,7 +181,10 @@ impl Field for Toy {
             depth_bits: config.vu.exp.one_minus_frac_bits,
             least: self.least,
         };
-        Ok(Coded::in_tables(vec![self.frac_bits()], Box::new(head)))
+        Ok(QuantisedField::in_tables(
+            vec![self.frac_bits()],
+            Box::new(head),
+        ))
     }
 
     fn bounds(
@@ -310,12 +313,12 @@ impl Bounds for ToyBounds<'_> {
 
     /// The optical depth is cut off; the opacity's own unit gives 3.56 units of U0.16 at most
     /// (docs/explanation/hard-cases.md).
-    fn alpha(&self, _: &[f64], off: &[Off]) -> f64 {
+    fn alpha(&self, _: &[f64], off: &[ErrorInterval]) -> f64 {
         STEP * off[0].largest() + self.depth_ulp + 3.56 * 2f64.powi(-16)
     }
 
     /// Half a code of each weight times its input, each input's own, and the sum's rounding.
-    fn colour(&self, features: &[f64], off: &[Off], _: DVec3) -> f64 {
+    fn colour(&self, features: &[f64], off: &[ErrorInterval], _: DVec3) -> f64 {
         let (Some(mac), Some(mlp)) = (&self.mac, self.mlp) else {
             return off[1..].iter().fold(0.0, |m, o| o.largest().max(m));
         };

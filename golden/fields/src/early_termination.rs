@@ -6,7 +6,8 @@ use potamoi_formats::config::Config;
 use super::bound::Bounds;
 use super::mlp::Mlp;
 use super::{
-    Algorithm, Coded, Density, Directions, Field, FieldError, Local, Sampling, StoredDensity, Table,
+    Algorithm, Density, Directions, Field, FieldError, Local, QuantisedField, Sampling,
+    StoredDensity, Table,
 };
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
@@ -65,7 +66,7 @@ impl Field for WithEarlyTermination<'_> {
         self.sampling
     }
 
-    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, config: &Config) -> Result<QuantisedField<'_>, FieldError> {
         self.field.coded(config)
     }
 

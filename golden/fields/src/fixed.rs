@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::batches::{BatchSize, SampleBatch, SampleBatches};
 use super::float::{check, check_mask};
-use super::quantised_field::{Coded, Storage};
+use super::quantised_field::{QuantisedField, Storage};
 use super::work::{FieldWork, FixedOptions};
 use super::{Field, FieldError, Sampling};
 use crate::gather_plan::{CodedTable, Gathers, Located};
@@ -57,7 +57,7 @@ impl<'a> FixedField<'a> {
         config: &Config,
         halo: Halo,
     ) -> Result<Self, FieldError> {
-        let Coded { storage, head } = field.coded(config)?;
+        let QuantisedField { storage, head } = field.coded(config)?;
         let (tables, volume) = match storage {
             Storage::Tables(frac_bits) => {
                 let tables = field.tables().iter().zip(&frac_bits);

@@ -49,7 +49,6 @@ mod local;
 pub mod mac;
 mod mlp;
 mod opacity;
-pub mod outside;
 mod quantisation;
 mod quantised_field;
 mod ray_lengths;
@@ -61,6 +60,7 @@ mod table;
 #[cfg(test)]
 mod test_checkpoints;
 mod two_level_grid;
+pub mod unverified_work;
 pub mod volume;
 mod work;
 
@@ -78,7 +78,7 @@ use potamoi_reference::bounds::VectorBounds;
 pub use algorithm::{Algorithm, Size};
 pub use algorithms::voxels;
 pub use batches::{BatchSize, SampleBatches};
-pub use bound::{Bounds, Off, error_bounds};
+pub use bound::{Bounds, ErrorInterval, error_bounds};
 pub use density::Density;
 pub use directions::Directions;
 pub use early_termination::WithEarlyTermination;
@@ -90,7 +90,7 @@ pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
 pub use local::{CoordinateFrame, Local};
 pub use mlp::{Layer, Mlp};
-pub use quantised_field::{Coded, Storage};
+pub use quantised_field::{QuantisedField, Storage};
 pub use ray_lengths::RayLengths;
 pub use ray_stages::RayStages;
 pub use shape::TableShape;
@@ -141,7 +141,7 @@ pub trait Field: Sync {
     /// # Errors
     /// The field is rendered only in floating point, the configuration's units lack an operation
     /// or format, or a value fits no format.
-    fn coded(&self, _: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, _: &Config) -> Result<QuantisedField<'_>, FieldError> {
         Err(FieldError::FloatOnly)
     }
 

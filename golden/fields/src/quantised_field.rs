@@ -5,14 +5,14 @@ use potamoi_march::Head;
 use crate::volume::CodedVolume;
 
 /// The fixed-point form of a field.
-pub struct Coded<'a> {
+pub struct QuantisedField<'a> {
     /// Storage of its features.
     pub storage: Storage,
     /// Computes opacity and colour from the features of all tables, one after another.
     pub head: Box<dyn Head + 'a>,
 }
 
-impl<'a> Coded<'a> {
+impl<'a> QuantisedField<'a> {
     /// A field in tables whose codes have these fraction bits, channel by channel.
     #[must_use]
     pub fn in_tables(frac_bits: Vec<Vec<u32>>, head: Box<dyn Head + 'a>) -> Self {

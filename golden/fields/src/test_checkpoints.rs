@@ -12,21 +12,21 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 
 /// The content of a checkpoint.
 #[derive(Debug, Clone)]
-pub(crate) enum Made {
+pub(crate) enum Content {
     None,
     Bool(bool),
     Int(i64),
     Float(f64),
     Text(String),
-    List(Vec<Made>),
-    Dict(Vec<(String, Made)>),
+    List(Vec<Content>),
+    Dict(Vec<(String, Content)>),
     /// Shape and stored numbers, in order.
     Tensor(Vec<usize>, Vec<f32>),
     /// Shape and bytes of a tensor of `torch.uint8`.
     Bytes(Vec<usize>, Vec<u8>),
 }
 
-impl Made {
+impl Content {
     /// A tensor of small, distinct numbers.
     pub(crate) fn tensor(shape: &[usize]) -> Self {
         let count = shape.iter().product::<usize>();
@@ -203,7 +203,7 @@ fn text(p: &mut Vec<u8>, text: &str) {
 #[derive(Debug, Clone)]
 pub(crate) enum Harm {
     Remove,
-    Replace(Made),
+    Replace(Content),
     /// Changes a number of it, or the number that it is.
     Number(Index, f64),
     /// Changes a side of its shape, with or without numbers to fill it.
@@ -242,16 +242,16 @@ fn side() -> impl Strategy<Value = usize> {
     prop::sample::select(known)
 }
 
-fn other() -> impl Strategy<Value = Made> {
+fn other() -> impl Strategy<Value = Content> {
     let shape = prop::collection::vec(0usize..4, 0..6);
     prop_oneof![
-        number().prop_map(Made::Float),
-        any::<i64>().prop_map(Made::Int),
-        Just(Made::text("softplus")),
-        Just(Made::List(vec![])),
-        Just(Made::Dict(vec![])),
-        prop::collection::vec(number().prop_map(Made::Float), 0..8).prop_map(Made::List),
-        shape.prop_map(|shape| Made::tensor(&shape)),
+        number().prop_map(Content::Float),
+        any::<i64>().prop_map(Content::Int),
+        Just(Content::text("softplus")),
+        Just(Content::List(vec![])),
+        Just(Content::Dict(vec![])),
+        prop::collection::vec(number().prop_map(Content::Float), 0..8).prop_map(Content::List),
+        shape.prop_map(|shape| Content::tensor(&shape)),
     ]
 }
 
@@ -271,7 +271,7 @@ pub(crate) fn harms() -> impl Strategy<Value = Vec<(Index, Harm)>> {
 }
 
 /// A checkpoint after the harms.
-pub(crate) fn harmed(whole: &Made, harms: &[(Index, Harm)]) -> Made {
+pub(crate) fn harmed(whole: &Content, harms: &[(Index, Harm)]) -> Content {
     let mut made = whole.clone();
     for (at, harm) in harms {
         let count = made.count();
@@ -288,7 +288,7 @@ pub(crate) fn harmed(whole: &Made, harms: &[(Index, Harm)]) -> Made {
 /// return a field that can be rendered or name the file in one line. Few harmed values are huge,
 /// so a run takes neither long nor much memory.
 pub(crate) fn survives<F: crate::Field>(
-    whole: &Made,
+    whole: &Content,
     harms: &[(Index, Harm)],
     load: impl Fn(&std::path::Path) -> Result<F, crate::FieldError>,
     also: impl Fn(&F),

@@ -2,7 +2,7 @@
 //! file. They are printed with every run, so that "no mismatch" is not overrated.
 
 use super::{Kind, Model, Scene};
-use potamoi_fields::outside::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
+use potamoi_fields::unverified_work::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
 use potamoi_march::tiling::Halo;
 
 /// For splats.
@@ -83,7 +83,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
-    use potamoi_fields::outside::*;
+    use potamoi_fields::unverified_work::*;
 
     fn said(scene: &str) -> String {
         Scene::open(scene).unwrap().not_checked().join("; ")

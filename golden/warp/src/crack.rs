@@ -3,8 +3,8 @@
 //! towards the camera.
 
 use super::reproject::Warped;
-use super::sample::Sampler;
-use super::{is_surface, sample};
+use super::sampler::Sampler;
+use super::{is_surface, sampler};
 use potamoi_base::camera::Camera;
 
 /// One of two opposite neighbours of a pixel, as offsets; the other has the negated offsets.
@@ -49,7 +49,7 @@ impl Cracks<'_> {
         };
         let middle = |[dx, dy]: [isize; 2]| {
             let (a, b) = (landed(x + dx, y + dy)?, landed(x - dx, y - dy)?);
-            sample::is_same_surface(a.into(), b.into()).then_some((a + b) / 2.0)
+            sampler::is_same_surface(a.into(), b.into()).then_some((a + b) / 2.0)
         };
         ACROSS.into_iter().filter_map(middle).min_by(f32::total_cmp)
     }

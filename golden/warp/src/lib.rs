@@ -43,7 +43,7 @@ mod plan;
 mod predict;
 mod reproject;
 mod ridge;
-mod sample;
+mod sampler;
 mod sampling;
 mod sequence;
 mod silhouette;

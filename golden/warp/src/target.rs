@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::crack::Cracks;
 use super::pixel::centre;
 use super::reproject::{Transfer, reproject};
-use super::sample::Sampler;
+use super::sampler::Sampler;
 use super::silhouette::Silhouette;
 use super::{Class, Geometry, Renderer, Rule, Scope, Shaded, WarpError, is_surface, is_void};
 use potamoi_base::camera::Camera;

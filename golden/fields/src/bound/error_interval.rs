@@ -3,12 +3,12 @@
 /// The difference of a fixed-point value from the floating-point one: `known`, plus or minus
 /// `most`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Off {
+pub struct ErrorInterval {
     pub(crate) known: f64,
     pub(crate) most: f64,
 }
 
-impl Off {
+impl ErrorInterval {
     /// A difference that is known exactly.
     pub(crate) const fn exactly(known: f64) -> Self {
         Self { known, most: 0.0 }
@@ -44,7 +44,7 @@ impl Off {
     }
 }
 
-impl std::ops::Add for Off {
+impl std::ops::Add for ErrorInterval {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {

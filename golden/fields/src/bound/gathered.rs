@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Off;
+use super::ErrorInterval;
 use crate::Table;
 use potamoi_march::tiling::cell;
 use potamoi_reference::weights;
@@ -17,13 +17,13 @@ pub(crate) fn gathered(
     weight_bits: u32,
     place: DVec3,
     features: &[f64],
-    out: &mut [Off],
+    out: &mut [ErrorInterval],
 ) {
     let unit = |frac: u32| 2f64.powi(-(frac as i32));
     if table.vertices() == 1 {
         // A row by its number: nothing is weighed.
         for (to, frac) in out.iter_mut().zip(frac_bits) {
-            *to = Off::within(unit(*frac) / 2.0);
+            *to = ErrorInterval::within(unit(*frac) / 2.0);
         }
         return;
     }
@@ -35,7 +35,7 @@ pub(crate) fn gathered(
     };
     let channels = table.channels();
     for (to, (feature, frac)) in out.iter_mut().zip(features.iter().zip(frac_bits)) {
-        *to = Off {
+        *to = ErrorInterval {
             known: -feature,
             most: unit(*frac),
         };

@@ -22,7 +22,7 @@ use crate::volume::Ray;
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;
 
-pub use error_interval::Off;
+pub use error_interval::ErrorInterval;
 pub(crate) use gathered::gathered;
 pub(super) use perceptron::{Outputs, Pair};
 pub(super) use units::UnitErrors;
@@ -33,10 +33,10 @@ pub trait Bounds: Sync {
     fn frac_bits(&self) -> &[Vec<u32>];
 
     /// Upper bound of the opacity's error for features with errors `off`.
-    fn alpha(&self, features: &[f64], off: &[Off]) -> f64;
+    fn alpha(&self, features: &[f64], off: &[ErrorInterval]) -> f64;
 
     /// Upper bound of the colour's error, the largest of a channel, seen along a direction.
-    fn colour(&self, features: &[f64], off: &[Off], direction: DVec3) -> f64;
+    fn colour(&self, features: &[f64], off: &[ErrorInterval], direction: DVec3) -> f64;
 
     /// The ray of a pixel in the fixed-point renderer, in vertices of the only table, if it
     /// differs from the floating-point ray.

@@ -1,6 +1,6 @@
 //! Error bounds of a perceptron's outputs in fixed point.
 
-use super::Off;
+use super::ErrorInterval;
 use crate::Mlp;
 use crate::mac::MacMlp;
 
@@ -49,7 +49,7 @@ struct EvaluatedLayer {
 #[derive(Default)]
 pub(crate) struct Outputs {
     pub(crate) values: Vec<f64>,
-    pub(crate) off: Vec<Off>,
+    pub(crate) off: Vec<ErrorInterval>,
 }
 
 impl Pair {
@@ -82,7 +82,7 @@ impl Pair {
 
     /// The floating-point outputs at `inputs`, and the errors of the fixed-point ones for inputs
     /// with errors `off`.
-    pub(crate) fn outputs(&self, inputs: &[f64], off: &[Off]) -> Outputs {
+    pub(crate) fn outputs(&self, inputs: &[f64], off: &[ErrorInterval]) -> Outputs {
         let mut values = inputs.to_vec();
         let mut largest: Vec<f64> = off.iter().map(|off| off.largest()).collect();
         let mut seen: Vec<EvaluatedLayer> = vec![];
@@ -98,11 +98,11 @@ impl Pair {
     }
 
     /// The error of an output, propagated back through the layers.
-    fn back(&self, output: usize, seen: &[EvaluatedLayer], off: &[Off]) -> Off {
+    fn back(&self, output: usize, seen: &[EvaluatedLayer], off: &[ErrorInterval]) -> ErrorInterval {
         let last = self.layers.len() - 1;
         let mut slopes = vec![0.0; self.layers[last].bias.len()];
         slopes[output] = 1.0;
-        let mut sum = Off::default();
+        let mut sum = ErrorInterval::default();
         for (number, layer) in self.layers.iter().enumerate().rev() {
             let own = &seen[number];
             let mut before = vec![0.0; layer.inputs];
@@ -140,7 +140,7 @@ impl Pair {
             slopes = before;
         }
         match seen[last].passes[output] {
-            Passes::Perhaps(most) => Off::within(most),
+            Passes::Perhaps(most) => ErrorInterval::within(most),
             Passes::All | Passes::Nothing => sum,
         }
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::gathered::gathered;
-use super::{Bounds, Off, UnitErrors};
+use super::{Bounds, ErrorInterval, UnitErrors};
 use crate::float::Samples;
 use crate::volume::Ray;
 use crate::{Field, FixedOptions, Sampling};
@@ -39,7 +39,7 @@ struct Followed {
 struct Sample {
     places: Vec<DVec3>,
     features: Vec<f64>,
-    off: Vec<Off>,
+    off: Vec<ErrorInterval>,
 }
 
 impl Follower<'_> {
@@ -57,7 +57,7 @@ impl Follower<'_> {
         let mut sample = Sample {
             places: vec![DVec3::ZERO; self.field.tables().len()],
             features: vec![0.0; self.field.channels()],
-            off: vec![Off::default(); self.field.channels()],
+            off: vec![ErrorInterval::default(); self.field.channels()],
         };
         let stop = self.sampling.stop;
         let count = other.map_or(0, |other| u64::from(other.samples));

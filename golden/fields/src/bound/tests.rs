@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::{Off, Pair, UnitErrors};
+use super::{ErrorInterval, Pair, UnitErrors};
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, rescale};
 use crate::{Layer, Mlp, softplus};
@@ -78,13 +78,13 @@ proptest! {
             .map(|v| (v / unit + random.random_range(-spread..=spread)).round() as i16)
             .collect();
         // A part of each difference is known.
-        let off: Vec<Off> = exact
+        let off: Vec<ErrorInterval> = exact
             .iter()
             .zip(&codes)
             .map(|(v, code)| {
                 let all = f64::from(*code) * unit - v;
                 let known = all * random.random_range(0.0..=1.0);
-                Off { known, most: (all - known).abs() }
+                ErrorInterval { known, most: (all - known).abs() }
             })
             .collect();
         let mut largest = vec![0f64; mlp.layers().len()];
@@ -135,7 +135,7 @@ proptest! {
             Curve::Exp => number.exp(),
         };
         let exact = -(-depth).exp_m1();
-        let bound = opacity.off(&UnitErrors::of(&config, &VectorBounds::by_formula(&config.vu.exp)), number, Off { known, most }, frac);
+        let bound = opacity.off(&UnitErrors::of(&config, &VectorBounds::by_formula(&config.vu.exp)), number, ErrorInterval { known, most }, frac);
         prop_assert!((alpha - exact).abs() <= bound, "{alpha} {exact}: {bound}");
     }
 
@@ -153,7 +153,7 @@ proptest! {
         let known = f64::from(code) * unit - logit - within * most;
         let found = logistic_of_units(code, frac, &config);
         let exact = 1.0 / (1.0 + (-logit).exp());
-        let bound = UnitErrors::of(&config, &VectorBounds::by_formula(&config.vu.exp)).logistic(logit, Off { known, most }, frac);
+        let bound = UnitErrors::of(&config, &VectorBounds::by_formula(&config.vu.exp)).logistic(logit, ErrorInterval { known, most }, frac);
         prop_assert!((found - exact).abs() <= bound, "{found} {exact}: {bound}");
     }
 }
@@ -167,11 +167,14 @@ fn what_is_known_of_inputs_stays_known() {
     let made = MacMlp::quantise(&mlp, 10, &[8.0, 8.0]).unwrap();
     let pair = Pair::new(&mlp, &made);
     let inputs: Vec<f64> = (0..12).map(|_| random.random_range(-2.0..2.0)).collect();
-    let known: Vec<Off> = (0..12)
-        .map(|_| Off::exactly(random.random_range(-4e-3..4e-3)))
+    let known: Vec<ErrorInterval> = (0..12)
+        .map(|_| ErrorInterval::exactly(random.random_range(-4e-3..4e-3)))
         .collect();
-    let unknown: Vec<Off> = known.iter().map(|off| Off::within(off.largest())).collect();
-    let most = |off: &[Off]| {
+    let unknown: Vec<ErrorInterval> = known
+        .iter()
+        .map(|off| ErrorInterval::within(off.largest()))
+        .collect();
+    let most = |off: &[ErrorInterval]| {
         let made = pair.outputs(&inputs, off);
         made.off.iter().map(|off| off.most).fold(0.0, f64::max)
     };
@@ -192,7 +195,7 @@ fn what_is_held_at_the_end_is_off_by_less_than_is_known_of_its_inputs() {
     let unit = 2f64.powi(-made.output_frac());
     let end = f64::from(i16::MAX) * unit;
     let (exact, code) = (end - 0.5 * unit, 16_400);
-    let off = Off::exactly(f64::from(code) * 2f64.powi(-14) - exact);
+    let off = ErrorInterval::exactly(f64::from(code) * 2f64.powi(-14) - exact);
     let found = with_lanes(|lanes| made.run(vec![code], lanes).unwrap())[0];
     assert_eq!(found, i32::from(i16::MAX));
     let bound = Pair::new(&mlp, &made).outputs(&[exact], &[off]).off[0];
@@ -268,8 +271,8 @@ fn each_part_of_the_units_errors_is_needed() {
             curve.map(|(curve, interval)| Opacity::new(curve, interval, &config).unwrap());
         let frac = 14;
         let off = |errors: &UnitErrors, number: f64| match &opacity {
-            Some(opacity) => opacity.off(errors, number, Off::default(), frac),
-            None => errors.logistic(number, Off::default(), frac),
+            Some(opacity) => opacity.off(errors, number, ErrorInterval::default(), frac),
+            None => errors.logistic(number, ErrorInterval::default(), frac),
         };
         let (mut beyond, mut most) = (0u32, 0f64);
         for i in 0..20_000 {

@@ -2,7 +2,7 @@
 
 use potamoi_formats::config::Config;
 
-use super::{Off, Outputs};
+use super::{ErrorInterval, Outputs};
 use crate::opacity::{Curve, INTERVAL_BITS, Opacity, THICKEST};
 use crate::softplus;
 use potamoi_reference::bounds::VectorBounds;
@@ -49,7 +49,7 @@ impl UnitErrors {
     }
 
     /// The difference of a code as an operand, which may be rounded to fewer bits.
-    fn as_operand(&self, off: Off, frac_bits: i32) -> Off {
+    fn as_operand(&self, off: ErrorInterval, frac_bits: i32) -> ErrorInterval {
         match frac_bits > self.operand_bits {
             true => off.rounded(self.operand),
             false => off,
@@ -57,7 +57,7 @@ impl UnitErrors {
     }
 
     /// Upper bound of the error of the logistic function, for codes of `frac_bits` fraction bits.
-    pub(crate) fn logistic(&self, logit: f64, off: Off, frac_bits: i32) -> f64 {
+    pub(crate) fn logistic(&self, logit: f64, off: ErrorInterval, frac_bits: i32) -> f64 {
         let off = self.as_operand(off, frac_bits);
         let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
         let (own, middle) = (logistic(logit), logit + off.known);
@@ -77,7 +77,13 @@ impl UnitErrors {
 impl Opacity {
     /// Upper bound of an opacity's error, from the difference of a number with `frac_bits`
     /// fraction bits.
-    pub(crate) fn off(&self, errors: &UnitErrors, number: f64, off: Off, frac_bits: i32) -> f64 {
+    pub(crate) fn off(
+        &self,
+        errors: &UnitErrors,
+        number: f64,
+        off: ErrorInterval,
+        frac_bits: i32,
+    ) -> f64 {
         let [low, high] = match self.curve {
             Curve::Softplus { shift } => {
                 // The shift is rounded, too.
@@ -125,7 +131,7 @@ impl Opacity {
 
     /// The range of 16 exp(-u)^2, where u is half of ln 16 less the number and the interval's
     /// logarithm.
-    fn exponential_depths(&self, errors: &UnitErrors, number: f64, off: Off) -> [f64; 2] {
+    fn exponential_depths(&self, errors: &UnitErrors, number: f64, off: ErrorInterval) -> [f64; 2] {
         let u = (THICKEST.ln() - self.interval.ln() - number - off.known) / 2.0;
         // Half of the number is rounded, and so is what it is taken from.
         let most = off.most / 2.0 + 2.0 * errors.operand;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::fixed::with_first_columns;
 use super::{FEATURES, FixedColour, HashedColour, LEVELS, ONES, harmonics};
 use crate::FieldError;
-use crate::bound::{Off, Outputs, Pair, gathered};
+use crate::bound::{ErrorInterval, Outputs, Pair, gathered};
 use crate::quantisation::held;
 
 impl HashedColour {
@@ -31,7 +31,7 @@ impl HashedColour {
                 inputs.values.push(own);
                 inputs
                     .off
-                    .push(Off::exactly(f64::from(code) / scale[0] - own));
+                    .push(ErrorInterval::exactly(f64::from(code) / scale[0] - own));
             }
             inputs
         };
@@ -54,7 +54,7 @@ impl HashedColour {
         let mut all = Outputs::default();
         for (table, place) in self.tables.iter().zip(places) {
             let mut own = [0.0; FEATURES as usize];
-            let mut off = [Off::default(); FEATURES as usize];
+            let mut off = [ErrorInterval::default(); FEATURES as usize];
             table.gather(place, &mut own);
             let bits = [feature_bits; FEATURES as usize];
             gathered(table, &bits, weight_bits, place, &own, &mut off);

@@ -3,7 +3,7 @@
 
 use super::shade::perceptron;
 use potamoi_fields::algorithms::dvgo::{self, Dvgo};
-use potamoi_fields::algorithms::tensorf::{Activation, Known, Rules, Tensorf};
+use potamoi_fields::algorithms::tensorf::{Activation, KnownValues, Rules, Tensorf};
 use potamoi_fields::voxels::Grid;
 use potamoi_fields::{FieldError, Table};
 
@@ -90,7 +90,7 @@ pub(crate) fn tensorf(grid: &Grid) -> Result<Tensorf, FieldError> {
     let filled: Vec<bool> = (0..vertices)
         .map(|v| density(v) > 0.0 && !deep(v))
         .collect();
-    let mut known = Known {
+    let mut known = KnownValues {
         points,
         places: vec![],
         density: vec![],

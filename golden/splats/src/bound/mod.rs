@@ -39,7 +39,7 @@ pub struct Pair {
 
 /// Rounding errors of a record's formats and of the values derived from them.
 #[derive(Debug, Clone, Copy)]
-struct Off {
+struct RoundingErrors {
     factor: f64,
     mean: f64,
     form: f64,
@@ -50,7 +50,7 @@ struct Off {
     transmittance: f64,
 }
 
-impl Off {
+impl RoundingErrors {
     fn of(rules: &Rules, exp: &ExpConfig, powers: &VectorBounds) -> Self {
         Self {
             factor: 2f64.powi(-(rules.conic_bits as i32)) / 2.0,
@@ -86,7 +86,7 @@ pub fn error_bounds(
     background: [f32; 3],
     colours_off: f64,
 ) -> Vec<f64> {
-    let off = Off::of(&rules.fixed, exp, powers);
+    let off = RoundingErrors::of(&rules.fixed, exp, powers);
     let (first, ranks) = view.by_tile();
     let [width, height] = view.size();
     let behind = background
@@ -118,7 +118,13 @@ pub fn error_bounds(
     bounds
 }
 
-fn pixel(rules: &Pair, splats: &[&Projected], at: [u32; 2], off: &Off, brightest: f64) -> f64 {
+fn pixel(
+    rules: &Pair,
+    splats: &[&Projected],
+    at: [u32; 2],
+    off: &RoundingErrors,
+    brightest: f64,
+) -> f64 {
     let limits = Limits::new(&rules.fixed);
     let stop = [rules.float.stop_below, limits.stop as f64 * 2f64.powi(-36)];
     // Transmittance in floating point, and in the hardware's formats, least and most.
@@ -169,7 +175,7 @@ fn alpha(
     rules: &Rules,
     splat: &Projected,
     at: [u32; 2],
-    off: &Off,
+    off: &RoundingErrors,
     limits: &Limits,
 ) -> Option<Alpha> {
     let centre = |v: u32| f64::from(v) + rules.pixel_centre;

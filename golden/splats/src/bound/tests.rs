@@ -7,7 +7,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::{Alpha, Limits, Off, Projected, alpha};
+use super::{Alpha, Limits, Projected, RoundingErrors, alpha};
 
 use crate::array::Forms;
 use crate::profile::Profile;
@@ -77,7 +77,7 @@ fn alpha_of_units(
 /// some exceed it without that part.
 #[test]
 fn each_part_of_an_alphas_bound_is_needed() {
-    type Part = fn(&mut Off);
+    type Part = fn(&mut RoundingErrors);
     let cases: [(&str, &str, u32, f64, bool, Part); 6] = [
         ("factor", "", 10, 0.3, false, |off| off.factor = 0.0),
         ("mean", "", 30, 1.0, false, |off| off.mean = 0.0),
@@ -112,7 +112,7 @@ fn each_part_of_an_alphas_bound_is_needed() {
             ..Profile::Gsplat.rules()
         };
         let powers = VectorBounds::by_formula(&config.vu.exp);
-        let off = Off::of(&rules, &config.vu.exp, &powers);
+        let off = RoundingErrors::of(&rules, &config.vu.exp, &powers);
         let mut without = off;
         leave_out(&mut without);
         let limits = Limits::new(&rules);
@@ -121,7 +121,7 @@ fn each_part_of_an_alphas_bound_is_needed() {
         let (mut beyond, mut most) = (0u32, 0f64);
         for _ in 0..200_000 {
             let splat = any_splat(&mut random, size, round);
-            let at = |off: &Off| alpha(&rules, &splat, [8, 8], off, &limits);
+            let at = |off: &RoundingErrors| alpha(&rules, &splat, [8, 8], off, &limits);
             let Some(Alpha { float, fixed }) = at(&off) else {
                 continue;
             };

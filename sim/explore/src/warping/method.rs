@@ -49,7 +49,7 @@ impl MethodSettings {
     /// at least one window and one depth are required.
     #[must_use]
     pub fn all(methods: &[Method], windows: &[u32], phis: &[f64], depths: &[String]) -> Vec<Self> {
-        let mut ways = vec![];
+        let mut combinations = vec![];
         for method in methods {
             let warps = *method != Method::HalfResolution;
             let phis: Vec<Option<f64>> = match phis.is_empty() {
@@ -68,7 +68,7 @@ impl MethodSettings {
                         if warps && depths.len() > 1 {
                             name += &format!(", {of}");
                         }
-                        ways.push(Self {
+                        combinations.push(Self {
                             method: *method,
                             window: *window,
                             phi: *phi,
@@ -79,7 +79,7 @@ impl MethodSettings {
                 }
             }
         }
-        ways
+        combinations
     }
 
     /// The frames in order; the references in `lost` never arrive.
@@ -125,7 +125,7 @@ mod tests {
         let depths = ["model", "mesh 256"].map(str::to_owned);
         let names = |methods: &[Method], phis: &[f64], depths: &[String]| -> Vec<String> {
             let all = MethodSettings::all(methods, &[6, 16], phis, depths);
-            all.into_iter().map(|way| way.name).collect()
+            all.into_iter().map(|settings| settings.name).collect()
         };
         assert_eq!(
             names(&[Method::SpaRw, Method::HalfResolution], &[], &depths[..1]),

@@ -11,6 +11,6 @@ mod variant;
 pub use method::{Method, MethodSettings};
 pub use quality::{Footage, FrameQuality, ImageQuality, Measured, Part, Truth};
 pub use source::{Depth, Source};
-pub use study::{PlannedWay, Study};
+pub use study::{PlannedMethod, Study};
 pub use timetable::{GivenTimes, Times, Timetable, Timing};
 pub use variant::{Prediction, Variant, Warping};

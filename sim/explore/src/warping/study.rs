@@ -32,9 +32,9 @@ pub struct Study<'a> {
 
 /// A method with its rule and plan.
 #[derive(Debug, Clone)]
-pub struct PlannedWay {
+pub struct PlannedMethod {
     /// The method.
-    pub way: MethodSettings,
+    pub settings: MethodSettings,
     /// Rule that classifies pixels.
     pub rule: Rule,
     /// Plan of references.
@@ -45,8 +45,8 @@ impl Study<'_> {
     /// Steps of so many methods. A frame that is rendered again, as the schedule lost references,
     /// is a further step.
     #[must_use]
-    pub const fn steps(&self, ways: usize) -> u64 {
-        (self.path.len() * (ways + 1)) as u64
+    pub const fn steps(&self, methods: usize) -> u64 {
+        (self.path.len() * (methods + 1)) as u64
     }
 
     /// Renders the frames with each method, and compares them with the model's full frames and with
@@ -58,7 +58,7 @@ impl Study<'_> {
     /// error of `show`.
     pub fn run<E: From<ExploreError>>(
         &self,
-        ways: &[PlannedWay],
+        methods: &[PlannedMethod],
         truth: &mut Truth,
         progress: &dyn Progress,
         show: &mut dyn FnMut(&Frame) -> Result<(), E>,
@@ -69,11 +69,11 @@ impl Study<'_> {
         for depth in self.depths {
             geometries.push(self.source.geometry(depth, &mut notes)?);
         }
-        progress.expect(self.steps(ways.len()));
+        progress.expect(self.steps(methods.len()));
         let footage = Footage::new(self.source, self.path, truth, progress)?;
         let mut variants = vec![];
-        for own in ways {
-            let geometry = geometries[own.way.depth].as_deref();
+        for own in methods {
+            let geometry = geometries[own.settings.depth].as_deref();
             variants.push(self.variant(own, geometry, &footage, progress, show)?);
         }
         let mut not_checked = self.source.left_open(self.path);
@@ -93,13 +93,17 @@ impl Study<'_> {
 
     fn variant<E: From<ExploreError>>(
         &self,
-        own: &PlannedWay,
+        own: &PlannedMethod,
         geometry: Option<&dyn Geometry>,
         footage: &Footage,
         progress: &dyn Progress,
         show: &mut dyn FnMut(&Frame) -> Result<(), E>,
     ) -> Result<Variant, E> {
-        let PlannedWay { way, rule, plan } = own;
+        let PlannedMethod {
+            settings,
+            rule,
+            plan,
+        } = own;
         let warper = Warper {
             renderer: self.source.renderer(),
             geometry,
@@ -112,15 +116,15 @@ impl Study<'_> {
             return Err(ExploreError::Refused(why).into());
         }
         let begun = Instant::now();
-        let (measured, schedule) = self.frames(way, warper, &plan, footage, progress, show)?;
+        let (measured, schedule) = self.frames(settings, warper, &plan, footage, progress, show)?;
         let seconds = begun.elapsed().as_secs_f64();
-        let depth = self.depths[way.depth].to_string();
+        let depth = self.depths[settings.depth].to_string();
         let times = &self.timetable.times;
         Ok(Variant {
             timing: schedule.as_ref().map(|own| Timing::of(own, times)),
             schedule,
             seconds,
-            ..Variant::new(way, depth, measured, &plan, self.path)
+            ..Variant::new(settings, depth, measured, &plan, self.path)
         })
     }
 
@@ -128,7 +132,7 @@ impl Study<'_> {
     /// the frames too, which are then rendered again.
     fn frames<'f, E: From<ExploreError>>(
         &self,
-        way: &MethodSettings,
+        settings: &MethodSettings,
         warper: Warper<'_>,
         plan: &Plan,
         footage: &'f Footage,
@@ -160,7 +164,7 @@ impl Study<'_> {
                 Times::Given(times) => Some(times),
                 Times::None => None,
             };
-            for frame in way.frames(warper, self.path, plan, &lost) {
+            for frame in settings.frames(warper, self.path, plan, &lost) {
                 take(&frame.map_err(ExploreError::from)?)?;
             }
             let Some(times) = times else {

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use potamoi_base::camera::Camera;
 use potamoi_system::link;
 use potamoi_system::path_schedule::{
-    Link, LinkUse, Made, Nanos, Options, PixelClock, Poses, References, Remote, Resource, Schedule,
-    live, schedule,
+    FrameOrigin, Link, LinkUse, Nanos, Options, PixelClock, Poses, References, Remote, Resource,
+    Schedule, live, schedule,
 };
 use potamoi_warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
 use serde::Serialize;
@@ -151,7 +151,7 @@ pub(super) fn given_up(schedule: &Schedule) -> BTreeSet<usize> {
     let lost = schedule
         .frames
         .iter()
-        .filter(|f| f.made == Made::FullByLoss);
+        .filter(|f| f.made == FrameOrigin::FullByLoss);
     lost.map(|f| f.reference).collect()
 }
 

@@ -84,7 +84,7 @@ pub struct Prediction {
 impl Variant {
     /// Results of a method whose source of depth has this name.
     pub(super) fn new(
-        way: &MethodSettings,
+        settings: &MethodSettings,
         depth: String,
         measured: Measured<'_>,
         plan: &Plan,
@@ -94,28 +94,28 @@ impl Variant {
         let pixels = frame.pixels.total() as f64;
         // References off the path are rendered beside the frames.
         let beside = plan.references.iter().filter(|r| r.target.is_none());
-        let (references, extra) = match way.method {
+        let (references, extra) = match settings.method {
             Method::SpaRw => (plan.references.len(), beside.count()),
-            Method::Chained => (path.len().div_ceil(way.window as usize), 0),
+            Method::Chained => (path.len().div_ceil(settings.window as usize), 0),
             Method::HalfResolution => (0, 0),
         };
         let extra = extra as f64 * pixels / path.len().max(1) as f64;
-        let rendered_share = match way.method {
+        let rendered_share = match settings.method {
             Method::HalfResolution => 0.25,
             _ => (frame.pixels.rendered() as f64 + extra) / pixels,
         };
         Self {
-            name: way.name.clone(),
-            method: way.method.name(),
-            window: way.window,
-            phi_degrees: way.phi,
+            name: settings.name.clone(),
+            method: settings.method.name(),
+            window: settings.window,
+            phi_degrees: settings.phi,
             depth,
             references,
             fallbacks: measured.frames.iter().filter(|f| f.fell_back).count(),
             rendered_share,
             frame,
             foreground,
-            prediction: (way.method == Method::SpaRw)
+            prediction: (settings.method == Method::SpaRw)
                 .then(|| Prediction::of(&prediction_errors(plan, path)))
                 .flatten(),
             timing: None,

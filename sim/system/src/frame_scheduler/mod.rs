@@ -54,7 +54,7 @@ pub enum Job {
 /// How a frame was produced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Made {
+pub enum FrameOrigin {
     /// It is its own reference.
     Reference,
     /// It was warped.
@@ -251,7 +251,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
             Job::Target(frame) => {
                 let finished = outcome == Outcome::Right;
                 if finished {
-                    self.frames[frame].finished = Some((now, Made::Warped));
+                    self.frames[frame].finished = Some((now, FrameOrigin::Warped));
                 } else {
                     self.frames[frame].refused = Some(now);
                     self.fallbacks.insert(frame);
@@ -261,8 +261,8 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
             }
             Job::Fallback(frame) => {
                 let made = match self.frames[frame].refused {
-                    Some(_) => Made::FullByAngle,
-                    None => Made::FullByLoss,
+                    Some(_) => FrameOrigin::FullByAngle,
+                    None => FrameOrigin::FullByLoss,
                 };
                 self.frames[frame].finished = Some((now, made));
                 Some(frame)
@@ -328,7 +328,7 @@ impl<M: Copy + Default + Ord> FrameScheduler<M> {
             self.fallbacks.insert(frame);
         } else if state.ready.is_some() {
             if self.plan[r].shown_as == Some(frame) {
-                self.frames[frame].finished = Some((now, Made::Reference));
+                self.frames[frame].finished = Some((now, FrameOrigin::Reference));
                 self.read(r, now);
                 return true;
             }

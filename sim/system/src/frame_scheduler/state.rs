@@ -1,6 +1,6 @@
 //! State of each reference and of each frame.
 
-use super::Made;
+use super::FrameOrigin;
 
 /// State of a reference. An event that has not happened has no moment.
 #[derive(Debug, Clone, Copy, Default)]
@@ -27,7 +27,7 @@ pub(crate) struct FrameState<M> {
     /// Its angles were found to be too large.
     pub(crate) refused: Option<M>,
     /// Finished, and how it was produced.
-    pub(crate) finished: Option<(M, Made)>,
+    pub(crate) finished: Option<(M, FrameOrigin)>,
     /// Shown.
     pub(crate) shown: Option<M>,
 }

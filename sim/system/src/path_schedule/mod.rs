@@ -38,7 +38,7 @@ mod windows;
 #[cfg(test)]
 mod tests;
 
-pub use crate::frame_scheduler::{Job, Made};
+pub use crate::frame_scheduler::{FrameOrigin, Job};
 pub use chrome_trace::chrome_trace;
 pub use clock::{Clock, FixedClock, Nanos, PixelClock};
 pub use error::ScheduleError;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Job, Made, Nanos};
+use super::{FrameOrigin, Job, Nanos};
 use crate::frame_scheduler::Hold;
 
 /// A resource, which does one job at a time.
@@ -114,7 +114,7 @@ pub struct FrameTime {
     /// The reference that serves it.
     pub reference: usize,
     /// How it was produced.
-    pub made: Made,
+    pub made: FrameOrigin,
     /// Arrival of its pose.
     pub pose: Nanos,
     /// Rendering finished.

@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use super::Dvgo;
 use super::fixed::{DvgoHead, FixedDvgo};
 use crate::FieldError;
-use crate::bound::{Bounds, Off, Pair, UnitErrors};
+use crate::bound::{Bounds, ErrorInterval, Pair, UnitErrors};
 use crate::volume::{MVoxels, Ray, Rays};
 use potamoi_base::camera::Camera;
 use potamoi_march::Head as _;
@@ -47,22 +47,23 @@ impl Bounds for DvgoBounds<'_> {
         &self.frac_bits
     }
 
-    fn alpha(&self, features: &[f64], off: &[Off]) -> f64 {
+    fn alpha(&self, features: &[f64], off: &[ErrorInterval]) -> f64 {
         let bits = self.head.density_bits as i32;
         self.head
             .opacity
             .off(&self.errors, features[0], off[0], bits)
     }
 
-    fn colour(&self, features: &[f64], off: &[Off], direction: DVec3) -> f64 {
+    fn colour(&self, features: &[f64], off: &[ErrorInterval], direction: DVec3) -> f64 {
         let mut inputs = vec![];
         self.field.inputs(features, direction, &mut inputs);
         let mut codes = vec![];
         self.head.encode(direction, &mut codes);
         let scale = 2f64.powi(self.head.input_bits as i32);
         let directions = codes.iter().zip(&inputs[features.len() - 1..]);
-        let directions = directions.map(|(c, exact)| Off::exactly(f64::from(*c) / scale - exact));
-        let off: Vec<Off> = off[1..].iter().copied().chain(directions).collect();
+        let directions =
+            directions.map(|(c, exact)| ErrorInterval::exactly(f64::from(*c) / scale - exact));
+        let off: Vec<ErrorInterval> = off[1..].iter().copied().chain(directions).collect();
         let logits = self.pair.outputs(&inputs, &off);
         self.errors.colours(&logits, self.head.mlp.output_frac())
     }

@@ -17,8 +17,8 @@ use potamoi_formats::config::Config;
 
 use crate::volume::Mask;
 use crate::{
-    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile,
-    LoadedField, Mlp, Sampling, Size, Stepped, Storage, Table, outside, softplus,
+    Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, LoadedField, Mlp,
+    QuantisedField, Sampling, Size, Stepped, Storage, Table, softplus, unverified_work,
 };
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Notes;
@@ -182,12 +182,12 @@ impl Dvgo {
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "DirectVoxGO",
     outside: &[
-        outside::INDEXING,
-        outside::MASK,
-        outside::RIT,
-        outside::WAVES,
-        outside::PERCEPTRONS,
-        outside::COMPOSITING,
+        unverified_work::INDEXING,
+        unverified_work::MASK,
+        unverified_work::RIT,
+        unverified_work::WAVES,
+        unverified_work::PERCEPTRONS,
+        unverified_work::COMPOSITING,
     ],
     full_size: Some(Size::Points(160)),
     preset: "fields",
@@ -282,9 +282,9 @@ impl Field for Dvgo {
         ))
     }
 
-    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, config: &Config) -> Result<QuantisedField<'_>, FieldError> {
         let FixedDvgo { volume, head } = self.fixed(config)?;
-        Ok(Coded {
+        Ok(QuantisedField {
             storage: Storage::Volume(Box::new(volume)),
             head: Box::new(head),
         })

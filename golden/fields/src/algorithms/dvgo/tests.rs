@@ -7,42 +7,45 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::Layer;
-use crate::test_checkpoints::{Made, harms, survives};
+use crate::test_checkpoints::{Content, harms, survives};
 use potamoi_base::file_keys::Fate;
 
 /// A small one, with everything that is read: two features, one frequency.
-fn whole() -> Made {
-    let state = Made::dict([
-        ("density.grid", Made::tensor(&[1, 1, 3, 4, 5])),
-        ("k0.grid", Made::tensor(&[1, 2, 3, 4, 5])),
-        ("xyz_min", Made::Tensor(vec![3], vec![-1.0; 3])),
-        ("xyz_max", Made::Tensor(vec![3], vec![1.0; 3])),
-        ("act_shift", Made::Tensor(vec![1], vec![-2.0])),
-        ("viewfreq", Made::Tensor(vec![1], vec![1.0])),
-        ("rgbnet.0.weight", Made::tensor(&[6, 11])),
-        ("rgbnet.0.bias", Made::tensor(&[6])),
-        ("rgbnet.2.weight", Made::tensor(&[3, 6])),
-        ("rgbnet.2.bias", Made::tensor(&[3])),
-        ("mask_cache.mask", Made::Tensor(vec![2, 2, 2], vec![1.0; 8])),
+fn whole() -> Content {
+    let state = Content::dict([
+        ("density.grid", Content::tensor(&[1, 1, 3, 4, 5])),
+        ("k0.grid", Content::tensor(&[1, 2, 3, 4, 5])),
+        ("xyz_min", Content::Tensor(vec![3], vec![-1.0; 3])),
+        ("xyz_max", Content::Tensor(vec![3], vec![1.0; 3])),
+        ("act_shift", Content::Tensor(vec![1], vec![-2.0])),
+        ("viewfreq", Content::Tensor(vec![1], vec![1.0])),
+        ("rgbnet.0.weight", Content::tensor(&[6, 11])),
+        ("rgbnet.0.bias", Content::tensor(&[6])),
+        ("rgbnet.2.weight", Content::tensor(&[3, 6])),
+        ("rgbnet.2.bias", Content::tensor(&[3])),
+        (
+            "mask_cache.mask",
+            Content::Tensor(vec![2, 2, 2], vec![1.0; 8]),
+        ),
         (
             "mask_cache.xyz2ijk_scale",
-            Made::Tensor(vec![3], vec![0.5; 3]),
+            Content::Tensor(vec![3], vec![0.5; 3]),
         ),
         (
             "mask_cache.xyz2ijk_shift",
-            Made::Tensor(vec![3], vec![0.5; 3]),
+            Content::Tensor(vec![3], vec![0.5; 3]),
         ),
     ]);
-    let kwargs = Made::dict([
-        ("density_type", Made::text("DenseGrid")),
-        ("k0_type", Made::text("DenseGrid")),
-        ("num_voxels", Made::Int(60)),
-        ("voxel_size_ratio", Made::Tensor(vec![], vec![1.0])),
-        ("fast_color_thres", Made::Float(1e-4)),
-        ("alpha_init", Made::Float(1e-2)),
+    let kwargs = Content::dict([
+        ("density_type", Content::text("DenseGrid")),
+        ("k0_type", Content::text("DenseGrid")),
+        ("num_voxels", Content::Int(60)),
+        ("voxel_size_ratio", Content::Tensor(vec![], vec![1.0])),
+        ("fast_color_thres", Content::Float(1e-4)),
+        ("alpha_init", Content::Float(1e-2)),
     ]);
-    Made::dict([
-        ("global_step", Made::Int(3)),
+    Content::dict([
+        ("global_step", Content::Int(3)),
         ("model_kwargs", kwargs),
         ("model_state_dict", state),
     ])
@@ -114,22 +117,22 @@ fn the_whole_one_is_read() {
 }
 
 /// `whole` with one more item, of the whole or of one of its dictionaries.
-fn with(key: &str, value: Made) -> Made {
-    let Made::Dict(mut root) = whole() else {
+fn with(key: &str, value: Content) -> Content {
+    let Content::Dict(mut root) = whole() else {
         unreachable!()
     };
     match key.split_once('/') {
         None => root.push((key.to_owned(), value)),
         Some((part, name)) => {
             let held = root.iter_mut().find(|(known, _)| known == part);
-            let Some((_, Made::Dict(items))) = held else {
+            let Some((_, Content::Dict(items))) = held else {
                 unreachable!()
             };
             items.retain(|(known, _)| known != name);
             items.push((name.to_owned(), value));
         }
     }
-    Made::Dict(root)
+    Content::Dict(root)
 }
 
 /// Keys of other variants are refused by name, whatever else the file holds or lacks; all others
@@ -143,7 +146,11 @@ fn every_key_is_honoured_refused_or_listed() {
             continue;
         }
         let key = name.replace('*', "new");
-        let loaded = load(with(&key, Made::Tensor(vec![1], vec![0.0])).save().path());
+        let loaded = load(
+            with(&key, Content::Tensor(vec![1], vec![0.0]))
+                .save()
+                .path(),
+        );
         match (fate, loaded) {
             (Fate::Refused, Err(error)) => {
                 let error = error.to_string();
@@ -151,7 +158,7 @@ fn every_key_is_honoured_refused_or_listed() {
                     error.contains(&format!("`{key}` cannot be honoured")),
                     "{error}"
                 );
-                let none = load(with(&key, Made::Int(0)).save().path()).unwrap();
+                let none = load(with(&key, Content::Int(0)).save().path()).unwrap();
                 assert!(!none.notes.not_used().contains(&key), "{key}");
             }
             (Fate::Whole, Err(error)) => {
@@ -166,11 +173,11 @@ fn every_key_is_honoured_refused_or_listed() {
         }
     }
     // Without what the bounded model needs, the key is still what is named.
-    let unbounded = Made::dict([
-        ("model_kwargs", Made::dict([])),
+    let unbounded = Content::dict([
+        ("model_kwargs", Content::dict([])),
         (
             "model_state_dict",
-            Made::dict([("scene_center", Made::tensor(&[3]))]),
+            Content::dict([("scene_center", Content::tensor(&[3]))]),
         ),
     ]);
     let error = load(unbounded.save().path()).unwrap_err().to_string();
@@ -179,7 +186,7 @@ fn every_key_is_honoured_refused_or_listed() {
         "{error}"
     );
     let kept = load(
-        with("model_kwargs/rgbnet_direct", Made::Int(1))
+        with("model_kwargs/rgbnet_direct", Content::Int(1))
             .save()
             .path(),
     );
@@ -188,26 +195,26 @@ fn every_key_is_honoured_refused_or_listed() {
 
 /// `whole` with the layers of a perceptron of four, and with other keys of its `state_dict`
 /// in the place of some: from, and to; to nothing removes it.
-fn layered(names: [&str; 4], change: Option<(&str, Option<&str>)>) -> Made {
-    let Made::Dict(mut root) = whole() else {
+fn layered(names: [&str; 4], change: Option<(&str, Option<&str>)>) -> Content {
+    let Content::Dict(mut root) = whole() else {
         unreachable!()
     };
     for (part, held) in &mut root {
-        let Made::Dict(items) = held else { continue };
+        let Content::Dict(items) = held else { continue };
         if part != "model_state_dict" {
             continue;
         }
         items.retain(|(key, _)| !key.starts_with("rgbnet."));
         for (name, shape) in names.iter().zip([[6, 11], [6, 6], [6, 6], [3, 6]]) {
-            items.push((format!("{name}.weight"), Made::tensor(&shape)));
-            items.push((format!("{name}.bias"), Made::tensor(&shape[..1])));
+            items.push((format!("{name}.weight"), Content::tensor(&shape)));
+            items.push((format!("{name}.bias"), Content::tensor(&shape[..1])));
         }
         let Some((from, to)) = change else { continue };
         let at = items.iter().position(|(key, _)| key == from).unwrap();
         let (_, value) = items.remove(at);
         items.extend(to.map(|to| (to.to_owned(), value)));
     }
-    Made::Dict(root)
+    Content::Dict(root)
 }
 
 /// Every layer is used, or the file is refused by the key that is missing or left.
@@ -253,15 +260,15 @@ fn settings_of_another_type_are_refused_by_key() {
     let key = |name: &str| format!("model_kwargs/{name}");
     for name in ["rgbnet_direct", "density_type", "k0_type"] {
         let mut wrong = vec![
-            (Made::None, "None"),
-            (Made::Bool(false), "False"),
-            (Made::Int(0), "0"),
-            (Made::Float(2.0), "2.0"),
-            (Made::text("False"), "'False'"),
-            (Made::whole(&[1]), "a list"),
+            (Content::None, "None"),
+            (Content::Bool(false), "False"),
+            (Content::Int(0), "0"),
+            (Content::Float(2.0), "2.0"),
+            (Content::text("False"), "'False'"),
+            (Content::whole(&[1]), "a list"),
         ];
         if name != "rgbnet_direct" {
-            wrong.extend([(Made::Int(1), "1"), (Made::Bool(true), "True")]);
+            wrong.extend([(Content::Int(1), "1"), (Content::Bool(true), "True")]);
         }
         for (value, shown) in wrong {
             let error = load(with(&key(name), value).save().path());
@@ -270,7 +277,7 @@ fn settings_of_another_type_are_refused_by_key() {
             assert!(error.contains(&said), "{error}");
         }
     }
-    for value in [Made::Bool(true), Made::Int(1)] {
+    for value in [Content::Bool(true), Content::Int(1)] {
         assert!(load(with(&key("rgbnet_direct"), value).save().path()).is_ok());
     }
 }
@@ -288,12 +295,16 @@ fn grids_and_weights_of_integers_are_refused_by_tensor() {
     ] {
         let bytes = vec![1; shape.iter().product()];
         let key = format!("model_state_dict/{name}");
-        let error = load(with(&key, Made::Bytes(shape.to_vec(), bytes)).save().path());
+        let error = load(
+            with(&key, Content::Bytes(shape.to_vec(), bytes))
+                .save()
+                .path(),
+        );
         let error = error.unwrap_err().to_string();
         let said = format!("`{key}` is of type uint8; expected floating-point");
         assert!(error.contains(&said), "{error}");
     }
-    let mask = Made::Bytes(vec![2; 3], vec![1; 8]);
+    let mask = Content::Bytes(vec![2; 3], vec![1; 8]);
     let made = with("model_state_dict/mask_cache.mask", mask);
     assert!(load(made.save().path()).is_ok());
 }
@@ -322,7 +333,7 @@ fn numbers_that_are_none_are_refused_by_tensor() {
         for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let mut values = vec![0.5; shape.iter().product()];
             values[7] = number;
-            let made = with(key, Made::Tensor(shape.clone(), values));
+            let made = with(key, Content::Tensor(shape.clone(), values));
             let error = load(made.save().path()).unwrap_err().to_string();
             assert!(
                 error.contains(&format!("`{key}` is {number} at number 7")),
@@ -336,85 +347,85 @@ fn numbers_that_are_none_are_refused_by_tensor() {
 #[test]
 fn numbers_out_of_range_are_refused_by_name() {
     for (part, name, value, expected) in [
-        ("model_kwargs", "num_voxels", Made::Int(0), "above 0"),
+        ("model_kwargs", "num_voxels", Content::Int(0), "above 0"),
         (
             "model_kwargs",
             "num_voxels",
-            Made::Float(f64::NAN),
+            Content::Float(f64::NAN),
             "above 0",
         ),
         (
             "model_kwargs",
             "voxel_size_ratio",
-            Made::Float(-1.0),
+            Content::Float(-1.0),
             "above 0",
         ),
         (
             "model_kwargs",
             "fast_color_thres",
-            Made::Float(1.0),
+            Content::Float(1.0),
             "below 1",
         ),
         (
             "model_kwargs",
             "density_type",
-            Made::text("TensoRFGrid"),
+            Content::text("TensoRFGrid"),
             "DenseGrid",
         ),
         (
             "model_state_dict",
             "act_shift",
-            Made::Float(f64::INFINITY),
+            Content::Float(f64::INFINITY),
             "a finite number",
         ),
         (
             "model_state_dict",
             "viewfreq",
-            Made::Tensor(vec![1], vec![f32::NAN]),
+            Content::Tensor(vec![1], vec![f32::NAN]),
             "finite",
         ),
         (
             "model_state_dict",
             "xyz_max",
-            Made::Tensor(vec![3], vec![1.0, f32::INFINITY, 1.0]),
+            Content::Tensor(vec![3], vec![1.0, f32::INFINITY, 1.0]),
             "finite",
         ),
         // At the minimum.
         (
             "model_state_dict",
             "xyz_max",
-            Made::Tensor(vec![3], vec![1.0, -1.0, 1.0]),
+            Content::Tensor(vec![3], vec![1.0, -1.0, 1.0]),
             "finite and above xyz_min, [-1, -1, -1]",
         ),
         (
             "model_state_dict",
             "mask_cache.xyz2ijk_scale",
-            Made::Tensor(vec![3], vec![f32::NAN; 3]),
+            Content::Tensor(vec![3], vec![f32::NAN; 3]),
             "finite",
         ),
         (
             "model_state_dict",
             "density.grid",
-            Made::tensor(&[1, 1, 3, 0, 5]),
+            Content::tensor(&[1, 1, 3, 0, 5]),
             "2 or more vertices",
         ),
         (
             "model_state_dict",
             "density.grid",
-            Made::tensor(&[1, 1, 3, 1, 5]),
+            Content::tensor(&[1, 1, 3, 1, 5]),
             "2 or more vertices",
         ),
     ] {
-        let Made::Dict(mut root) = whole() else {
+        let Content::Dict(mut root) = whole() else {
             return;
         };
         for (key, held) in &mut root {
-            if let (true, Made::Dict(items)) = (key == part, held) {
+            if let (true, Content::Dict(items)) = (key == part, held) {
                 let item = items.iter_mut().find(|(key, _)| key == name).unwrap();
                 item.1 = value.clone();
             }
         }
-        let error = load(Made::Dict(root).save().path())
+        let error = load(Content::Dict(root).save().path())
             .unwrap_err()
             .to_string();
         let field = format!("`{part}/{name}` is ");

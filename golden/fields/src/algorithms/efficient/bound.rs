@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use super::fixed::{BASIS_BITS, EfficientHead, head};
 use super::{CHANNELS, COEFFICIENTS, EfficientNerf};
 use crate::FieldError;
-use crate::bound::{Bounds, Off, UnitErrors};
+use crate::bound::{Bounds, ErrorInterval, UnitErrors};
 use potamoi_base::sh;
 use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;
@@ -35,14 +35,14 @@ impl Bounds for EfficientBounds {
         &self.frac_bits
     }
 
-    fn alpha(&self, features: &[f64], off: &[Off]) -> f64 {
+    fn alpha(&self, features: &[f64], off: &[ErrorInterval]) -> f64 {
         let bits = self.head.density_bits as i32;
         self.head
             .opacity
             .off(&self.errors, features[0], off[0], bits)
     }
 
-    fn colour(&self, features: &[f64], off: &[Off], direction: DVec3) -> f64 {
+    fn colour(&self, features: &[f64], off: &[ErrorInterval], direction: DVec3) -> f64 {
         let mut codes = vec![];
         self.head.encode(direction, &mut codes);
         let scale = 2f64.powi(BASIS_BITS as i32);
@@ -52,13 +52,13 @@ impl Bounds for EfficientBounds {
             .zip(off[1..].chunks_exact(COEFFICIENTS))
             .map(|(own, off)| {
                 let mut logit = 0.0;
-                let mut sum = Off::default();
+                let mut sum = ErrorInterval::default();
                 for ((value, off), (exact, code)) in
                     own.iter().zip(off).zip(basis.iter().zip(&codes))
                 {
-                    let of_basis = Off::exactly(f64::from(*code) / scale - exact);
+                    let of_basis = ErrorInterval::exactly(f64::from(*code) / scale - exact);
                     logit += value * exact;
-                    sum = sum + Off::product([*value, *exact], [*off, of_basis]);
+                    sum = sum + ErrorInterval::product([*value, *exact], [*off, of_basis]);
                 }
                 let bits = (self.head.coefficient_bits + BASIS_BITS) as i32;
                 self.errors.logistic(logit, sum, bits)

@@ -18,7 +18,7 @@ use super::{CHANNELS, COEFFICIENTS, EfficientNerf, LEAST_WEIGHT, STEP};
 use crate::gather_plan::finest_of;
 use crate::opacity::{Curve, Opacity, need};
 use crate::quantisation::held;
-use crate::{Coded, FieldError};
+use crate::{FieldError, QuantisedField};
 use potamoi_base::sh;
 use potamoi_march::{Head, Lanes, MarchError, Opacities, TRANSMITTANCE};
 use potamoi_reference::Product;
@@ -35,9 +35,15 @@ pub(super) struct EfficientHead {
     logit_bits: u32,
 }
 
-pub(super) fn coded<'a>(field: &EfficientNerf, config: &Config) -> Result<Coded<'a>, FieldError> {
+pub(super) fn coded<'a>(
+    field: &EfficientNerf,
+    config: &Config,
+) -> Result<QuantisedField<'a>, FieldError> {
     let head = head(field, config)?;
-    Ok(Coded::in_tables(vec![head.frac_bits()], Box::new(head)))
+    Ok(QuantisedField::in_tables(
+        vec![head.frac_bits()],
+        Box::new(head),
+    ))
 }
 
 pub(super) fn head(field: &EfficientNerf, config: &Config) -> Result<EfficientHead, FieldError> {

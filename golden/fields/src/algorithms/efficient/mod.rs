@@ -15,8 +15,8 @@ use potamoi_formats::config::Config;
 use rayon::prelude::*;
 
 use crate::{
-    Algorithm, Along, Bounds, Coded, Directions, Field, FieldError, Nodes, Sampling, Size, Table,
-    outside, softplus,
+    Algorithm, Along, Bounds, Directions, Field, FieldError, Nodes, QuantisedField, Sampling, Size,
+    Table, softplus, unverified_work,
 };
 use potamoi_base::bands::{self, Bands};
 use potamoi_base::camera::Camera;
@@ -102,12 +102,12 @@ impl EfficientNerf {
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "EfficientNeRF",
     outside: &[
-        outside::INDEXING,
-        outside::NODES,
-        outside::RIT,
-        outside::HARMONICS,
-        outside::COEFFICIENTS,
-        outside::COMPOSITING,
+        unverified_work::INDEXING,
+        unverified_work::NODES,
+        unverified_work::RIT,
+        unverified_work::HARMONICS,
+        unverified_work::COEFFICIENTS,
+        unverified_work::COMPOSITING,
     ],
     full_size: Some(Size::Cells {
         coarse: 384,
@@ -183,7 +183,7 @@ impl Field for EfficientNerf {
         }
     }
 
-    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, config: &Config) -> Result<QuantisedField<'_>, FieldError> {
         fixed::coded(self, config)
     }
 

@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use super::fixed::{NgpHead, head};
 use super::{Ngp, cycled};
 use crate::FieldError;
-use crate::bound::{Bounds, Off, Pair, UnitErrors};
+use crate::bound::{Bounds, ErrorInterval, Pair, UnitErrors};
 use potamoi_base::sh;
 use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;
@@ -39,14 +39,14 @@ impl Bounds for NgpBounds {
         &self.frac_bits
     }
 
-    fn alpha(&self, features: &[f64], off: &[Off]) -> f64 {
+    fn alpha(&self, features: &[f64], off: &[ErrorInterval]) -> f64 {
         let latents = self.density.outputs(features, off);
         let bits = self.head.density.output_frac();
         let (first, off) = (latents.values[0], latents.off[0]);
         self.head.opacity.off(&self.errors, first, off, bits)
     }
 
-    fn colour(&self, features: &[f64], off: &[Off], direction: DVec3) -> f64 {
+    fn colour(&self, features: &[f64], off: &[ErrorInterval], direction: DVec3) -> f64 {
         let mut inputs = self.density.outputs(features, off);
         let mut codes = vec![];
         self.head.encode(direction, &mut codes);
@@ -55,7 +55,7 @@ impl Bounds for NgpBounds {
             inputs.values.push(exact);
             inputs
                 .off
-                .push(Off::exactly(f64::from(*code) / scale - exact));
+                .push(ErrorInterval::exactly(f64::from(*code) / scale - exact));
         }
         let logits = self.colour.outputs(&inputs.values, &inputs.off);
         self.errors.colours(&logits, self.head.colour.output_frac())

@@ -21,7 +21,7 @@ use crate::gather_plan::finest_of;
 use crate::mac::MacMlp;
 use crate::opacity::{Curve, Opacity, need, rescale};
 use crate::quantisation::held;
-use crate::{Coded, Field as _, FieldError, calibrate};
+use crate::{Field as _, FieldError, QuantisedField, calibrate};
 use potamoi_base::sh;
 use potamoi_march::{Head, Lanes, MarchError, Opacities};
 
@@ -39,9 +39,9 @@ pub(super) struct NgpHead {
 }
 
 /// A field with its fixed-point feature computation and formats.
-pub(super) fn coded<'a>(field: &Ngp, config: &Config) -> Result<Coded<'a>, FieldError> {
+pub(super) fn coded<'a>(field: &Ngp, config: &Config) -> Result<QuantisedField<'a>, FieldError> {
     let (frac_bits, head) = head(field, config)?;
-    Ok(Coded::in_tables(frac_bits, Box::new(head)))
+    Ok(QuantisedField::in_tables(frac_bits, Box::new(head)))
 }
 
 /// Fraction bits of the codes of each table, and the head.

@@ -28,8 +28,8 @@ use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
 use crate::{
-    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile,
-    FileOptions, HashUnit, LoadedField, Mlp, Sampling, Size, Table, outside,
+    Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, FileOptions,
+    HashUnit, LoadedField, Mlp, QuantisedField, Sampling, Size, Table, unverified_work,
 };
 use grid::GridShape;
 use occupancy::Occupancy;
@@ -177,13 +177,13 @@ fn load(path: &Path, options: &FileOptions) -> Result<LoadedField, FieldError> {
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "Instant-NGP",
     outside: &[
-        outside::INDEXING,
-        outside::HASHES,
-        outside::OCCUPANCY,
-        outside::RIT,
-        outside::HARMONICS,
-        outside::PERCEPTRONS,
-        outside::COMPOSITING,
+        unverified_work::INDEXING,
+        unverified_work::HASHES,
+        unverified_work::OCCUPANCY,
+        unverified_work::RIT,
+        unverified_work::HARMONICS,
+        unverified_work::PERCEPTRONS,
+        unverified_work::COMPOSITING,
     ],
     full_size: Some(Size::Entries(1 << 19)),
     preset: "fields",
@@ -201,14 +201,14 @@ pub static ALGORITHM: Algorithm = Algorithm {
 pub static BY_MVOXEL: Algorithm = Algorithm {
     name: "Instant-NGP, hashed by MVoxel",
     outside: &[
-        outside::INDEXING,
-        outside::HASHES,
-        outside::OCCUPANCY,
-        outside::RIT,
-        outside::HARMONICS,
-        outside::PERCEPTRONS,
-        outside::COMPOSITING,
-        outside::PARTS,
+        unverified_work::INDEXING,
+        unverified_work::HASHES,
+        unverified_work::OCCUPANCY,
+        unverified_work::RIT,
+        unverified_work::HARMONICS,
+        unverified_work::PERCEPTRONS,
+        unverified_work::COMPOSITING,
+        unverified_work::PARTS,
     ],
     full_size: Some(Size::Entries(1 << 19)),
     preset: "fields",
@@ -285,7 +285,7 @@ impl Field for Ngp {
         }
     }
 
-    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, config: &Config) -> Result<QuantisedField<'_>, FieldError> {
         fixed::coded(self, config)
     }
 

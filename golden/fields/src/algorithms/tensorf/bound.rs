@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use super::Tensorf;
 use super::fixed::{TensorfHead, head};
 use crate::FieldError;
-use crate::bound::{Bounds, Off, Outputs, Pair, UnitErrors};
+use crate::bound::{Bounds, ErrorInterval, Outputs, Pair, UnitErrors};
 use potamoi_march::Head as _;
 use potamoi_reference::bounds::VectorBounds;
 
@@ -37,7 +37,7 @@ pub(super) fn bounds<'a>(
 
 impl TensorfBounds<'_> {
     /// Products of planes and lines, of density (kind 0) or of appearance.
-    fn products(&self, features: &[f64], off: &[Off], kind: usize) -> Outputs {
+    fn products(&self, features: &[f64], off: &[ErrorInterval], kind: usize) -> Outputs {
         let mut all = Outputs::default();
         for mode in &self.head.modes {
             let own = match kind {
@@ -52,7 +52,7 @@ impl TensorfBounds<'_> {
             for i in own {
                 let at = [mode.plane + i, mode.line + i];
                 let values = at.map(|at| features[at]);
-                let product = Off::product(values, at.map(|at| off[at]));
+                let product = ErrorInterval::product(values, at.map(|at| off[at]));
                 all.values.push(values[0] * values[1]);
                 all.off.push(product.rounded(rounding));
             }
@@ -68,7 +68,7 @@ impl TensorfBounds<'_> {
                     let times = 2f64.powi(k as i32);
                     let exact = wave(times * value);
                     to.values.push(exact);
-                    to.off.push(Off {
+                    to.off.push(ErrorInterval {
                         known: wave(times * (value + off.known)) - exact,
                         most: (times * off.most).min(2.0) + half,
                     });
@@ -83,18 +83,18 @@ impl Bounds for TensorfBounds<'_> {
         &self.frac_bits
     }
 
-    fn alpha(&self, features: &[f64], off: &[Off]) -> f64 {
+    fn alpha(&self, features: &[f64], off: &[ErrorInterval]) -> f64 {
         let products = self.products(features, off, 0);
         let sum = products.values.iter().sum();
         let off = products
             .off
             .iter()
-            .fold(Off::default(), |sum, off| sum + *off);
+            .fold(ErrorInterval::default(), |sum, off| sum + *off);
         let bits = self.head.product_bits[0] as i32;
         self.head.opacity.off(&self.errors, sum, off, bits)
     }
 
-    fn colour(&self, features: &[f64], off: &[Off], direction: DVec3) -> f64 {
+    fn colour(&self, features: &[f64], off: &[ErrorInterval], direction: DVec3) -> f64 {
         let products = self.products(features, off, 1);
         let made = self.basis.outputs(&products.values, &products.off);
         let scale = 2f64.powi(self.head.basis.output_frac());
@@ -109,10 +109,12 @@ impl Bounds for TensorfBounds<'_> {
         // Of a direction all codes are known.
         let mut towards = direction.to_array().to_vec();
         super::encode(0..3, rules.view_frequencies, &mut towards);
-        let mut known = towards
-            .iter()
-            .zip(&codes)
-            .map(|(exact, code)| (*exact, Off::exactly(f64::from(*code) / scale - exact)));
+        let mut known = towards.iter().zip(&codes).map(|(exact, code)| {
+            (
+                *exact,
+                ErrorInterval::exactly(f64::from(*code) / scale - exact),
+            )
+        });
         for (exact, off) in known.by_ref().take(3) {
             inputs.values.push(exact);
             inputs.off.push(off);

@@ -7,10 +7,10 @@ use proptest::prelude::*;
 
 use super::Tensorf;
 use crate::FixedField;
-use crate::test_checkpoints::{Made, harms, survives};
+use crate::test_checkpoints::{Content, harms, survives};
 
 /// A small one, with everything that is read.
-fn whole() -> Made {
+fn whole() -> Content {
     let points = [4usize, 3, 5];
     let (density, appearance) = ([2usize, 1, 1], [1usize, 2, 1]);
     let mut state = vec![];
@@ -20,11 +20,11 @@ fn whole() -> Made {
         for (of, count) in [("density", density[mode]), ("app", appearance[mode])] {
             state.push((
                 format!("{of}_plane.{mode}"),
-                Made::tensor(&[1, count, b, a]),
+                Content::tensor(&[1, count, b, a]),
             ));
             state.push((
                 format!("{of}_line.{mode}"),
-                Made::tensor(&[1, count, along, 1]),
+                Content::tensor(&[1, count, along, 1]),
             ));
         }
     }
@@ -38,33 +38,39 @@ fn whole() -> Made {
         ("renderModule.mlp.4.weight", &[3, 4]),
         ("renderModule.mlp.4.bias", &[3]),
     ] {
-        state.push((name.to_owned(), Made::tensor(shape)));
+        state.push((name.to_owned(), Content::tensor(shape)));
     }
-    let corners = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0].map(Made::Float);
-    let aabb = Made::List(corners.into());
-    let kwargs = Made::dict([
+    let corners = [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0].map(Content::Float);
+    let aabb = Content::List(corners.into());
+    let kwargs = Content::dict([
         ("aabb", aabb.clone()),
-        ("gridSize", Made::whole(&[4, 3, 5])),
-        ("density_n_comp", Made::whole(&[2, 1, 1])),
-        ("appearance_n_comp", Made::whole(&[1, 2, 1])),
-        ("app_dim", Made::Int(3)),
-        ("density_shift", Made::Float(-1.0)),
-        ("distance_scale", Made::Float(25.0)),
-        ("rayMarch_weight_thres", Made::Float(1e-4)),
-        ("fea2denseAct", Made::text("softplus")),
-        ("near_far", Made::List([0.1, 6.0].map(Made::Float).into())),
-        ("step_ratio", Made::Float(0.5)),
-        ("shadingMode", Made::text("MLP_Fea")),
-        ("view_pe", Made::Int(1)),
-        ("fea_pe", Made::Int(1)),
-        ("featureC", Made::Int(4)),
-        ("pos_pe", Made::Int(6)),
+        ("gridSize", Content::whole(&[4, 3, 5])),
+        ("density_n_comp", Content::whole(&[2, 1, 1])),
+        ("appearance_n_comp", Content::whole(&[1, 2, 1])),
+        ("app_dim", Content::Int(3)),
+        ("density_shift", Content::Float(-1.0)),
+        ("distance_scale", Content::Float(25.0)),
+        ("rayMarch_weight_thres", Content::Float(1e-4)),
+        ("fea2denseAct", Content::text("softplus")),
+        (
+            "near_far",
+            Content::List([0.1, 6.0].map(Content::Float).into()),
+        ),
+        ("step_ratio", Content::Float(0.5)),
+        ("shadingMode", Content::text("MLP_Fea")),
+        ("view_pe", Content::Int(1)),
+        ("fea_pe", Content::Int(1)),
+        ("featureC", Content::Int(4)),
+        ("pos_pe", Content::Int(6)),
     ]);
-    Made::dict([
+    Content::dict([
         ("kwargs", kwargs),
-        ("state_dict", Made::Dict(state)),
-        ("alphaMask.shape", Made::whole(&[1, 1, 2, 2, 4])),
-        ("alphaMask.mask", Made::Tensor(vec![2], vec![255.0, 254.0])),
+        ("state_dict", Content::Dict(state)),
+        ("alphaMask.shape", Content::whole(&[1, 1, 2, 2, 4])),
+        (
+            "alphaMask.mask",
+            Content::Tensor(vec![2], vec![255.0, 254.0]),
+        ),
         ("alphaMask.aabb", aabb),
     ])
 }
@@ -82,16 +88,17 @@ fn the_whole_one_is_read() {
 #[test]
 fn depths_that_are_no_range_are_refused() {
     for range in [[6.0, 2.0], [2.0, f64::NAN], [2.0, 2.0], [-1.0, 2.0]] {
-        let Made::Dict(mut root) = whole() else {
+        let Content::Dict(mut root) = whole() else {
             unreachable!()
         };
-        let Some((_, Made::Dict(items))) = root.iter_mut().find(|(key, _)| key == "kwargs") else {
+        let Some((_, Content::Dict(items))) = root.iter_mut().find(|(key, _)| key == "kwargs")
+        else {
             unreachable!()
         };
         items.retain(|(key, _)| key != "near_far");
-        let value = Made::List(range.map(Made::Float).into());
+        let value = Content::List(range.map(Content::Float).into());
         items.push(("near_far".to_owned(), value));
-        let error = Tensorf::load(Made::Dict(root).save().path());
+        let error = Tensorf::load(Content::Dict(root).save().path());
         let error = error.unwrap_err().to_string();
         let said = format!("`kwargs/near_far` is {range:?}; expected finite depths");
         assert!(error.contains(&said), "{error}");
@@ -106,22 +113,22 @@ fn every_key_is_honoured_refused_or_listed() {
     let new = [("news", Fate::Listed), ("kwargs/news", Fate::Listed)];
     for (name, fate) in rows.chain(new).filter(|(_, fate)| *fate != Fate::Honoured) {
         let key = name.replace('*', "_new");
-        let Made::Dict(mut root) = whole() else {
+        let Content::Dict(mut root) = whole() else {
             unreachable!()
         };
-        let made = Made::Tensor(vec![1], vec![0.0]);
+        let made = Content::Tensor(vec![1], vec![0.0]);
         match key.split_once('/') {
             None => root.push((key.clone(), made)),
             Some((part, name)) => {
                 let held = root.iter_mut().find(|(known, _)| known == part);
-                let Some((_, Made::Dict(items))) = held else {
+                let Some((_, Content::Dict(items))) = held else {
                     unreachable!()
                 };
                 items.retain(|(known, _)| known != name);
                 items.push((name.to_owned(), made));
             }
         }
-        match (fate, Tensorf::load(Made::Dict(root).save().path())) {
+        match (fate, Tensorf::load(Content::Dict(root).save().path())) {
             (Fate::Refused, Err(error)) => {
                 let error = error.to_string();
                 assert!(
@@ -143,22 +150,22 @@ fn every_key_is_honoured_refused_or_listed() {
 }
 
 /// The tensors of a made file, by name.
-type Tensors = Vec<(String, Made)>;
+type Tensors = Vec<(String, Content)>;
 
 /// Of planes, lines and layers each is used, or the file is refused by the key that is missing or
 /// left.
 #[test]
 fn a_model_is_whole_or_refused_by_key() {
     let changed = |change: &dyn Fn(&mut Tensors)| {
-        let Made::Dict(mut root) = whole() else {
+        let Content::Dict(mut root) = whole() else {
             unreachable!()
         };
         for (key, held) in &mut root {
-            if let ("state_dict", Made::Dict(items)) = (&**key, held) {
+            if let ("state_dict", Content::Dict(items)) = (&**key, held) {
                 change(items);
             }
         }
-        let loaded = Tensorf::load(Made::Dict(root).save().path());
+        let loaded = Tensorf::load(Content::Dict(root).save().path());
         loaded.map(|_| ()).map_err(|error| error.to_string())
     };
     for layer in [0, 2, 4] {
@@ -176,7 +183,7 @@ fn a_model_is_whole_or_refused_by_key() {
         "density_plane.3",
         "app_line.3",
     ] {
-        let error = changed(&|items| items.push((name.to_owned(), Made::tensor(&[3, 3]))));
+        let error = changed(&|items| items.push((name.to_owned(), Content::tensor(&[3, 3]))));
         let said = format!("`state_dict/{name}` is out of sequence");
         assert!(error.unwrap_err().contains(&said), "{name}");
     }

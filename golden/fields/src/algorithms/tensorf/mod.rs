@@ -27,12 +27,12 @@ use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
 use crate::{
-    Algorithm, Along, AnyField, Bounds, Coded, Directions, Field, FieldError, FieldFile, Layer,
-    LoadedField, Mlp, Sampling, Size, Stepped, Table, outside, softplus,
+    Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, Layer,
+    LoadedField, Mlp, QuantisedField, Sampling, Size, Stepped, Table, softplus, unverified_work,
 };
 pub use keys::TENSORF;
 use mask::AlphaMask;
-pub use planes::Known;
+pub use planes::KnownValues;
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Notes;
 use potamoi_reference::bounds::VectorBounds;
@@ -218,14 +218,14 @@ fn encode(from: std::ops::Range<usize>, frequencies: usize, all: &mut Vec<f64>) 
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "TensoRF",
     outside: &[
-        outside::INDEXING,
-        outside::MASK,
-        outside::RIT,
-        outside::MATRIX,
-        outside::FEATURE_WAVES,
-        outside::WAVES,
-        outside::PERCEPTRONS,
-        outside::COMPOSITING,
+        unverified_work::INDEXING,
+        unverified_work::MASK,
+        unverified_work::RIT,
+        unverified_work::MATRIX,
+        unverified_work::FEATURE_WAVES,
+        unverified_work::WAVES,
+        unverified_work::PERCEPTRONS,
+        unverified_work::COMPOSITING,
     ],
     full_size: Some(Size::Points(300)),
     preset: "fields",
@@ -324,7 +324,7 @@ impl Field for Tensorf {
         Some(self)
     }
 
-    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, config: &Config) -> Result<QuantisedField<'_>, FieldError> {
         fixed::coded(self, config)
     }
 

@@ -25,7 +25,7 @@ const DAMPING: f32 = 1e-3;
 
 /// Known values of functions at vertices of a grid.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Known {
+pub struct KnownValues {
     /// Number of vertices of the grid along x, y, z.
     pub points: [usize; 3],
     /// Vertices with a known density.
@@ -207,7 +207,7 @@ impl Tensorf {
     /// There are fewer terms than channels, a slot or vertex is out of range, lists differ in
     /// length, or parts do not fit.
     pub fn through(
-        known: &Known,
+        known: &KnownValues,
         ranks: [usize; 2],
         (features, slots): (usize, &[usize]),
         mlp: Mlp,
@@ -281,7 +281,7 @@ impl Tensorf {
 }
 
 fn check(
-    known: &Known,
+    known: &KnownValues,
     ranks: [usize; 2],
     features: usize,
     slots: &[usize],

@@ -141,9 +141,9 @@ fn known_values_are_met() {
 }
 
 /// A density and two channels, known everywhere.
-fn known() -> Known {
+fn known() -> KnownValues {
     let count = every().len();
-    Known {
+    KnownValues {
         points: POINTS,
         places: every(),
         density: noise(11, count),
@@ -153,7 +153,7 @@ fn known() -> Known {
     }
 }
 
-fn through(known: &Known, ranks: [usize; 2], slots: &[usize]) -> Result<Tensorf, FieldError> {
+fn through(known: &KnownValues, ranks: [usize; 2], slots: &[usize]) -> Result<Tensorf, FieldError> {
     let rules = Rules {
         feature_frequencies: 0,
         view_frequencies: 0,
@@ -192,7 +192,7 @@ fn a_model_goes_through_what_is_known() {
 
 #[test]
 fn what_makes_no_model_is_refused_by_name() {
-    let refused = |change: &dyn Fn(&mut Known), ranks, slots: &[usize], part: &str| {
+    let refused = |change: &dyn Fn(&mut KnownValues), ranks, slots: &[usize], part: &str| {
         let mut wrong = known();
         change(&mut wrong);
         let error = through(&wrong, ranks, slots).unwrap_err().to_string();

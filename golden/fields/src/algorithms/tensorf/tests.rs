@@ -12,7 +12,7 @@ use super::*;
 use crate::render_float;
 use potamoi_base::camera::Camera;
 
-/// Made by PyTorch and NumPy (tools/torch-fixtures).
+/// Content by PyTorch and NumPy (tools/torch-fixtures).
 pub(super) fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../tests/fixtures/tensorf")

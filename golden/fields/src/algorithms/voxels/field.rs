@@ -9,8 +9,8 @@ use serde::{Serialize, Serializer};
 use super::grid::Grid;
 use crate::volume::Rays;
 use crate::{
-    Algorithm, Along, AnyField, Coded, CoordinateFrame, Density, Directions, Field, FieldError,
-    Local, Sampling, Stepped, Storage, StoredDensity, Table, outside,
+    Algorithm, Along, AnyField, CoordinateFrame, Density, Directions, Field, FieldError, Local,
+    QuantisedField, Sampling, Stepped, Storage, StoredDensity, Table, unverified_work,
 };
 use potamoi_base::bands::{self, Bands};
 use potamoi_base::camera::Camera;
@@ -25,7 +25,11 @@ pub const STEP: f64 = 0.5;
 /// Description of the algorithm for reports.
 pub static ALGORITHM: Algorithm = Algorithm {
     name: "stored voxels",
-    outside: &[outside::INDEXING, outside::RIT, outside::COMPOSITING],
+    outside: &[
+        unverified_work::INDEXING,
+        unverified_work::RIT,
+        unverified_work::COMPOSITING,
+    ],
     full_size: None,
     preset: "paper",
     file: None,
@@ -215,9 +219,9 @@ impl Field for StoredField {
         sample.gather(self, at)[0] / self.grid.voxel()
     }
 
-    fn coded(&self, config: &Config) -> Result<Coded<'_>, FieldError> {
+    fn coded(&self, config: &Config) -> Result<QuantisedField<'_>, FieldError> {
         let (volume, head) = self.fixed(config)?;
-        Ok(Coded {
+        Ok(QuantisedField {
             storage: Storage::Volume(Box::new(volume)),
             head: Box::new(head),
         })

@@ -248,8 +248,8 @@ proptest! {
             let started = frame.pose + frame.waits.total();
             prop_assert_eq!(started, last.map_or(frame.finished, |t| t.start));
             let lost = case.remote.as_ref().is_some_and(|r| r.lost.contains(&frame.reference));
-            prop_assert!(!lost || frame.made == Made::FullByLoss);
-            let refused = frame.made == Made::FullByAngle;
+            prop_assert!(!lost || frame.made == FrameOrigin::FullByLoss);
+            let refused = frame.made == FrameOrigin::FullByAngle;
             prop_assert!(!refused || case.counts[frame.number].full > 0);
         }
         for pair in s.frames.windows(2) {
@@ -305,7 +305,7 @@ proptest! {
                     Job::Reference(r) if r == held.reference => {
                         prop_assert_eq!(task.slot, Some(held.slot));
                         let late = s.frames.iter().any(|f| {
-                            f.reference == r && f.made == Made::FullByLoss
+                            f.reference == r && f.made == FrameOrigin::FullByLoss
                         });
                         prop_assert!(within || late);
                     }

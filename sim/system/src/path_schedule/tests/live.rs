@@ -219,7 +219,8 @@ fn frames_are_those_of_the_sequence_whatever_takes_how_long() {
                 assert!(frames == expected, "{from:?} {poses:?} {phi:?} {lost:?}");
                 check(&schedule);
                 for (time, frame) in schedule.frames.iter().zip(&frames) {
-                    let full = time.made != Made::Warped && time.made != Made::Reference;
+                    let full =
+                        time.made != FrameOrigin::Warped && time.made != FrameOrigin::Reference;
                     assert_eq!(full, frame.fell_back());
                     made.insert(format!("{:?}", time.made));
                 }

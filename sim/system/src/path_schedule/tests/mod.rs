@@ -260,9 +260,9 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
     let lossy = run(&plan, &Options::new(Poses::AtOnce), Some(&remote));
     for frame in &lossy.frames {
         let expected = match frame.number {
-            0 => Made::Reference,
-            4..8 => Made::FullByLoss,
-            _ => Made::Warped,
+            0 => FrameOrigin::Reference,
+            4..8 => FrameOrigin::FullByLoss,
+            _ => FrameOrigin::Warped,
         };
         assert_eq!(frame.made, expected);
     }
@@ -286,7 +286,11 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
         ..remote
     };
     let late = run(&plan, &Options::new(Poses::AtOnce), Some(&late));
-    assert!(late.frames.iter().all(|f| f.made == Made::FullByLoss));
+    assert!(
+        late.frames
+            .iter()
+            .all(|f| f.made == FrameOrigin::FullByLoss)
+    );
     assert_eq!(late.totals.link.bytes, 63);
     let hasty = Remote {
         timeout: 10,
@@ -320,7 +324,7 @@ fn a_reference_that_never_arrives_is_given_up_and_its_frames_are_rendered() {
         ..self::remote()
     };
     let kept = run(&plan, &Options::new(Poses::AtOnce), Some(&kept));
-    assert_eq!(kept.frames[0].made, Made::Reference);
+    assert_eq!(kept.frames[0].made, FrameOrigin::Reference);
 }
 
 #[test]
@@ -355,7 +359,7 @@ fn too_large_an_angle_is_found_by_warping_and_rendered_in_full() {
         [full.waits.reference, full.waits.angle, full.waits.renderer],
         [40, 20, 20]
     );
-    assert_eq!(schedule.frames[2].made, Made::FullByAngle);
+    assert_eq!(schedule.frames[2].made, FrameOrigin::FullByAngle);
     assert_eq!(schedule.frames[3].finished, 70);
     assert_eq!(schedule.frames[3].shown, 110);
 }
@@ -376,7 +380,7 @@ fn references_within_the_window_hold_up_what_is_before_them() {
             ..Waits::default()
         }
     );
-    assert_eq!(schedule.frames[2].made, Made::Reference);
+    assert_eq!(schedule.frames[2].made, FrameOrigin::Reference);
     assert_eq!(
         [schedule.frames[2].finished, schedule.frames[2].shown],
         [240, 260]
@@ -404,7 +408,7 @@ fn paths_of_no_frame_and_of_one_and_windows_and_leads_beyond_them_are_schedules(
         assert_eq!((none.totals.span, none.totals.frames_per_second), (0, None));
         let one = run(&predicted(1, 4, None), &options, None);
         assert_eq!((one.tasks.len(), one.totals.shown), (1, 40));
-        assert_eq!(one.frames[0].made, Made::Reference);
+        assert_eq!(one.frames[0].made, FrameOrigin::Reference);
         let short = run(&predicted(3, 16, None), &options, None);
         assert_eq!((short.held.len(), short.totals.shown), (1, 60));
         let early = run(&predicted(6, 2, Some(1000)), &options, None);

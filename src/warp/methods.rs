@@ -6,7 +6,7 @@ use potamoi_warp::{Angle, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, S
 
 /// What is compared, and by which rules.
 #[derive(Debug, Args)]
-pub(super) struct WayArgs {
+pub(super) struct MethodArgs {
     /// Rendering method of the frames; several are compared side by side
     #[arg(
         long,
@@ -138,23 +138,23 @@ enum From {
     Centre,
 }
 
-impl WayArgs {
+impl MethodArgs {
     pub(super) fn longest_window(&self) -> u32 {
         self.window.iter().copied().max().unwrap_or(1)
     }
 
     /// All distinct combinations requested. `depths` are the names of the depths.
-    pub(super) fn ways(&self, depths: &[String]) -> Vec<MethodSettings> {
+    pub(super) fn settings(&self, depths: &[String]) -> Vec<MethodSettings> {
         let methods: Vec<Method> = self.method.iter().map(|name| (*name).into()).collect();
         MethodSettings::all(&methods, &self.window, &self.phi, depths)
     }
 
     /// The rule of one method.
-    pub(super) fn rule(&self, way: &MethodSettings) -> Rule {
+    pub(super) fn rule(&self, settings: &MethodSettings) -> Rule {
         let base = Profile::from(self.profile).rule();
         Rule {
             nearer: self.nearer.unwrap_or(base.nearer),
-            phi: way.phi.map(f64::to_radians),
+            phi: settings.phi.map(f64::to_radians),
             angle: match self.angle {
                 Some(AngleOf::Subtended) => Angle::Subtended,
                 Some(AngleOf::Half) => Angle::Half,
@@ -176,7 +176,7 @@ impl WayArgs {
         }
     }
 
-    pub(super) fn plan(&self, way: &MethodSettings, source: &Source) -> PlanOptions {
+    pub(super) fn plan(&self, settings: &MethodSettings, source: &Source) -> PlanOptions {
         let reference = match self.reference {
             Some(From::Predicted) => ReferenceFrom::Predicted,
             Some(From::First) => ReferenceFrom::First,
@@ -184,7 +184,7 @@ impl WayArgs {
             None => source.usual_reference(),
         };
         PlanOptions {
-            window: way.window,
+            window: settings.window,
             reference,
             lead: self.lead,
         }
