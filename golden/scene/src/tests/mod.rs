@@ -35,7 +35,7 @@ fn built_in_scenes_hold_their_formats_promise() {
         let mut scene = opened(name);
         let own = ["garden", "lantern"].contains(&name);
         scene
-            .set_size(Some(if own { 160 } else { 80 }), None)
+            .set_size(Some(if own { 96 } else { 48 }), None)
             .unwrap();
         let float = scene.render_float().unwrap();
         let mut units = ReferenceUnits::new(&config);

@@ -52,7 +52,7 @@ fn no_pixel_is_farther_off_than_its_bound() {
     ];
     for name in ["garden", "cairn:splats"] {
         let mut scene = crate::tests::opened(name);
-        scene.set_size(Some(48), Some(40)).unwrap();
+        scene.set_size(Some(32), Some(26)).unwrap();
         for config in &configs {
             let (most, squares) = used((&scene, config), (&scene, config));
             println!(
@@ -63,7 +63,7 @@ fn no_pixel_is_farther_off_than_its_bound() {
         }
     }
     let mut scene = Scene::open("garden").unwrap();
-    scene.set_size(Some(48), Some(40)).unwrap();
+    scene.set_size(Some(32), Some(26)).unwrap();
     let coarse = with("[vu.exp]\niterations = 4");
     let (most, _) = used((&scene, &configs[0]), (&scene, &coarse));
     assert!(most > 1.0, "{most}");
