@@ -19,6 +19,9 @@ struct Crate {
     modules: BTreeSet<Module>,
     /// By module: a name, and the path that it was imported from.
     names: BTreeMap<Module, BTreeMap<String, Vec<String>>>,
+    /// By module: items that it declares, and what it imports whole (`use a::*`).
+    declared: BTreeMap<Module, BTreeSet<String>>,
+    globs: BTreeMap<Module, Vec<Vec<String>>>,
     /// Paths that code of a module names, as written.
     used: Vec<(Module, Vec<String>)>,
 }
@@ -72,6 +75,8 @@ impl Crate {
                 Item::Fn(one) if is_test(&one.attrs) => {}
                 Item::Impl(one) if is_test(&one.attrs) => {}
                 other => {
+                    let declared = self.declared.entry(module.clone()).or_default();
+                    declared.extend(declared_by(other));
                     let mut paths = Paths(vec![]);
                     paths.visit_item(other);
                     self.used
@@ -92,6 +97,10 @@ impl Crate {
                 .is_some_and(|to| to.starts_with(module));
             if !(re_exported && below) {
                 self.used.push((module.clone(), path.clone()));
+            }
+            if name.is_empty() {
+                self.globs.entry(module.clone()).or_default().push(path);
+                continue;
             }
             self.names
                 .entry(module.clone())
@@ -130,6 +139,29 @@ impl Crate {
         Some(at)
     }
 
+    /// Where a module has a name from, that it does not declare itself.
+    fn source(&self, module: &Module, name: &String) -> Option<Vec<String>> {
+        let named = self.names.get(module).and_then(|names| names.get(name));
+        if let Some(path) = named {
+            return self.absolute(module, path);
+        }
+        let globs = self.globs.get(module)?.iter();
+        let mut all = globs.filter_map(|path| self.absolute(module, path));
+        let mut from = all.find(|from| {
+            let declares = self
+                .declared
+                .get(from)
+                .is_some_and(|own| own.contains(name));
+            let imports = self
+                .names
+                .get(from)
+                .is_some_and(|own| own.contains_key(name));
+            declares || imports
+        })?;
+        from.push(name.clone());
+        Some(from)
+    }
+
     /// The module that a path leads to, through what parents re-export.
     fn target(&self, module: &Module, path: &[String]) -> Option<Module> {
         let mut path = self.absolute(module, path)?;
@@ -139,9 +171,8 @@ impl Crate {
                 .find(|n| self.modules.contains(&path[..*n]))?;
             let (within, rest) = path.split_at(depth);
             let within = within.to_vec();
-            let name = rest.first();
-            let from = name.and_then(|name| self.names.get(&within)?.get(name));
-            let Some(from) = from.and_then(|from| self.absolute(&within, from)) else {
+            let from = rest.first().and_then(|name| self.source(&within, name));
+            let Some(from) = from else {
                 return Some(within);
             };
             path = from
@@ -169,6 +200,23 @@ impl Crate {
         }
         edges
     }
+}
+
+/// The name of what an item declares.
+fn declared_by(item: &Item) -> Option<String> {
+    let ident = match item {
+        Item::Const(own) => &own.ident,
+        Item::Enum(own) => &own.ident,
+        Item::Fn(own) => &own.sig.ident,
+        Item::Macro(own) => own.ident.as_ref()?,
+        Item::Static(own) => &own.ident,
+        Item::Struct(own) => &own.ident,
+        Item::Trait(own) => &own.ident,
+        Item::Type(own) => &own.ident,
+        Item::Union(own) => &own.ident,
+        _ => return None,
+    };
+    Some(ident.to_string())
 }
 
 fn flatten(tree: &UseTree, path: &mut Vec<String>, leaves: &mut Vec<(Vec<String>, String)>) {
@@ -308,7 +356,8 @@ fn no_modules_beside_each_other_import_each_other() {
     );
 }
 
-/// The test finds circles of files and of folders, through a re-export, and no other.
+/// The test finds circles of files and of folders, through re-exports by name and whole, and no
+/// other.
 #[test]
 fn circles_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -337,5 +386,9 @@ fn circles_are_found() {
     write("b.rs", "mod c;\nmod d;\nuse c::C;\n");
     write("b/c.rs", "pub struct C;\nuse super::d::D;\n");
     write("b/d.rs", "pub struct D;\nuse super::c::C;\n");
+    assert_eq!(count(), 1);
+    write("lib.rs", "mod a;\nmod b;\npub use a::*;\n");
+    write("a.rs", "use crate::b::Two;\npub struct One(Two);\n");
+    write("b.rs", "use crate::One;\npub struct Two(One);\n");
     assert_eq!(count(), 1);
 }
