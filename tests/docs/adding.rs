@@ -2,7 +2,9 @@
 //!
 //! A page has a line `<!-- adding: at most N files, found by WORD, WORD -->`, and below it a table
 //! whose first column names files or folders. A search for the words, which are the example's own,
-//! finds files in all of these and in no others. Tests are found only where the table names them.
+//! finds files in all of these and in no others, but for those of a table below `<!-- found too -->`,
+//! which know the example and need not know what is added. Tests are found only where the table names
+//! them.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -53,6 +55,16 @@ struct Listed {
     most: usize,
     /// Words that find them.
     words: Vec<String>,
+    /// Files that the words find, and that what is added does not touch.
+    too: BTreeSet<String>,
+}
+
+/// The files of the first table of a text: what its first column has in backticks.
+fn files_of_table(text: &str) -> BTreeSet<String> {
+    let rows = text.lines().skip_while(|line| !line.starts_with('|'));
+    let rows = rows.take_while(|line| line.starts_with('|')).skip(2);
+    let files = rows.filter_map(|row| Some(row.split('`').nth(1)?.to_owned()));
+    files.collect()
 }
 
 impl Listed {
@@ -61,11 +73,12 @@ impl Listed {
         let (mark, rest) = rest.split_once(" -->")?;
         let (count, words) = mark.split_once(" files").unwrap_or((mark, ""));
         let words = words.strip_prefix(", found by ").unwrap_or_default();
-        let rows = rest.lines().skip_while(|line| !line.starts_with('|'));
-        let rows = rows.take_while(|line| line.starts_with('|')).skip(2);
-        let files = rows.filter_map(|row| Some(row.split('`').nth(1)?.to_owned()));
+        let too = rest.split_once("<!-- found too -->");
         Some(Self {
-            files: files.collect(),
+            files: files_of_table(rest),
+            too: too
+                .map(|(_, rest)| files_of_table(rest))
+                .unwrap_or_default(),
             most: count.parse().ok()?,
             words: words
                 .split(", ")
@@ -116,7 +129,12 @@ fn pages_on_adding_list_the_files_that_it_takes() {
             .iter()
             .filter(|(_, text)| listed.is_found_in(without_tests(text)));
         let mut holders = BTreeSet::new();
+        let mut too = listed.too.clone();
         for (file, _) in found {
+            if listed.too.contains(file) {
+                too.remove(file);
+                continue;
+            }
             let holder = listed.holder(file);
             let words = &listed.words;
             holders.insert(holder.unwrap_or_else(|| panic!("{page}: {file} has one of {words:?}")));
@@ -128,6 +146,7 @@ fn pages_on_adding_list_the_files_that_it_takes() {
         }
         let named: BTreeSet<_> = listed.files.iter().collect();
         assert_eq!(holders, named, "{page}: a search for {:?}", listed.words);
+        assert!(too.is_empty(), "{page}: not found: {too:?}");
     }
 }
 
