@@ -28,7 +28,9 @@ pub(super) fn in_mhz(document: Value) -> Result<(Value, Option<String>), Wrong> 
             Wrong::found(found, expected).under(KEY)
         };
         if note.is_some() {
-            return Err(wrong(format!("`{OLD}` beside it")));
+            let found = format!("`{OLD}`, its old name, beside it");
+            let expected = format!("one of both: remove `{OLD}`");
+            return Err(Wrong::found(found, &expected).under(KEY));
         }
         let ghz = value.number().ok_or_else(|| wrong(value.shown()))?;
         let mhz = (1e3 * ghz).round();
@@ -92,7 +94,7 @@ mod tests {
     #[test]
     fn a_wrong_clock_is_named() {
         for (text, said) in [
-            ("clock_ghz = 1.0\nclock_mhz = 1000", "`clock_mhz` beside it"),
+            ("clock_ghz = 1.0\nclock_mhz = 1000", "remove `clock_mhz`"),
             ("clock_ghz = 1.0005", "1.0005"),
             ("clock_ghz = -1", "-1"),
             ("clock_ghz = nan", "NaN"),
