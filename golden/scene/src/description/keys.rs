@@ -16,7 +16,7 @@ pub(crate) static DESCRIPTION: Format = Format {
 const OWN: [Key; 28] = [
     key(
         "model.kind",
-        "builtin, splats, compact-3dgs, ngp, dvgo, tensorf or images",
+        "builtin, splats, compact-3dgs, images, or that of a field: its table of keys names it",
     ),
     key("model.name", "of a built-in scene"),
     key("model.representation", "what a built-in scene is made into"),

@@ -15,7 +15,7 @@ const IMPLICIT: &str = "colours come from the grid and the perceptron, not from 
 /// Keys with the name of their dictionary.
 pub static DVGO: Format = Format {
     name: "DirectVoxGO",
-    files: "`.tar`: `fine_last.tar` of its authors' code, read as data. Numbers of tensors have to be \
+    files: "`[model] kind = \"dvgo\"`, `.tar`: `fine_last.tar` of its authors' code, read as data. Numbers of tensors have to be \
             finite.",
     keys: &[
         key("global_step", Listed, "of training"),

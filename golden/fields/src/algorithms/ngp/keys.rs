@@ -10,7 +10,7 @@ const ACTIVATIONS: &str =
 /// Keys by path.
 pub static NGP: Format = Format {
     name: "Instant-NGP",
-    files: "`.ingp` and `.msgpack`, snapshots of version 1. Parameters and occupancy have to be finite.",
+    files: "`[model] kind = \"ngp\"`, `.ingp` and `.msgpack`, snapshots of version 1. Parameters and occupancy have to be finite.",
     keys: &[
         key(
             "encoding.otype",

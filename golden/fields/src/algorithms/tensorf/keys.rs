@@ -9,7 +9,7 @@ const OTHER: &str = "TensorVMSplit alone is read: train with model_name = Tensor
 /// Keys with the name of their dictionary.
 pub static TENSORF: Format = Format {
     name: "TensoRF",
-    files: "`.th` of its authors' code, read as data. Numbers of tensors have to be finite.",
+    files: "`[model] kind = \"tensorf\"`, `.th` of its authors' code, read as data. Numbers of tensors have to be finite.",
     keys: &[
         key("kwargs", Honoured, "settings that the model was made with"),
         key("state_dict", Honoured, "its numbers"),
