@@ -195,7 +195,8 @@ fn kill_over(times: u64, random: &mut Random) {
     for time in 0..times {
         let mark = format!("{}-over-{time}", std::process::id());
         let mut child = start([&EMIT, &small][time as usize % 2], at, &mark);
-        let pause = random.below(length);
+        // Files are moved into place near the end.
+        let pause = length * 3 / 4 + random.below(length / 2);
         std::thread::sleep(Duration::from_micros(pause));
         child.kill().unwrap();
         child.wait().unwrap();
@@ -215,7 +216,7 @@ fn a_killed_run_leaves_nothing_behind() {
     let mut random = Random(1);
     kill(&EMIT, 8, &mut random);
     kill(&WARP, 3, &mut random);
-    kill_over(10, &mut random);
+    kill_over(40, &mut random);
 }
 
 #[test]
