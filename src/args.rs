@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use potamoi_explore::Chosen;
+use potamoi_explore::ConfigChoice;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_scene::Scene;
 
@@ -40,11 +40,11 @@ impl Common {
 
     /// The configuration that was asked for; where none was, the preset that has what the scene's
     /// model needs.
-    pub(crate) fn chosen_for(&self, scene: &Scene) -> Result<Chosen, Failure> {
+    pub(crate) fn chosen_for(&self, scene: &Scene) -> Result<ConfigChoice, Failure> {
         if self.config.is_none() {
-            return Ok(Chosen::for_scene(scene)?);
+            return Ok(ConfigChoice::for_scene(scene)?);
         }
-        Ok(Chosen {
+        Ok(ConfigChoice {
             config: self.read_config()?,
             preset: self.preset(),
         })

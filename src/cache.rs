@@ -15,7 +15,7 @@ use potamoi_result_cache::listing::{Entry, KINDS, Listing};
 const FORMAT_VERSION: u32 = 1;
 #[derive(Debug, Args)]
 pub(crate) struct CacheArgs {
-    /// List the kept results, as without any flag
+    /// List the kept results; the default
     #[arg(long, conflicts_with = "clear")]
     list: bool,
     /// Remove all kept results; they are computed again on demand

@@ -24,11 +24,11 @@ pub(crate) struct EstimateArgs {
     /// Hardware unit
     #[arg(long, value_enum, default_value_t = Units::All)]
     unit: Units,
-    /// Utilisation: share of cycles in which the units issue [default: that of the workload of the
-    /// syntheses]
+    /// Utilisation: share of cycles in which the units issue [default: that
+    /// of the workload that was simulated for the syntheses]
     #[arg(long, value_name = "SHARE")]
     busy: Option<f64>,
-    /// Channels of a sample [default: those of the same workload]
+    /// Channels of a sample [default: those of the workload that was simulated for the syntheses]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=4096))]
     channels: Option<u64>,
     /// Grid of syntheses that the formulas are fitted to, as written by `potamoi synth --grid`

@@ -30,8 +30,8 @@ pub fn read(path: &Path, most: u64) -> Result<Option<Vec<u8>>> {
     read_of(file, length, most)
 }
 
-/// What comes of `length` bytes that a file says it has: memory for all of them is asked for before
-/// the first is read, so that a file that does not fit is refused at once.
+/// Reads the `length` bytes of a file. Memory for all of them is reserved before the first is read,
+/// so that a file that does not fit is refused at once.
 fn read_of(file: impl Read, length: u64, most: u64) -> Result<Option<Vec<u8>>> {
     if length > most {
         return Ok(None);

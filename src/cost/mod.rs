@@ -22,7 +22,7 @@ const FORMAT_VERSION: u32 = 1;
 #[derive(Debug, Args)]
 #[command(mut_arg("width", |width| width.help("Width of the picture [default: 128]")))]
 pub(crate) struct CostArgs {
-    /// Study of the exponential alone [default: every knob of a scene's frame]
+    /// Study of one part: the exponential alone, or methods of computing it [default: every knob of a scene's frame]
     #[arg(
         long,
         value_enum,
@@ -87,7 +87,7 @@ enum Study {
     Methods,
 }
 
-/// What a search saves.
+/// Objective of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
     /// Time of a frame

@@ -3,7 +3,7 @@
 use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
 use potamoi_explore::accuracy::knobs::{self, Knob, Setting};
-use potamoi_explore::accuracy::{Bench, Found, Goal, Proof, Search, Sweep};
+use potamoi_explore::accuracy::{Bench, Goal, Proof, Search, SearchResult, Sweep};
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION, pictures, tables};
@@ -80,7 +80,7 @@ fn seek(
     goal: Goal,
     sweep: &Sweep,
     args: &CostArgs,
-) -> Result<Found, Failure> {
+) -> Result<SearchResult, Failure> {
     let spinner = progress::spinner("searching");
     let search = Search {
         bench,

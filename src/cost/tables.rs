@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use potamoi_explore::accuracy::knobs::Knob;
-use potamoi_explore::accuracy::{Found, ImageQuality, Point, Sweep};
+use potamoi_explore::accuracy::{ImageQuality, Point, SearchResult, Sweep};
 
 use crate::model::ladder;
 use crate::stdout::say;
@@ -146,8 +146,8 @@ fn sentence(knob: &Knob, report: &Sweep) -> String {
     )
 }
 
-pub(super) fn found(found: &Found, default: &Point) {
-    let Found {
+pub(super) fn found(found: &SearchResult, default: &Point) {
+    let SearchResult {
         settings,
         point,
         tried,

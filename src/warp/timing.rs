@@ -79,14 +79,14 @@ impl TimingArgs {
         }
         if self.live && (self.server_ms.is_some() || self.warp_ms.is_some()) {
             return Err(Failure::Usage(
-                "--live: renders on this machine and measures times: leave out --server-ms, \
-                 --timeout-ms and --warp-ms, or schedule with --frame-ms"
+                "--live measures times on this machine: leave out --server-ms, --timeout-ms and \
+                 --warp-ms, or schedule with --frame-ms"
                     .to_owned(),
             ));
         }
         if self.chrome_trace.is_some() && !self.is_asked() {
             return Err(Failure::Usage(
-                "--chrome-trace: expected a schedule: give --frame-ms, or --live to measure times"
+                "--chrome-trace: there is no schedule to write: give --frame-ms, or --live to measure times"
                     .to_owned(),
             ));
         }

@@ -8,8 +8,6 @@ fn a_module_with_modules_below_it_is_its_folders_mod_rs() {
     super::files(super::root(), ".rs", &mut sources);
     let folders: BTreeSet<_> = sources.iter().filter_map(|path| path.parent()).collect();
     let beside: Vec<_> = (sources.iter())
-        // Moved together with what else changes there.
-        .filter(|path| !path.ends_with("fields/src/voxels/tests.rs"))
         .filter(|path| folders.contains(path.with_extension("").as_path()))
         .collect();
     assert!(beside.is_empty(), "to be moved to mod.rs: {beside:#?}");

@@ -40,7 +40,7 @@ pub fn toml(bytes: &[u8]) -> Result<Value, Wrong> {
     let no_toml = |e: toml::de::Error| {
         let at = e.span().map_or(0, |span| span.start);
         let message = foreign(&e.message().replace('\n', ", "));
-        Wrong::new(format!("{}: no TOML: {message}", place(&text, at)))
+        Wrong::new(format!("{}: invalid TOML: {message}", place(&text, at)))
     };
     let reader = toml::Deserializer::parse(&text).map_err(no_toml)?;
     let left = Cell::new(MOST);

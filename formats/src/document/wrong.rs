@@ -148,7 +148,7 @@ fn kind(found: Unexpected<'_>) -> String {
     }
 }
 
-/// Characters of a value that are told.
+/// Maximum number of characters of a value in an error.
 const SHOWN: usize = 60;
 
 /// A value, shortly: one of a damaged file may be long.

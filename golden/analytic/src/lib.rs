@@ -170,7 +170,7 @@ impl Analytic {
         bake::bake(self.field())
     }
 
-    /// What a model that is no grid is sampled from.
+    /// Source of samples for models that are not grids.
     #[must_use]
     pub fn sampler(self) -> Sampler {
         Sampler(self.field())

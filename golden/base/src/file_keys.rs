@@ -133,7 +133,7 @@ pub enum KeyError {
         /// The reason, and a remedy.
         why: &'static str,
     },
-    /// It is one of a family of which every member is used, and it has no place there.
+    /// A numbered key beyond a gap in its sequence, or one that leaves a member incomplete.
     #[error(
         "`{key}` is out of sequence ({about}): expected parts that are numbered without a gap, \
          each complete"
@@ -141,11 +141,11 @@ pub enum KeyError {
     Left {
         /// The key.
         key: String,
-        /// What the family is.
+        /// Meaning of the numbered keys.
         about: &'static str,
     },
     /// The format has no such key.
-    #[error("`{key}` is no key of {format}: expected {expected}")]
+    #[error("`{key}` is not a key of {format}: expected {expected}")]
     Unknown {
         /// The key.
         key: String,
@@ -418,7 +418,7 @@ mod tests {
         let expected = "`k_7_end` cannot be honoured: a reason; its value is 7";
         assert_eq!(error.unwrap_err().to_string(), expected);
         let error = finished(&CLOSED, &["x", "new"]).unwrap_err().to_string();
-        let expected = "`new` is no key of closed: expected x, rest_*, k_*_end, note, layer.*";
+        let expected = "`new` is not a key of closed: expected x, rest_*, k_*_end, note, layer.*";
         assert_eq!(error, expected);
     }
 

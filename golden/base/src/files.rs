@@ -384,7 +384,7 @@ mod tests {
         }
     }
 
-    /// Of a new file those of any new file, of another those that it had.
+    /// A new file has the permissions of any new file; a replaced one keeps its own.
     #[test]
     fn permissions_are_those_of_new_files_or_those_that_were() {
         use std::os::unix::fs::PermissionsExt as _;

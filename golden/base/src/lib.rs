@@ -16,9 +16,8 @@
 //! assert!((grey.psnr(&black, |_| true).unwrap() - 20.0).abs() < 1e-4);
 //! ```
 
-pub mod bands;
 pub mod camera;
-pub mod content;
+pub mod content_hash;
 pub mod effects;
 pub mod file_keys;
 pub mod file_set;
@@ -30,4 +29,5 @@ pub mod outputs;
 pub mod picture;
 pub mod precision;
 pub mod sh;
+pub mod sh_degrees;
 pub mod ssim;

@@ -1,7 +1,7 @@
 //! View dependence of colours.
 
 use super::Mlp;
-use potamoi_base::bands::Bands;
+use potamoi_base::sh_degrees::Bands;
 
 /// The way in which colours depend on the viewing direction.
 #[derive(Debug, Clone, PartialEq)]

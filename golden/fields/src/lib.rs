@@ -35,6 +35,7 @@ pub mod algorithms;
 mod batches;
 mod bound;
 mod calibrate;
+mod coordinate_frame;
 mod density;
 mod directions;
 mod early_termination;
@@ -45,7 +46,6 @@ mod float;
 pub mod gather_plan;
 mod hash;
 mod hashed_colour;
-mod local;
 pub mod mac;
 mod mlp;
 mod opacity;
@@ -55,7 +55,7 @@ mod ray_lengths;
 mod ray_stages;
 mod shape;
 mod snapshot_error;
-mod stored;
+mod stored_density;
 mod table;
 #[cfg(test)]
 mod test_checkpoints;
@@ -79,6 +79,7 @@ pub use algorithm::{Algorithm, Size};
 pub use algorithms::voxels;
 pub use batches::{BatchSize, SampleBatches};
 pub use bound::{Bounds, ErrorInterval, error_bounds};
+pub use coordinate_frame::{CoordinateFrame, Local};
 pub use density::Density;
 pub use directions::Directions;
 pub use early_termination::WithEarlyTermination;
@@ -88,14 +89,13 @@ pub use fixed::FixedField;
 pub use float::{FieldFrame, FloatOptions, render_float, render_masked};
 pub use hash::HashUnit;
 pub use hashed_colour::{FixedColour, HashedColour};
-pub use local::{CoordinateFrame, Local};
 pub use mlp::{Layer, Mlp};
 pub use quantised_field::{QuantisedField, Storage};
 pub use ray_lengths::RayLengths;
 pub use ray_stages::RayStages;
 pub use shape::TableShape;
 pub use snapshot_error::SnapshotError;
-pub use stored::{Densities, StoredDensity};
+pub use stored_density::{Densities, StoredDensity};
 pub use table::Table;
 pub use two_level_grid::Nodes;
 pub use volume::CodedVolume;
@@ -227,7 +227,7 @@ trait Hashed: Field + Send {
 
 impl<T: Field + Send + Serialize> Hashed for T {
     fn content(&self) -> blake3::Hash {
-        potamoi_base::content::hash_of(self)
+        potamoi_base::content_hash::hash_of(self)
     }
 }
 

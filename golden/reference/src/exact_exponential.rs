@@ -23,7 +23,7 @@ pub(super) const WORKING_BITS: usize = 192;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ExactError {
     /// The format has too many codes to tabulate.
-    #[error("a reference for input format {0}: expected at most 16 bits in all")]
+    #[error("input format {0} has too many codes to tabulate: expected at most 16 bits")]
     TooWide(Format),
     /// The library of arbitrary precision failed.
     #[error("cannot compute exponentials to {WORKING_BITS} bits: {0}")]

@@ -17,7 +17,7 @@ pub enum Target {
 
 /// The widths found and the error they reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct SufficientWidths {
     /// Fraction bits of `R_accum`.
     pub accumulator_bits: u32,
     /// Fraction bits of `R_remain` and the constants.
@@ -141,7 +141,10 @@ const OFFSETS: i32 = 3;
 ///
 /// # Errors
 /// Those of [`ExactExponential::of`].
-pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, ExactError> {
+pub fn smallest(
+    config: &ExpConfig,
+    target: Target,
+) -> Result<Option<SufficientWidths>, ExactError> {
     let reference = ExactExponential::of(config.input)?;
     let f = config.output_bits;
     let least = config.input.frac_bits();
@@ -164,7 +167,7 @@ pub fn smallest(config: &ExpConfig, target: Target) -> Result<Option<Found>, Exa
                     };
                     let twin = ReferenceExponential::new(&widths);
                     let max_ulp = largest(&reference, &twin, f, target)?;
-                    Some(Found {
+                    Some(SufficientWidths {
                         accumulator_bits,
                         constant_bits,
                         offset,

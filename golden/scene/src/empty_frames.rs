@@ -13,22 +13,6 @@ use potamoi_splats as splats;
 const TOLD: usize = 8;
 
 impl Scene {
-    /// [`Scene::left_open`] for frames seen through `cameras`.
-    #[must_use]
-    pub fn left_open_along(&self, cameras: &[Camera]) -> Vec<String> {
-        let mut all = self.left_open_of_files();
-        all.extend(self.unseen(cameras));
-        all
-    }
-
-    /// [`Scene::not_checked`] for frames seen through `cameras`.
-    #[must_use]
-    pub fn not_checked_along(&self, cameras: &[Camera]) -> Vec<String> {
-        let mut all = self.outside();
-        all.extend(self.left_open_along(cameras));
-        all
-    }
-
     /// A sentence if some camera has no part of the model in view, with the numbers of the frames
     /// if there are several.
     #[must_use]

@@ -45,7 +45,7 @@ pub enum SceneError {
     Memory {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// The part that does not fit, with its size.
         why: String,
     },
     /// A description cannot be read.

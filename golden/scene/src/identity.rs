@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Model, Scene};
 use crate::compact_3dgs::Compact;
-use potamoi_base::content::hash_of;
+use potamoi_base::content_hash::hash_of;
 use potamoi_fields::AnyField;
 use potamoi_splats::Cloud;
 

@@ -2,6 +2,7 @@
 //! file. They are printed with every run, so that "no mismatch" is not overrated.
 
 use super::{Kind, Model, Scene};
+use potamoi_base::camera::Camera;
 use potamoi_fields::unverified_work::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
 use potamoi_march::tiling::Halo;
 
@@ -23,8 +24,24 @@ impl Scene {
         self.not_checked_along(&[self.camera])
     }
 
+    /// [`Scene::left_open`] for frames seen through `cameras`.
+    #[must_use]
+    pub fn left_open_along(&self, cameras: &[Camera]) -> Vec<String> {
+        let mut all = self.left_open_of_files();
+        all.extend(self.unseen(cameras));
+        all
+    }
+
+    /// [`Scene::not_checked`] for frames seen through `cameras`.
+    #[must_use]
+    pub fn not_checked_along(&self, cameras: &[Camera]) -> Vec<String> {
+        let mut all = self.unverified_stages();
+        all.extend(self.left_open_along(cameras));
+        all
+    }
+
     /// Parts computed outside the units.
-    pub(super) fn outside(&self) -> Vec<String> {
+    fn unverified_stages(&self) -> Vec<String> {
         let outside: &[&str] = match (self.model(), self.model().kind()) {
             (Model::Compact(_), _) => &[
                 CODES,

@@ -24,7 +24,7 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::record::{MEAN, SplatRecord};
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use super::array::Forms;
+use super::affine_forms::Forms;
 use super::error::RenderError;
 use super::profile::Rules;
 use super::transmittance::TRANSMITTANCE;
@@ -140,9 +140,9 @@ const EXP: VectorOp = VectorOp::new(OpCode::Exp);
 /// Fraction bits of the exponential unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Widths {
-    /// Of the argument, which has at least three integer bits: `exp(-8)` is skipped.
+    /// Fraction bits of the argument, which has at least three integer bits: `exp(-8)` is skipped.
     pub power: u32,
-    /// Of the result.
+    /// Fraction bits of the result.
     pub exponential: u32,
 }
 

@@ -7,7 +7,7 @@ use super::cloud::Cloud;
 use super::decisions::Decisions;
 use super::error::RenderError;
 use super::profile::Profile;
-use super::tile::{Canvas, Tile, TileLog, Wanted};
+use super::tile::{Canvas, Outputs, Tile, TileLog};
 use super::view::{TILE, View, Work};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
@@ -114,7 +114,7 @@ pub fn render_view(view: &View, options: &FloatOptions) -> FloatFrame {
 }
 
 fn composite(view: &View, options: &FloatOptions, only: Option<&Mask>) -> FloatFrame {
-    let wanted = Wanted {
+    let wanted = Outputs {
         decisions: options.log_decisions,
         depths: options.depth,
         only,

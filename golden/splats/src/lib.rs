@@ -26,7 +26,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod array;
+mod affine_forms;
 mod axes;
 mod bound;
 mod cloud;
@@ -36,11 +36,11 @@ mod decisions;
 mod depth;
 mod error;
 mod exponential;
+mod file_content;
 pub mod files;
 mod fixed;
 mod float;
 mod footprint;
-mod loaded;
 mod octree;
 mod partition;
 pub mod ply;
@@ -60,11 +60,11 @@ pub use composite::Limits;
 pub use composite::Widths;
 pub use decisions::{Decisions, Flips};
 pub use error::RenderError;
+pub use file_content::{Loaded, Raw};
 pub use fixed::{FixedFrame, FixedOptions, FixedStats, render_fixed, render_fixed_masked};
 pub use float::render_view;
 pub use float::{FloatFrame, FloatOptions, FloatStats, render_float, render_masked};
 pub use footprint::Footprint;
-pub use loaded::{Loaded, Raw};
 pub use octree::Octree;
 pub use partition::{Cells, Partition};
 pub use profile::{Extent, Profile, Rules, UnknownProfile};

@@ -106,7 +106,7 @@ impl Tile {
 
 /// Requested results beside colours.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Wanted<'a> {
+pub(crate) struct Outputs<'a> {
     /// Each skip and stop.
     pub(crate) decisions: bool,
     /// Depths.
@@ -153,7 +153,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// Composites the Gaussians of ranks `list`, front to back.
-    pub(crate) fn render(&self, tile: usize, list: &[u32], wanted: Wanted<'_>) -> Tile {
+    pub(crate) fn render(&self, tile: usize, list: &[u32], wanted: Outputs<'_>) -> Tile {
         if wanted.depths {
             self.composite::<true>(tile, list, wanted)
         } else {
@@ -161,8 +161,13 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    fn composite<const DEPTHS: bool>(&self, tile: usize, list: &[u32], wanted: Wanted<'_>) -> Tile {
-        let Wanted {
+    fn composite<const DEPTHS: bool>(
+        &self,
+        tile: usize,
+        list: &[u32],
+        wanted: Outputs<'_>,
+    ) -> Tile {
+        let Outputs {
             decisions: log_decisions,
             only,
             ..

@@ -19,7 +19,7 @@ pub enum WarpError {
     #[error(transparent)]
     Renderer(Box<dyn std::error::Error + Send + Sync>),
     /// A frame has the wrong size.
-    #[error("{what} is {found:?} pixels: expected {expected:?}, as its camera has")]
+    #[error("{what} has {} x {} pixels: expected {} x {}, the size of its camera's picture", .found[0], .found[1], .expected[0], .expected[1])]
     Size {
         /// The frame.
         what: &'static str,

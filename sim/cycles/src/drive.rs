@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use potamoi_formats::config::Config;
 
 use super::gathering_unit::{Cause, Counters, GatherInputs, GatherModel, GatherOutputs};
-use super::split::SplitRun;
+use super::split_banks::SplitRun;
 use super::stimulus::{Plan, Source, Stalls};
 use super::work::{GatherRun, WorkError};
 

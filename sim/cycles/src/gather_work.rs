@@ -5,9 +5,9 @@ use potamoi_formats::rit::{RitError, Vertices};
 use potamoi_reference::GatherTask;
 use thiserror::Error;
 
-use crate::rounds::rounds;
+use crate::bank_rounds::rounds;
 use crate::row_remap::{RemappedTask, is_needed};
-use crate::split::turns;
+use crate::split_banks::turns;
 use crate::work::{GatherRun, Mvoxel};
 use crate::{LaneRun, Rounds, SplitRun};
 

@@ -10,7 +10,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 
 use super::rit_buffer::{Picked, RitBuffer};
-use super::split::{SplitRun, Turns, check_no_turns};
+use super::split_banks::{SplitRun, Turns, check_no_turns};
 use super::work::WorkError;
 
 pub use super::work::RitBeat;

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::GatherCycles;
+use crate::bank_rounds::waiting;
 use crate::gather_work::{GatherWork, runs};
-use crate::rounds::waiting;
 
 /// Bandwidth of the paper's memory in bytes a second: LPDDR3-1600, four channels of 32 bits.
 pub(crate) const DRAM_BYTES_PER_SECOND: f64 = 25.6e9;

@@ -29,8 +29,9 @@
 //! # }
 //! ```
 
+pub mod bank_rounds;
 mod beat_words;
-pub mod closed;
+pub mod closed_form;
 pub mod drive;
 pub mod effect_meter;
 pub mod exponential;
@@ -42,9 +43,8 @@ pub mod layouts;
 pub mod mac_array;
 mod organisation;
 mod rit_buffer;
-pub mod rounds;
 mod row_remap;
-pub mod split;
+pub mod split_banks;
 pub mod stimulus;
 pub mod vector_unit;
 pub mod work;
@@ -52,8 +52,9 @@ pub mod work;
 #[cfg(test)]
 mod tests;
 
+pub use bank_rounds::Rounds;
 pub use beat_words::BeatWords;
-pub use closed::{
+pub use closed_form::{
     ClosedVector, GatherCycles, VectorCycles, gather_cycles, split_cycles, vector_cycles,
 };
 pub use drive::{CycleLog, run_gather, run_gather_watched, run_split};
@@ -62,8 +63,7 @@ pub use feature_major::{FeatureMajorModel, LaneRun, feature_major_cycles};
 pub use gather_work::{GatherWork, Group, StreamError, runs};
 pub use gathering_unit::{GatherInputs, GatherModel, GatherOutputs};
 pub use organisation::UnitModel;
-pub use rounds::Rounds;
-pub use split::SplitRun;
+pub use split_banks::SplitRun;
 pub use stimulus::{Plan, Source, Stalls, StreamStalls, Willing};
 pub use vector_unit::{VectorInputs, VectorModel, VectorOutputs};
 pub use work::{GatherRun, Mvoxel, WorkError};

@@ -23,13 +23,13 @@
 //!
 //! ```
 //! use potamoi_explore::accuracy::{Bench, CostQuality, Paths, Price, front, knobs};
-//! use potamoi_explore::{Chosen, Setup};
+//! use potamoi_explore::{ConfigChoice, Setup};
 //! use potamoi_scene::Scene;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let mut scene = Scene::open("garden")?;
 //! scene.set_size(Some(16), None)?;
-//! let setup = Setup::of_times(Chosen::for_scene(&scene)?, scene, None)?;
+//! let setup = Setup::of_times(ConfigChoice::for_scene(&scene)?, scene, None)?;
 //! let knobs = knobs::named(knobs::of(&setup.scene), &["iterations".to_owned()])?;
 //! let bench = Bench::new(setup, 2)?;
 //! let mut places: Vec<CostQuality> = vec![];
@@ -60,4 +60,4 @@ pub mod warping;
 pub use cause::Cause;
 pub use error::ExploreError;
 pub use progress::Progress;
-pub use setup::{Chosen, Setup, store};
+pub use setup::{ConfigChoice, Setup, store};

@@ -64,7 +64,7 @@ fn refuse_of_units(scene: &Scene) -> Result<(), ExploreError> {
         .find(|own| scene.choices().leaves_out(**own))
     {
         Some(effect) => Err(ExploreError::Refused(format!(
-            "--without {effect}: expected --numerics fixed or rtl, whose units it is of"
+            "--without {effect}: expected --numerics fixed or rtl: the effect is one of the units"
         ))),
         None => Ok(()),
     }

@@ -14,14 +14,14 @@ use crate::{ExploreError, Progress};
 
 /// A configuration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chosen {
+pub struct ConfigChoice {
     /// The configuration itself.
     pub config: Config,
     /// Name of the preset, if it is one.
     pub preset: Option<&'static str>,
 }
 
-impl Chosen {
+impl ConfigChoice {
     /// The preset whose units support the scene's algorithm: `paper` or `fields`.
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl Setup {
     /// # Errors
     /// A file that cannot be read or is of another configuration; units without known energy.
     pub fn new(
-        chosen: Chosen,
+        chosen: ConfigChoice,
         system: &System,
         scene: Scene,
         synth: Option<&Path>,
@@ -76,14 +76,14 @@ impl Setup {
     /// # Errors
     /// As [`Setup::new`] for a file.
     pub fn of_times(
-        chosen: Chosen,
+        chosen: ConfigChoice,
         scene: Scene,
         synth: Option<&Path>,
     ) -> Result<Self, ExploreError> {
         let known = UnitParameters::read(&chosen.config, synth)?;
         let costs = match known.costs(&scene, &chosen.config) {
             Ok(costs) => costs,
-            Err(_) => known.costs(&scene, &Chosen::for_scene(&scene)?.config)?,
+            Err(_) => known.costs(&scene, &ConfigChoice::for_scene(&scene)?.config)?,
         };
         let system = System::default();
         Ok(Self::of(scene, chosen, &system, known, costs))
@@ -91,7 +91,7 @@ impl Setup {
 
     fn of(
         scene: Scene,
-        Chosen { config, preset }: Chosen,
+        ConfigChoice { config, preset }: ConfigChoice,
         system: &System,
         known: UnitParameters,
         costs: Costs,

@@ -61,7 +61,7 @@ impl Key {
     /// Adds a serialised value.
     #[must_use]
     pub fn value(self, part: &'static str, value: &impl Serialize) -> Self {
-        self.hash(part, potamoi_base::content::hash_of(value))
+        self.hash(part, potamoi_base::content_hash::hash_of(value))
     }
 
     /// Adds a part that is already hashed.

@@ -68,6 +68,29 @@ pub struct GatherTotals {
 }
 
 impl GatherTotals {
+    /// Notes the first issue and the first beat of features. A counter shows what happened up to
+    /// the cycle before.
+    const fn note_first(&mut self, cycle: u64, counters: [u64; 6], valid: bool) {
+        let [busy, _, _, _, _, bank] = counters;
+        if (busy != 0 || bank != 0) && self.first_issue == 0 {
+            self.first_issue = cycle - 1;
+        }
+        if valid && self.first_feature == 0 {
+            self.first_feature = cycle;
+        }
+    }
+
+    /// Reads the unit's counters and flags at the end of a run.
+    fn read<E: Engine>(&mut self, ports: &Ports<E::Port>, engine: &mut E) -> Result<(), RtlError> {
+        let [busy, fifo, mft, rit, entries, bank] = ports.counters(engine)?;
+        self.busy = busy;
+        self.stalls = [fifo, mft, rit];
+        self.stall_bank = bank;
+        self.entries = entries;
+        self.errors = engine.get(ports.errors)?;
+        Ok(())
+    }
+
     /// Cycles from the first to the last issue, inclusive.
     #[must_use]
     pub fn issue_span(&self) -> u64 {
@@ -75,19 +98,55 @@ impl GatherTotals {
     }
 }
 
+/// Ports of an AXI4-Stream that every organisation has.
+#[derive(Clone, Copy)]
+struct Stream<P> {
+    valid: P,
+    ready: P,
+    data: P,
+    last: P,
+}
+
+/// Ports of a stream with bytes that are kept and a sideband.
+#[derive(Clone, Copy)]
+struct MarkedStream<P> {
+    stream: Stream<P>,
+    keep: P,
+    user: P,
+}
+
 struct Ports<P> {
-    /// valid, ready, data, keep, last, user
-    rit: [P; 6],
-    /// valid, ready, data, last
-    mft: [P; 4],
-    /// valid, ready, data, keep, last, user
-    feat: [P; 6],
+    rit: MarkedStream<P>,
+    mft: Stream<P>,
+    feat: MarkedStream<P>,
     counters: [P; 5],
     /// Counter of bank stalls, where they are possible.
     bank: Option<P>,
     /// The MFT stream's keep, of the feature-major organisation.
     mft_keep: Option<P>,
     errors: P,
+}
+
+impl<P: Copy> Stream<P> {
+    fn find(engine: &impl Engine<Port = P>, name: &str) -> Result<Self, RtlError> {
+        let port = |signal: &str| engine.port(&format!("{name}_{signal}"));
+        Ok(Self {
+            valid: port("tvalid")?,
+            ready: port("tready")?,
+            data: port("tdata")?,
+            last: port("tlast")?,
+        })
+    }
+}
+
+impl<P: Copy> MarkedStream<P> {
+    fn find(engine: &impl Engine<Port = P>, name: &str) -> Result<Self, RtlError> {
+        Ok(Self {
+            stream: Stream::find(engine, name)?,
+            keep: engine.port(&format!("{name}_tkeep"))?,
+            user: engine.port(&format!("{name}_tuser"))?,
+        })
+    }
 }
 
 impl<P: Copy> Ports<P> {
@@ -109,10 +168,10 @@ impl<P: Copy> Ports<P> {
         words: &BeatWords<'_>,
         [last, again]: [bool; 2],
     ) -> Result<(), RtlError> {
-        engine.set_words(self.rit[2], &words.data)?;
-        engine.set_words(self.rit[3], &words.keep)?;
-        engine.set(self.rit[4], u64::from(last))?;
-        engine.set(self.rit[5], u64::from(again))
+        engine.set_words(self.rit.stream.data, &words.data)?;
+        engine.set_words(self.rit.keep, &words.keep)?;
+        engine.set(self.rit.stream.last, u64::from(last))?;
+        engine.set(self.rit.user, u64::from(again))
     }
 
     /// Drives a row of the MFT stream.
@@ -122,8 +181,8 @@ impl<P: Copy> Ports<P> {
         words: &BeatWords<'_>,
         last: bool,
     ) -> Result<(), RtlError> {
-        engine.set_words(self.mft[2], &words.row)?;
-        engine.set(self.mft[3], u64::from(last))?;
+        engine.set_words(self.mft.data, &words.row)?;
+        engine.set(self.mft.last, u64::from(last))?;
         match self.mft_keep {
             Some(keep) => engine.set_words(keep, &words.row_keep),
             None => Ok(()),
@@ -137,43 +196,26 @@ impl<P: Copy> Ports<P> {
         words: &'a mut [Vec<u32>; 3],
     ) -> Result<BeatSeen<'a>, RtlError> {
         let [data, keep, user] = words;
-        engine.get_words(self.feat[2], data)?;
-        engine.get_words(self.feat[3], keep)?;
-        engine.get_words(self.feat[5], user)?;
+        engine.get_words(self.feat.stream.data, data)?;
+        engine.get_words(self.feat.keep, keep)?;
+        engine.get_words(self.feat.user, user)?;
         Ok(BeatSeen {
             data,
-            unknown: engine.unknown(self.feat[2]),
+            unknown: engine.unknown(self.feat.stream.data),
             keep,
             user,
-            last: engine.get(self.feat[4])? == 1,
+            last: engine.get(self.feat.stream.last)? == 1,
         })
     }
 
     fn find(engine: &impl Engine<Port = P>, work: &GatherWork<'_>) -> Result<Self, RtlError> {
         let lanes = work.lane_run().is_some();
         let waits = lanes || work.split_run().is_some();
-        let rit = |name: &str| engine.port(&format!("s_axis_rit_{name}"));
-        let mft = |name: &str| engine.port(&format!("s_axis_mft_{name}"));
-        let feat = |name: &str| engine.port(&format!("m_axis_feat_{name}"));
         let stat = |name: &str| engine.port(&format!("stat_{name}"));
         Ok(Self {
-            rit: [
-                rit("tvalid")?,
-                rit("tready")?,
-                rit("tdata")?,
-                rit("tkeep")?,
-                rit("tlast")?,
-                rit("tuser")?,
-            ],
-            mft: [mft("tvalid")?, mft("tready")?, mft("tdata")?, mft("tlast")?],
-            feat: [
-                feat("tvalid")?,
-                feat("tready")?,
-                feat("tdata")?,
-                feat("tkeep")?,
-                feat("tlast")?,
-                feat("tuser")?,
-            ],
+            rit: MarkedStream::find(engine, "s_axis_rit")?,
+            mft: Stream::find(engine, "s_axis_mft")?,
+            feat: MarkedStream::find(engine, "m_axis_feat")?,
             counters: [
                 stat("busy")?,
                 stat("stall_fifo")?,
@@ -182,7 +224,7 @@ impl<P: Copy> Ports<P> {
                 stat("entries")?,
             ],
             bank: waits.then(|| stat("stall_bank")).transpose()?,
-            mft_keep: lanes.then(|| mft("tkeep")).transpose()?,
+            mft_keep: lanes.then(|| engine.port("s_axis_mft_tkeep")).transpose()?,
             errors: stat("errors")?,
         })
     }
@@ -195,7 +237,7 @@ fn configure<E: Engine>(
     work: &GatherWork<'_>,
     config: &Config,
 ) -> Result<(), RtlError> {
-    for port in [p.rit[0], p.mft[0], p.feat[1]] {
+    for port in [p.rit.stream.valid, p.mft.valid, p.feat.stream.ready] {
         engine.set(port, 0)?;
     }
     for (name, value) in [
@@ -246,7 +288,7 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
         let mut mft = Source::new(work.mft_pieces(config));
         let mut layout = BeatWords::new(work);
         let mut beat_words =
-            [p.feat[2], p.feat[3], p.feat[5]].map(|port| vec![0; engine.words(port)]);
+            [p.feat.stream.data, p.feat.keep, p.feat.user].map(|port| vec![0; engine.words(port)]);
         let beats = work.beats();
         let mut totals = GatherTotals::default();
         let (mut sent, mut taken, mut idle, mut left) = (0u64, 0u64, 0, drain);
@@ -261,9 +303,9 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             let willing = plan.step();
             let rit_piece = rit.offer(willing.rit).copied();
             let mft_piece = mft.offer(willing.mft).copied();
-            engine.set(p.rit[0], u64::from(rit_piece.is_some()))?;
-            engine.set(p.mft[0], u64::from(mft_piece.is_some()))?;
-            engine.set(p.feat[1], u64::from(willing.sink))?;
+            engine.set(p.rit.stream.valid, u64::from(rit_piece.is_some()))?;
+            engine.set(p.mft.valid, u64::from(mft_piece.is_some()))?;
+            engine.set(p.feat.stream.ready, u64::from(willing.sink))?;
             if let Some(piece) = rit_piece.filter(|_| !rit_shown) {
                 layout.rit(&piece)?;
                 p.show_rit(engine, &layout, [piece.beat.last, piece.beat.again])?;
@@ -280,33 +322,24 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
                 mft: mft_piece.map(|piece| piece.last),
                 feat_ready: willing.sink,
             };
-            let valid = engine.get(p.feat[0])? == 1;
+            let valid = engine.get(p.feat.stream.valid)? == 1;
             let counters = p.counters(engine)?;
-            // A counter shows what happened up to the cycle before.
-            let [busy, .., bank] = counters;
-            if (busy != 0 || bank != 0) && totals.first_issue == 0 {
-                totals.first_issue = cycle - 1;
-            }
-            if valid && totals.first_feature == 0 {
-                totals.first_feature = cycle;
-            }
+            totals.note_first(cycle, counters, valid);
             let beat = match valid {
                 true => Some(p.beat(engine, &mut beat_words)?),
                 false => None,
             };
             let seen = GatherSeen {
-                rit_ready: engine.get(p.rit[1])? == 1,
-                mft_ready: engine.get(p.mft[1])? == 1,
+                rit_ready: engine.get(p.rit.stream.ready)? == 1,
+                mft_ready: engine.get(p.mft.ready)? == 1,
                 beat,
                 counters,
             };
-            let moved = [
-                rit_piece.is_some() && seen.rit_ready,
-                mft_piece.is_some() && seen.mft_ready,
-                valid && willing.sink,
-            ];
+            let rit_moves = rit_piece.is_some() && seen.rit_ready;
+            let mft_moves = mft_piece.is_some() && seen.mft_ready;
+            let feature_moves = valid && willing.sink;
             watch.cycle(cycle, &inputs, &seen)?;
-            if moved[0] {
+            if rit_moves {
                 if sent == 0 {
                     totals.first_beat = cycle;
                 }
@@ -314,16 +347,17 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
                 rit_shown = false;
                 sent += 1;
             }
-            if moved[1] {
+            if mft_moves {
                 mft.accepted();
                 mft_shown = false;
             }
-            if moved[2] {
+            if feature_moves {
                 taken += 1;
                 totals.cycles = cycle + 1;
             }
             engine.edge()?;
-            idle = if moved.contains(&true) { 0 } else { idle + 1 };
+            let moves = rit_moves || mft_moves || feature_moves;
+            idle = if moves { 0 } else { idle + 1 };
             if idle > PATIENCE.max(drain) {
                 return Err(RtlError::Hang {
                     unit: GATHERING_UNIT,
@@ -333,12 +367,7 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             }
         }
         engine.settle()?;
-        let [busy, fifo, mft, rit, entries, bank] = p.counters(engine)?;
-        totals.busy = busy;
-        totals.stalls = [fifo, mft, rit];
-        totals.stall_bank = bank;
-        totals.entries = entries;
-        totals.errors = engine.get(p.errors)?;
+        totals.read(&p, engine)?;
         Ok(totals)
     }
 }

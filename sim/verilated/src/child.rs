@@ -63,19 +63,19 @@ pub enum Fault {
         program: String,
     },
     /// The system refused to start it.
-    #[error("it does not start: {reason}")]
+    #[error("the run does not start: {reason}")]
     Start {
         /// The reason.
         reason: String,
     },
     /// It exceeded its time limit.
-    #[error("it gave no result within {seconds} s and was ended; {LIMIT}=SECONDS gives it longer")]
+    #[error("the run gave no result within {seconds} s and was ended; {LIMIT}=SECONDS allows more")]
     Late {
         /// The limit.
         seconds: u64,
     },
     /// It ended early.
-    #[error("it ended before it answered: {reason}")]
+    #[error("the run ended before it answered: {reason}")]
     Ended {
         /// The evidence.
         reason: String,

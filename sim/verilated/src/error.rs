@@ -105,11 +105,11 @@ pub enum Error {
     /// A name that cannot be used as a module, file or port.
     #[error("{what} {name:?} cannot be used: {expected}")]
     BadName {
-        /// What the name is of.
+        /// Kind of the named thing.
         what: &'static str,
         /// The name.
         name: String,
-        /// What would do.
+        /// Names that can be used.
         expected: &'static str,
     },
     /// Nothing to build: no source file was given.

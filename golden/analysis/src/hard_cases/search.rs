@@ -120,7 +120,7 @@ proptest! {
         }
     }
 
-    /// Rotations of quaternions of any bits, lengths from nothing to the largest float among them.
+    /// Rotations by quaternions of arbitrary bits, whose lengths range from zero to the largest float.
     #[test]
     fn quaternions_of_any_bits_turn_as_exactly_computed(
         parts in prop_oneof![

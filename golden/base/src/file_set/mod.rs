@@ -64,7 +64,7 @@ pub enum FileSetError {
     NeverReplaced {
         /// The place.
         path: PathBuf,
-        /// What is there.
+        /// Kind of the entry that is there.
         what: &'static str,
     },
     /// A folder's place is taken by a link or a file.
@@ -76,7 +76,7 @@ pub enum FileSetError {
     NoFolder {
         /// The place.
         path: PathBuf,
-        /// What is there.
+        /// Kind of the entry that is there.
         what: &'static str,
         /// The folder of the set.
         folder: PathBuf,

@@ -6,7 +6,7 @@ use glam::DVec3;
 use potamoi_formats::rit::Vertices;
 
 use super::CodedTable;
-use super::scattered::{Held, ScatteredTable};
+use super::scattered::{RowSet, ScatteredTable};
 use potamoi_march::streams::{Streams, Visit};
 use potamoi_march::tiling::{Holder, SampleLocation, Tiling};
 
@@ -35,7 +35,7 @@ pub struct Counted {
 /// The current task, which samples join as they come, and the counts of earlier tasks.
 struct Fetched<'a> {
     table: &'a ScatteredTable,
-    held: Held,
+    held: RowSet,
     entries: u64,
     counted: Counted,
 }

@@ -64,8 +64,8 @@ impl ScatteredTable {
     }
 
     /// An empty set of rows.
-    pub(super) fn held(&self) -> Held {
-        Held::new(self.held)
+    pub(super) fn held(&self) -> RowSet {
+        RowSet::new(self.held)
     }
 
     /// The tasks of samples. A sample joins the current task if its rows fit the MVoxel feature
@@ -108,7 +108,7 @@ impl ScatteredTable {
 }
 
 /// Rows of a table held by a task.
-pub(super) struct Held {
+pub(super) struct RowSet {
     most: usize,
     /// Number of the task.
     task: u32,
@@ -118,7 +118,7 @@ pub(super) struct Held {
     count: usize,
 }
 
-impl Held {
+impl RowSet {
     /// A set of at most `most` rows.
     fn new(most: usize) -> Self {
         Self {

@@ -37,13 +37,13 @@ pub enum GatherError {
         allowed: u32,
     },
     /// The task has no entries.
-    #[error("gather task: no entries; leave an MVoxel without entries out")]
+    #[error("gather task: no entries; skip MVoxels without entries")]
     NoEntries,
     /// The task has no rows.
     #[error("gather task: no rows; the feature stream carries at least one")]
     NoRows,
     /// The feature codes are not a whole number of rows.
-    #[error("gather task: {codes} feature codes are no whole rows of {channels} channels")]
+    #[error("gather task: {codes} feature codes are not a multiple of {channels} channels")]
     Ragged {
         /// Feature codes given.
         codes: usize,

@@ -77,7 +77,7 @@ fn what_is_no_description_is_refused_by_field_in_words_of_our_own() {
             "[model]\nkind = \"splats\"",
             "field `model.path`: it is missing",
         ),
-        ("[model", "line 1, column 7: no TOML: "),
+        ("[model", "line 1, column 7: invalid TOML: "),
     ] {
         let error = parsed(text).unwrap_err();
         assert!(error.starts_with(expected), "{text}: {error}");

@@ -5,7 +5,7 @@ mod thickness;
 
 use crate::{Kind, Model};
 pub(crate) use cache::Cache;
-use potamoi_base::bands::{self, Bands};
+use potamoi_base::sh_degrees::{self, Bands};
 use potamoi_fields::{
     Directions, Field, HashedColour, Mlp, StoredDensity, Table, WithEarlyTermination,
 };
@@ -138,7 +138,7 @@ fn harmonics(mlp: &Mlp, inputs: &[usize]) -> Bands {
         .flat_map(|layer| layer.weights().chunks_exact(layer.inputs()));
     let holders = rows.map(|row| {
         let own = inputs.iter().map(|i| row.get(*i..=*i).unwrap_or_default());
-        bands::used(own)
+        sh_degrees::used(own)
     });
     Bands::of(inputs.len().isqrt().saturating_sub(1), holders)
 }
@@ -146,7 +146,7 @@ fn harmonics(mlp: &Mlp, inputs: &[usize]) -> Bands {
 fn of_cloud(cloud: &Cloud, rules: &Rules) -> ModelFacts {
     let coefficients = |index| {
         let own = cloud.sh(index).iter();
-        bands::used(own.map(<[f32; 3]>::as_slice))
+        sh_degrees::used(own.map(<[f32; 3]>::as_slice))
     };
     let mut thickness = Thickness {
         depth: 0.0,

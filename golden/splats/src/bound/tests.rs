@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::{Alpha, Limits, Projected, RoundingErrors, alpha};
 
-use crate::array::Forms;
+use crate::affine_forms::Forms;
 use crate::profile::Profile;
 use crate::records::record;
 use crate::{Footprint, Saturations};

@@ -28,7 +28,7 @@ pub use error::FileError;
 pub use error::Origin;
 
 use super::axes::Axes;
-use super::loaded::{Loaded, Raw};
+use super::file_content::{Loaded, Raw};
 use super::ply;
 use reader::LARGEST;
 pub use reader::{Reader, whole};

@@ -16,7 +16,7 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header as PlyHeader, PropertyType, Sc
 use super::error::{FileError, Origin};
 use super::values;
 use crate::Cloud;
-use crate::loaded::{Loaded, Raw};
+use crate::file_content::{Loaded, Raw};
 use crate::ply::{self, SAID, header_comments, with_other_models};
 use potamoi_base::file_keys::{Fate, FileKeys, Format, Notes, key};
 use potamoi_base::sh;

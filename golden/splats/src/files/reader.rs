@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::FileError;
-use crate::loaded::Raw;
+use crate::file_content::Raw;
 use potamoi_base::file_keys::Format;
 
 /// The largest file that is read, in bytes.

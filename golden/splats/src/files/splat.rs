@@ -9,7 +9,7 @@ use super::error::{FileError, Origin};
 use super::reader::{Reader, whole};
 use super::values;
 use crate::Cloud;
-use crate::loaded::{Loaded, Raw};
+use crate::file_content::{Loaded, Raw};
 use potamoi_base::file_keys::{Fate, Format, Key, Notes};
 
 /// Keys of the format: parts of a row, since there is no header.

@@ -17,7 +17,7 @@ use super::unpack::{Arrays, unpack};
 use super::values;
 use crate::Cloud;
 use crate::axes::Axes;
-use crate::loaded::{Loaded, Raw};
+use crate::file_content::{Loaded, Raw};
 use potamoi_base::file_keys::Notes;
 
 /// Colour codes for one unit of the constant coefficient, divided by 255.

@@ -20,7 +20,7 @@ use ply_rs_bw::ply::ElementDef;
 use thiserror::Error;
 
 use super::cloud::CloudError;
-use super::loaded::{Loaded, Raw};
+use super::file_content::{Loaded, Raw};
 use columns::Columns;
 pub(super) use other_models::with_other_models;
 use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, KeyError, Notes, key};

@@ -14,7 +14,7 @@ use super::result_control::ResultControl;
 use super::sequence::{Order, Sequence};
 
 /// Control signals of all lanes in a cycle.
-pub(super) struct Told<'a> {
+pub(super) struct LaneSignals<'a> {
     pub(super) config: &'a Config,
     pub(super) kinds: OperationKinds,
     pub(super) pipelined: bool,
@@ -25,7 +25,7 @@ pub(super) struct Told<'a> {
     pub(super) tag: &'a ResultControl,
 }
 
-impl Told<'_> {
+impl LaneSignals<'_> {
     /// Inputs of a lane, except its operands.
     ///
     /// # Errors
@@ -136,7 +136,7 @@ impl Told<'_> {
 pub(super) fn lanes(
     m: &mut ModuleBuilder,
     lane: &Arc<Module>,
-    told: &Told<'_>,
+    told: &LaneSignals<'_>,
     common: &[(String, Signal)],
     inputs: &Inputs,
 ) -> (Signal, Vec<Signal>) {

@@ -9,7 +9,7 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use super::acceptance::{Acceptance, Inputs};
 use super::exponential::form;
 use super::lane::lane;
-use super::lanes::{Told, lanes};
+use super::lanes::{LaneSignals, lanes};
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Sequence, passes, sequence};
@@ -55,7 +55,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
             inputs.last,
         ],
     );
-    let told = Told {
+    let told = LaneSignals {
         config,
         kinds,
         pipelined: timing.pipelined,

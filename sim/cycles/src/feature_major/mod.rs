@@ -1,11 +1,11 @@
 //! The feature-major organisation, whose lanes have bank conflicts.
 //!
 //! Its cycles depend on which rows are read, unlike the channel-major ones.
-//! [`rounds`](super::rounds::rounds) counts them from the entries alone, [`FeatureMajorModel`]
+//! [`rounds`](super::bank_rounds::rounds) counts them from the entries alone, [`FeatureMajorModel`]
 //! steps through every cycle, and [`feature_major_cycles`] gives the totals for sources and sink
 //! that are always ready. Rules: `docs/explanation/organisations.md`.
 
-mod closed;
+mod closed_form;
 mod model;
 
 #[cfg(test)]
@@ -14,10 +14,10 @@ mod tests;
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::timing::Pipeline;
 
-use super::rounds::Rounds;
+use super::bank_rounds::Rounds;
 use super::work::{GatherRun, MftPiece, WorkError};
 
-pub use closed::feature_major_cycles;
+pub use closed_form::feature_major_cycles;
 pub use model::FeatureMajorModel;
 
 /// Cycles from the issue of a channel's last round to its offer.

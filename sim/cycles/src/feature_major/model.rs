@@ -9,9 +9,9 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 
 use super::{LaneRun, channels_of, latency};
+use crate::bank_rounds::Rounds;
 use crate::gathering_unit::{Cause, Counters, Feature, GatherInputs, GatherOutputs, Issue};
 use crate::rit_buffer::RitBuffer;
-use crate::rounds::Rounds;
 use crate::work::WorkError;
 
 /// Half of the lanes' entries.
@@ -35,7 +35,7 @@ struct Step {
     ends_pass: bool,
 }
 
-/// Where the next step is read.
+/// Position of the next step: half of the lanes, vertex and channel.
 #[derive(Debug, Clone, Copy, Default)]
 struct ReadPosition {
     half: usize,

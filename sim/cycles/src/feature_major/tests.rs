@@ -5,8 +5,8 @@ use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::*;
+use crate::bank_rounds::rounds;
 use crate::gathering_unit::{GatherInputs, GatherOutputs};
-use crate::rounds::rounds;
 use crate::work::Mvoxel;
 use crate::{GatherCycles, GatherModel, Plan, Source, Stalls, StreamStalls, gather_cycles};
 

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::super::closed::{overlapped_cycles, rit_keeps_up};
+use super::super::closed_form::{overlapped_cycles, rit_keeps_up};
 use super::super::*;
 use super::{config, ready};
 

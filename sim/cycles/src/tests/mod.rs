@@ -8,7 +8,7 @@ use potamoi_formats::rit::Vertices;
 use rand::{RngCore, SeedableRng};
 use rand_pcg::Pcg32;
 
-use super::closed::{overlapped_cycles, rit_keeps_up};
+use super::closed_form::{overlapped_cycles, rit_keeps_up};
 use super::gathering_unit::{Cause, Counters, GatherInputs, GatherModel, RitBeat};
 use super::*;
 

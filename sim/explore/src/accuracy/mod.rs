@@ -20,5 +20,5 @@ pub use point::Point;
 pub use price::Price;
 pub use proof::Proof;
 pub use settings_search::{Candidate, Search};
-pub use sweep::{Found, Refused, Sweep};
+pub use sweep::{Refused, SearchResult, Sweep};
 pub use units::{UnitError, UnitErrors};

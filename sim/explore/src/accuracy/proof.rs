@@ -79,7 +79,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::super::knobs;
     use super::*;
-    use crate::{Chosen, Setup};
+    use crate::{ConfigChoice, Setup};
     use potamoi_scene::Scene;
 
     /// Faults in both units, in the configuration of a setting, are found.
@@ -87,7 +87,7 @@ mod tests {
     fn a_fault_of_what_was_found_is_not_proved() {
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(12), None).unwrap();
-        let setup = Setup::of_times(Chosen::for_scene(&scene).unwrap(), scene, None).unwrap();
+        let setup = Setup::of_times(ConfigChoice::for_scene(&scene).unwrap(), scene, None).unwrap();
         let bench = Bench::new(setup, 2).unwrap();
         let knobs = knobs::of(&bench.setup.scene);
         let iterations = knobs.iter().find(|knob| knob.name == "iterations").unwrap();

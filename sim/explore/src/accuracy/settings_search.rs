@@ -5,7 +5,7 @@ use super::knobs::{Change, Knob, Reproduce, Setting};
 use super::local_search::{Choice, Goal, Paths, search_by_ways_alone};
 use super::pareto_front::CostQuality;
 use super::price::Price;
-use super::sweep::{Found, Sweep};
+use super::sweep::{SearchResult, Sweep};
 use crate::{ExploreError, Progress};
 
 /// A knob and one of its settings.
@@ -29,7 +29,7 @@ pub struct Search<'a> {
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// Reported measurements.
-    pub found: Found,
+    pub found: SearchResult,
     /// Settings, to be applied together.
     pub settings: Vec<Setting>,
     /// Configuration as TOML; comments above it list changes outside the configuration.
@@ -87,7 +87,7 @@ impl Search<'_> {
         Ok(Candidate {
             text: self.text(&own)?,
             settings: own.iter().map(|(_, setting)| (*setting).clone()).collect(),
-            found: Found {
+            found: SearchResult {
                 settings: names,
                 point,
                 tried,

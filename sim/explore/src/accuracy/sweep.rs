@@ -35,7 +35,7 @@ pub struct Sweep {
     pub ladder: Vec<Rung>,
     /// Result of a search, if one was run.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub found: Option<Found>,
+    pub found: Option<SearchResult>,
 }
 
 /// A setting that cannot be applied.
@@ -51,7 +51,7 @@ pub struct Refused {
 
 /// Result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Found {
+pub struct SearchResult {
     /// Knobs and labels of its settings.
     pub settings: Vec<String>,
     /// Measurements of all settings together.
@@ -152,7 +152,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::super::knobs::{self, Change, RenderChange, Setting};
     use super::*;
-    use crate::{Chosen, Setup};
+    use crate::{ConfigChoice, Setup};
     use potamoi_base::precision::Precision;
     use potamoi_scene::Scene;
 
@@ -161,7 +161,7 @@ mod tests {
     fn an_added_knob_is_measured_like_the_others() {
         let mut scene = Scene::open("garden").unwrap();
         scene.set_size(Some(16), Some(16)).unwrap();
-        let setup = Setup::of_times(Chosen::for_scene(&scene).unwrap(), scene, None).unwrap();
+        let setup = Setup::of_times(ConfigChoice::for_scene(&scene).unwrap(), scene, None).unwrap();
         let bits = |n: u32| Setting {
             label: n.to_string(),
             change: Change::Scene(RenderChange::Precision(Precision {

@@ -10,7 +10,7 @@ use potamoi_scene::{Rendered, Scene};
 use potamoi_system::call_digest::CallDigest;
 use serde::Serialize;
 
-use super::wall::{Pairs, Stopwatch};
+use super::wall_time::{Pairs, Stopwatch};
 use crate::ExploreError;
 
 /// Results of a frame: pictures, trace and cycles.

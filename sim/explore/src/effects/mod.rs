@@ -3,10 +3,10 @@
 
 mod compare;
 mod report;
-mod wall;
+mod wall_time;
 mod work;
 
 pub use compare::{Forced, Without};
 pub use report::{EffectCost, EffectSaving, Effects, EffectsStudy, FoundEffect, UnitUse};
-pub use wall::{Pairs, RtlWall, Wall};
+pub use wall_time::{Pairs, RtlWall, Wall};
 pub use work::Work;

@@ -10,16 +10,16 @@ use potamoi_scene::Scene;
 use serde::Serialize;
 
 use super::compare::{Forced, Without};
-use super::wall::{Pairs, RtlWall, Stopwatch, Wall};
+use super::wall_time::{Pairs, RtlWall, Stopwatch, Wall};
 use super::work::{Work, work_of};
-use crate::{Chosen, ExploreError, Progress};
+use crate::{ConfigChoice, ExploreError, Progress};
 
 /// A study of effects: scene, configuration, path and options.
 pub struct EffectsStudy<'a> {
     /// The scene, with its default choices, seen by the path's first camera.
     pub scene: &'a Scene,
     /// Configuration that renders it.
-    pub chosen: &'a Chosen,
+    pub chosen: &'a ConfigChoice,
     /// Cameras of the path.
     pub path: &'a [Camera],
     /// Parts of the system around the units.
@@ -70,7 +70,7 @@ impl EffectsStudy<'_> {
     /// A scene that the configuration cannot render, or Verilog that cannot be built or run.
     pub fn run(&self, progress: &dyn Progress) -> Result<Effects, ExploreError> {
         let (scene, path) = (self.scene, self.path);
-        let Chosen { config, preset } = self.chosen;
+        let ConfigChoice { config, preset } = self.chosen;
         let analysis = Analysis::of(scene, path, config, self.around)?;
         let hardware = Hardware::of(scene, config)?;
         let watch = Stopwatch {
@@ -178,7 +178,7 @@ pub struct EffectCost {
     /// Wall time of the simulator with the effect minus that without it, where both were run; 0
     /// where there is nothing to simulate.
     pub wall_ms: Option<f64>,
-    /// What was timed, and the times.
+    /// The timed runs and their times.
     pub wall: Option<Wall>,
 }
 

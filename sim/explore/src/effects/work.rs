@@ -12,9 +12,9 @@ pub struct Work {
     pub unit: &'static str,
     /// Modelled cycles, where counted.
     pub cycles: Option<u64>,
-    /// Amount in another unit of measure.
+    /// Amount of work that is not counted in cycles.
     pub amount: Option<u64>,
-    /// That unit of measure.
+    /// Unit of measure of `amount`.
     pub amount_of: Option<&'static str>,
 }
 

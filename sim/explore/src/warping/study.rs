@@ -112,7 +112,10 @@ impl Study<'_> {
         let plan = Plan::new(self.path, plan).map_err(ExploreError::from)?;
         let count = plan.references.len();
         if let Some(none) = self.lost.iter().find(|n| **n >= count) {
-            let why = format!("--lose {none}: there are {count} references, from 0");
+            let why = format!(
+                "--lose {none}: expected the number of a reference of the path, 0 to {}",
+                count.saturating_sub(1)
+            );
             return Err(ExploreError::Refused(why).into());
         }
         let begun = Instant::now();

@@ -25,7 +25,7 @@ pub(super) struct Slots<M> {
 #[derive(Debug, Clone, Copy)]
 enum Slot<M> {
     Free { since: M },
-    Held { reference: usize, from: M },
+    SlotHold { reference: usize, from: M },
 }
 
 impl<M: Copy + Default + Ord> Slots<M> {
@@ -41,7 +41,7 @@ impl<M: Copy + Default + Ord> Slots<M> {
     pub(super) fn free(&self) -> Option<(M, usize)> {
         let free = self.slots.iter().enumerate().filter_map(|(n, s)| match s {
             Slot::Free { since } => Some((*since, n)),
-            Slot::Held { .. } => None,
+            Slot::SlotHold { .. } => None,
         });
         free.min()
     }
@@ -49,14 +49,14 @@ impl<M: Copy + Default + Ord> Slots<M> {
     /// Takes the slot that has been free for longest. Returns the slot and since when it was free.
     pub(super) fn take(&mut self, reference: usize, from: M) -> Option<(M, usize)> {
         let (since, slot) = self.free()?;
-        self.slots[slot] = Slot::Held { reference, from };
+        self.slots[slot] = Slot::SlotHold { reference, from };
         Some((since, slot))
     }
 
     /// Releases the slot that a reference holds, if any.
     pub(super) fn release(&mut self, by: usize, now: M) {
         for (number, slot) in self.slots.iter_mut().enumerate() {
-            if let Slot::Held { reference, from } = *slot
+            if let Slot::SlotHold { reference, from } = *slot
                 && reference == by
             {
                 self.holds.push(Hold {

@@ -49,7 +49,9 @@ pub enum ScheduleError {
         unit: &'static str,
     },
     /// A frame was never finished, as the run stopped early.
-    #[error("frame {frame} was not shown: the schedule ends before it")]
+    #[error(
+        "frame {frame} was not shown, since the run ended early; run again, or ask for fewer frames"
+    )]
     Unfinished {
         /// The frame.
         frame: usize,

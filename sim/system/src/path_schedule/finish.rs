@@ -3,7 +3,7 @@
 use potamoi_warp::Plan;
 
 use super::{
-    FrameTime, Held, Job, LinkUse, Nanos, Resource, ResourceUse, Schedule, ScheduleError, Task,
+    FrameTime, Job, LinkUse, Nanos, Resource, ResourceUse, Schedule, ScheduleError, SlotHold, Task,
     Totals, Waits,
 };
 use crate::frame_scheduler::{FrameState, Hold};
@@ -102,7 +102,7 @@ pub(super) fn finish(
     Ok(Schedule {
         tasks,
         frames,
-        held: holds.into_iter().map(Held::from).collect(),
+        held: holds.into_iter().map(SlotHold::from).collect(),
         resources,
         totals,
     })

@@ -45,6 +45,6 @@ pub use error::ScheduleError;
 pub use live::{References, live};
 pub use options::{Link, Options, Poses, Remote};
 pub use schedule::{
-    FrameTime, Held, LinkUse, Resource, ResourceUse, Schedule, Task, Totals, Waits,
+    FrameTime, LinkUse, Resource, ResourceUse, Schedule, SlotHold, Task, Totals, Waits,
 };
 pub use simulate::schedule;

@@ -137,7 +137,7 @@ impl FrameTime {
 /// A slot of the reference buffer, held by a reference from its begin until its last target has
 /// read it. Times are nanoseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Held {
+pub struct SlotHold {
     /// The reference.
     pub reference: usize,
     /// The slot.
@@ -148,7 +148,7 @@ pub struct Held {
     pub until: Nanos,
 }
 
-impl From<Hold<Nanos>> for Held {
+impl From<Hold<Nanos>> for SlotHold {
     fn from(hold: Hold<Nanos>) -> Self {
         Self {
             reference: hold.reference,
@@ -212,7 +212,7 @@ pub struct Schedule {
     /// Frames, in order.
     pub frames: Vec<FrameTime>,
     /// Holds of the reference buffer's slots, sorted by begin.
-    pub held: Vec<Held>,
+    pub held: Vec<SlotHold>,
     /// Time of each resource.
     pub resources: Vec<ResourceUse>,
     /// Totals.

@@ -189,7 +189,7 @@ const MAX_PLACES: usize = 16;
 
 /// Layers `rgbnet.0`, `rgbnet.2.0`, `rgbnet.3.0`, ..., `rgbnet.N`, as the authors' code nests them:
 /// a rectifier follows a layer in the place behind it, or is nested with it. The last layer has none.
-/// What is not reached so is left, and refused by [`Checkpoint::finish`].
+/// Layers beyond a gap are left in the file, and [`Checkpoint::finish`] refuses them.
 fn perceptron(file: &mut Checkpoint) -> Result<Mlp, FieldError> {
     let is_there = |file: &Checkpoint, name: &str| {
         ["weight", "bias"].iter().any(|part| {

@@ -18,9 +18,9 @@ use crate::{
     Algorithm, Along, Bounds, Directions, Field, FieldError, Nodes, QuantisedField, Sampling, Size,
     Table, softplus, unverified_work,
 };
-use potamoi_base::bands::{self, Bands};
 use potamoi_base::camera::Camera;
 use potamoi_base::sh;
+use potamoi_base::sh_degrees::{self, Bands};
 use potamoi_reference::bounds::VectorBounds;
 
 /// Fine cells an edge of a coarse cell.
@@ -154,7 +154,7 @@ impl Field for EfficientNerf {
         let holders = rows.map(|row| {
             let colours = row[1..].chunks_exact(COEFFICIENTS);
             colours.fold([false; sh::MAX_DEGREE + 1], |mut all, colour| {
-                let own = bands::used(colour.iter().map(std::slice::from_ref));
+                let own = sh_degrees::used(colour.iter().map(std::slice::from_ref));
                 all.iter_mut().zip(own).for_each(|(to, own)| *to |= own);
                 all
             })

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Deserialize;
 
-use super::whole::{maybe_whole, whole};
+use super::integers::{maybe_whole, whole};
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 
 /// The whole document.

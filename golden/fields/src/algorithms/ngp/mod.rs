@@ -15,11 +15,11 @@ mod bound;
 mod document;
 mod fixed;
 pub mod grid;
+mod integers;
 mod keys;
 mod occupancy;
 mod parameters;
 mod snapshot;
-mod whole;
 mod wrong;
 
 use std::path::Path;

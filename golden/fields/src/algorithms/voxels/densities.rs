@@ -10,7 +10,7 @@ use super::formats::Formats;
 use super::grid::Grid;
 use crate::{Densities, FieldError, FixedOptions, StoredDensity};
 use potamoi_base::camera::Camera;
-use potamoi_base::content::hash_of;
+use potamoi_base::content_hash::hash_of;
 use potamoi_reference::bounds::VectorBounds;
 
 /// A grid as kept work names it.

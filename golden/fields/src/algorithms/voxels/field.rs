@@ -12,9 +12,9 @@ use crate::{
     Algorithm, Along, AnyField, CoordinateFrame, Density, Directions, Field, FieldError, Local,
     QuantisedField, Sampling, Stepped, Storage, StoredDensity, Table, unverified_work,
 };
-use potamoi_base::bands::{self, Bands};
 use potamoi_base::camera::Camera;
 use potamoi_base::sh;
+use potamoi_base::sh_degrees::{self, Bands};
 use potamoi_march::tiling::cell;
 
 /// Default early-termination threshold (transmittance).
@@ -235,7 +235,7 @@ impl Field for StoredField {
             let colours = vertex[1..].chunks_exact(terms);
             let mut used = [false; sh::MAX_DEGREE + 1];
             for colour in colours {
-                let own = bands::used(colour.iter().map(std::slice::from_ref));
+                let own = sh_degrees::used(colour.iter().map(std::slice::from_ref));
                 used.iter_mut().zip(own).for_each(|(to, own)| *to |= own);
             }
             used

@@ -21,9 +21,9 @@ use super::error::{FileError, Origin};
 use super::reader::{Reader, limited, whole};
 use super::{META, values};
 use crate::Cloud;
-use crate::loaded::{Loaded, Raw};
+use crate::file_content::{Loaded, Raw};
 use meta::Meta;
-use pixels::Wanted;
+use pixels::ImageNeeds;
 use potamoi_base::file_keys::{Fate, Format, Notes, key, told};
 use potamoi_containers::archive;
 
@@ -214,7 +214,7 @@ fn decode(
             let size = (i == Meta::CENTROIDS)
                 .then(|| meta.palette_size())
                 .flatten();
-            let wanted = Wanted {
+            let wanted = ImageNeeds {
                 count: meta.count,
                 size,
                 with_alpha: Meta::WITH_ALPHA.contains(&i),

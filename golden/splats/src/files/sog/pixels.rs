@@ -16,7 +16,7 @@ const SPARE_PIXELS: u64 = 1 << 20;
 const AGAIN: &str = "WebP without loss, or PNG, of 8 bits, red, green and blue";
 
 /// Requirements on an image.
-pub(super) struct Wanted {
+pub(super) struct ImageNeeds {
     /// Minimum number of pixels, one a Gaussian.
     pub(super) count: usize,
     /// Required width and minimum height, in place of the number of pixels.
@@ -29,7 +29,7 @@ pub(super) struct Wanted {
 pub(super) fn read(
     bytes: &[u8],
     file: &str,
-    wanted: Wanted,
+    wanted: ImageNeeds,
     name: Origin<'_>,
 ) -> Result<RgbaImage, FileError> {
     let fail = || name.part(file, "it is no image that can be read, such as WebP");

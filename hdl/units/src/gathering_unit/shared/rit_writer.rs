@@ -144,7 +144,7 @@ impl Writer {
             .collect();
         let address = m.cat(&[at.half, at.row]);
         let address = m.name(address, "write_address");
-        let wrong = Wrong {
+        let wrong = FlagInputs {
             keep_is_right,
             not_last,
             segments,
@@ -261,7 +261,7 @@ impl Writer {
         at: &At,
         beat: &Beat,
         completed: &Completed,
-        wrong: &Wrong,
+        wrong: &FlagInputs,
     ) -> Signal {
         let no_bytes = m.not(beat.some);
         let ends_before = m.and(no_bytes, completed.ends_row);
@@ -308,7 +308,7 @@ impl Writer {
 }
 
 /// Inputs of the error flags.
-struct Wrong {
+struct FlagInputs {
     keep_is_right: Signal,
     not_last: Signal,
     segments: Signal,

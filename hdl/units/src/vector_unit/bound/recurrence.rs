@@ -21,12 +21,12 @@ pub(super) struct Power {
     start: [f64; 2],
     remain: Interval,
     multiplied: bool,
-    taken: Taken,
+    taken: Subtracted,
 }
 
 /// Amount subtracted from the remainder by steps.
 #[derive(Default)]
-struct Taken {
+struct Subtracted {
     steps: u32,
     /// By the exponent's digits, with the constants' fraction bits.
     digits: BigInt,
@@ -119,7 +119,7 @@ impl<'a> Recurrence<'a> {
             start: self.unit.machine.off(self.start)?,
             remain: Interval::new(0, 0),
             multiplied: false,
-            taken: Taken::default(),
+            taken: Subtracted::default(),
         })
     }
 
@@ -181,7 +181,7 @@ impl<'a> Recurrence<'a> {
     }
 
     /// One step: its digit of the exponent, and the errors of the constants that it may subtract.
-    fn step(&self, index: u32, taken: &mut Taken) -> Option<()> {
+    fn step(&self, index: u32, taken: &mut Subtracted) -> Option<()> {
         let exp = &self.unit.config.vu.exp;
         let engine = exp.engine();
         let own = form(exp).recurrence()?;

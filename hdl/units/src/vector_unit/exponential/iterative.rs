@@ -10,8 +10,8 @@ use super::logistic::Passes;
 use super::shift_registers::sub_name;
 use crate::vector_unit::lane_control::LaneControl;
 
-/// What the lanes are told of the steps.
-struct Told {
+/// Control signals of the steps, for all lanes.
+struct StepSignals {
     step: Signal,
     begin: Signal,
     tail: Option<Signal>,
@@ -20,7 +20,7 @@ struct Told {
     passes: Option<Passes>,
 }
 
-impl Told {
+impl StepSignals {
     fn declare(
         own: &dyn Recurrence,
         m: &mut ModuleBuilder,
@@ -73,7 +73,7 @@ impl Start {
         m: &mut ModuleBuilder,
         widths: &Widths,
         control: &LaneControl,
-        told: &Told,
+        told: &StepSignals,
         a: Signal,
     ) -> Self {
         let passes = told.passes;
@@ -145,7 +145,7 @@ pub(super) fn iterative(
     } else {
         "Exponential: start"
     });
-    let told = Told::declare(own, m, config, widths);
+    let told = StepSignals::declare(own, m, config, widths);
     let start = Start::build(own, m, widths, control, &told, a);
     let (regs, begin) = (start.regs, start.begin);
     let mut state = start.now;

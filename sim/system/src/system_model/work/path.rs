@@ -32,7 +32,7 @@ pub enum PathError {
     #[error(transparent)]
     Warp(#[from] WarpError),
     /// The path has no frames.
-    #[error("frames is 0: expected 1 or more frames of a path")]
+    #[error("frames is 0: expected a path of 1 or more frames")]
     NoFrames,
 }
 

@@ -301,7 +301,7 @@ mod tests {
         assert!((found.moved - 8.0).abs() < 1e-9, "{}", found.moved);
     }
 
-    /// Entries come beside rows.
+    /// RIT entries and rows of an MVoxel are loaded side by side.
     #[test]
     fn both_streams_of_an_mvoxel_go_side_by_side() {
         let mut loads = Loads::new(&Config::paper());

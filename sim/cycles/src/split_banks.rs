@@ -2,14 +2,14 @@
 //!
 //! Their cycles depend on which rows are read. [`turns`] counts them from the entries
 //! alone; [`SplitRun`] is the work with them, for [`GatherModel::of_turns`] and
-//! [`split_cycles`](super::closed::split_cycles). Rules: `docs/reference/gathering-unit.md`.
+//! [`split_cycles`](super::closed_form::split_cycles). Rules: `docs/reference/gathering-unit.md`.
 //!
 //! [`GatherModel::of_turns`]: super::gathering_unit::GatherModel::of_turns
 
 use potamoi_formats::config::{Config, ExtraPorts};
 use potamoi_formats::rit::{RitEntry, Vertices};
 
-use super::rounds::Rounds;
+use super::bank_rounds::Rounds;
 use super::work::{GatherRun, WorkError};
 
 /// Rows that a part of a bank reads at once.

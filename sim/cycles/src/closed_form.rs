@@ -10,9 +10,9 @@ use potamoi_formats::config::Config;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
+use super::bank_rounds::Rounds;
 use super::exponential::Exponents;
-use super::rounds::Rounds;
-use super::split::{SplitRun, check_no_turns};
+use super::split_banks::{SplitRun, check_no_turns};
 use super::vector_unit::VectorTiming;
 use super::work::{GatherRun, Mvoxel, WorkError, check_channel_major};
 

@@ -4,7 +4,7 @@
 use potamoi_formats::config::Config;
 
 use super::{LaneRun, Rounds, latency};
-use crate::closed::{Chain, GatherCycles, Halves, Part};
+use crate::closed_form::{Chain, GatherCycles, Halves, Part};
 use crate::work::WorkError;
 
 /// Times at which lanes are filled, gathered and free again.
