@@ -12,6 +12,7 @@
 //! | run it, cycle by cycle | [`Interpreter`] |
 //! | bound the error of dropped bits over sets of inputs | [`IntervalInterpreter`] |
 //! | inject a fault | [`Fault`] |
+//! | tell whether it has changed | [`Module::digest`] |
 //!
 //! ```
 //! use potamoi_netlist::{Header, Interpreter, ModuleBuilder, Ty, verilog};
@@ -40,6 +41,7 @@
 
 mod builder;
 mod check;
+mod digest;
 mod error_analysis;
 mod fault;
 mod interpret;
@@ -56,6 +58,7 @@ use std::fmt;
 use thiserror::Error;
 
 pub use builder::ModuleBuilder;
+pub use digest::Digest;
 pub use error_analysis::IntervalInterpreter;
 pub use fault::{Change, Fault, FaultError};
 pub use interpret::{InterpretError, Interpreter, PortHandle};
