@@ -47,7 +47,7 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
         ),
         (
             &["--liberty", "tiny.lib", "--compare", "report.json"],
-            "format_version 1, expected 3",
+            "format_version 1, expected 4",
         ),
         (
             &["--liberty", "tiny.lib", "--node", "5"],
@@ -276,7 +276,7 @@ fn units_are_estimated_without_synthesis() {
         (&["--channels", "0"], "0 is not in 1..=4096"),
         (&["--scale-to", "5"], "--scale-to 5: no factors from 7 nm"),
         (&["--fit-to", "gone.json"], "gone.json"),
-        (&["--fit-to", "grid.json"], "format_version 9, expected 2"),
+        (&["--fit-to", "grid.json"], "format_version 9, expected 3"),
     ] {
         let found = estimate(2, arguments);
         assert!(found.contains(said), "{arguments:?}: {found}");

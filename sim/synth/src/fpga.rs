@@ -14,7 +14,7 @@ use super::cache_keys::FpgaInputs;
 use super::error::{CHECK_VERSIONS, cannot_keep};
 use super::tools::{left_nothing, run, says};
 use super::work_folder::WorkFolder;
-use super::{SynthError, UnitKind};
+use super::{NetlistDigests, SynthError, UnitKind};
 
 /// Version of the report.
 pub(super) const FORMAT_VERSION: u32 = 1;
@@ -171,7 +171,8 @@ pub fn place_and_route(
         origin: String::new(),
         command: String::new(),
     };
-    let files = verilog(&unit.module(config)?, &header);
+    let module = unit.module(config)?;
+    let files = verilog(&module, &header);
     let mut script = String::new();
     let names: Vec<&str> = files.keys().map(String::as_str).collect();
     let _ = writeln!(script, "read_verilog {}", names.join(" "));
@@ -208,7 +209,7 @@ pub fn place_and_route(
         nextpnr: &tools.nextpnr,
         script: &script,
         arguments: &arguments,
-        verilog: &files,
+        netlists: &NetlistDigests::new(&module),
     };
     std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
     let kept = inputs.key().file(cache, "json");

@@ -45,6 +45,7 @@ mod lookup;
 mod mapped_netlist;
 mod memories;
 mod netlist;
+mod netlist_digests;
 mod parameters;
 mod path_ends;
 mod power;
@@ -70,10 +71,11 @@ pub use library::{Cell, Library};
 pub use mapped_netlist::{cell_functions, netlist};
 pub use memories::{Memories, MemoryReport, SYSTEM, macros, model, system};
 pub use netlist::{MemoryArea, ModuleArea};
+pub use netlist_digests::NetlistDigests;
 pub use parameters::Synthesised;
 pub use path_ends::{PathEnd, path_ends};
 pub use power::{
-    Extent, GatherWindow, Order, POWER_STEPS, Sampler, VectorWindow, Verified, estimate,
+    Estimated, Extent, GatherWindow, Order, POWER_STEPS, Sampler, VectorWindow, Verified, estimate,
     verify_netlist,
 };
 pub use power_report::{Activity, Figures as PowerFigures, ModulePower, Power, PowerReport};

@@ -5,20 +5,20 @@ use std::path::Path;
 use std::sync::Arc;
 
 use potamoi_netlist::{Header, Module, verilog};
-use potamoi_result_cache as result_cache;
+use potamoi_result_cache::{self as result_cache, Key};
 
-use crate::cache_keys::MappedInputs;
+use crate::cache_keys::{MappedInputs, NamelessInputs};
 use crate::error::cannot_keep;
 use crate::script::{LIBRARY, NETLIST, scripts};
 use crate::tools::{SYNTH, left_nothing};
 use crate::work_folder::WorkFolder;
-use crate::{Library, SynthError, Tools};
+use crate::{Library, NetlistDigests, SynthError, Tools};
 
 /// File of the cells' functions.
 const FUNCTIONS: &str = "cells.v";
 
-/// Maps a unit to cells; cached in `cache` by Verilog, library, scripts and programs. If
-/// interrupted, it leaves nothing in the cache.
+/// Maps a unit to cells; cached in `cache` by Verilog, library, scripts and programs, so that its nets
+/// have the names of the Verilog. If interrupted, it leaves nothing in the cache.
 ///
 /// # Errors
 /// A program fails; files cannot be written.
@@ -29,29 +29,73 @@ pub fn netlist(
     tools: &Tools,
     cache: &Path,
 ) -> Result<String, SynthError> {
-    let macros = module.memory_modules();
-    let files = verilog(module, &Header::default());
-    let is_macro = |file: &str| macros.keys().any(|m| file == format!("{m}.v"));
-    let (memories, logic): (Vec<&str>, Vec<&str>) = files
-        .keys()
-        .map(String::as_str)
-        .partition(|file| is_macro(file));
-    let version = tools.yosys_version();
-    let scripts = scripts(module.name(), &logic, &memories, library, version);
-    let others = scripts.others.iter().map(|(file, text)| (*file, &**text));
-    let sources = files.iter().map(|(file, text)| (&**file, &**text));
-    let texts: BTreeMap<&str, &str> = sources.chain(others).collect();
-    let run = Run {
-        unit,
-        library,
-        tools,
-        cache,
-    };
-    let script = format!(
-        "{}write_verilog -noattr -simple-lhs {NETLIST}\n",
-        scripts.yosys
-    );
-    run.made(&texts, &script, NETLIST)
+    Mapping::new(module, unit, library, tools, cache).made()
+}
+
+/// A module to be mapped to cells.
+pub(crate) struct Mapping<'a> {
+    run: Run<'a>,
+    netlists: NetlistDigests,
+    /// Verilog by file name.
+    files: BTreeMap<String, String>,
+    script: String,
+    others: [(&'static str, String); 2],
+}
+
+impl<'a> Mapping<'a> {
+    pub(crate) fn new(
+        module: &Arc<Module>,
+        unit: &'static str,
+        library: &'a Library,
+        tools: &'a Tools,
+        cache: &'a Path,
+    ) -> Self {
+        let macros = module.memory_modules();
+        let files = verilog(module, &Header::default());
+        let is_macro = |file: &str| macros.keys().any(|m| file == format!("{m}.v"));
+        let (memories, logic): (Vec<&str>, Vec<&str>) = files
+            .keys()
+            .map(String::as_str)
+            .partition(|file| is_macro(file));
+        let version = tools.yosys_version();
+        let scripts = scripts(module.name(), &logic, &memories, library, version);
+        Self {
+            run: Run {
+                unit,
+                library,
+                tools,
+                cache,
+            },
+            netlists: NetlistDigests::new(module),
+            script: format!(
+                "{}write_verilog -noattr -simple-lhs {NETLIST}\n",
+                scripts.yosys
+            ),
+            others: scripts.others,
+            files,
+        }
+    }
+
+    /// Key of the netlist whatever its nets are called: of results in which no net is named.
+    pub(crate) fn key(&self) -> Key {
+        let inputs = NamelessInputs {
+            unit: self.run.unit,
+            yosys: &self.run.tools.yosys,
+            library: &self.run.library.sha256,
+            script: &self.script,
+            others: &self.others,
+            netlists: &self.netlists,
+        };
+        inputs.key()
+    }
+
+    /// The netlist, from the cache or a new run.
+    pub(crate) fn made(&self) -> Result<String, SynthError> {
+        let others = self.others.iter().map(|(file, text)| (*file, &**text));
+        let sources = self.files.iter().map(|(file, text)| (&**file, &**text));
+        let texts: BTreeMap<&str, &str> = sources.chain(others).collect();
+        self.run.made(&texts, &self.script, NETLIST)
+    }
 }
 
 /// Verilog of the functions of a library's cells, for Yosys.

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use potamoi_formats::config::Config;
 use serde::{Deserialize, Serialize};
 
 use super::retime::{Retiming, Wanted};
@@ -30,15 +29,14 @@ pub struct PathEnd {
 /// # Errors
 /// OpenSTA fails or prints output that is not understood; files cannot be written.
 pub fn path_ends(
-    config: &Config,
     unit: UnitKind,
     made: &Made,
     library: &Library,
     tools: &Tools,
     cache: &Path,
 ) -> Result<Vec<PathEnd>, SynthError> {
-    let module = unit.module(config)?;
-    let modules: BTreeMap<&str, &str> = module.instances().collect();
+    let modules = made.instances.iter().map(|(name, of)| (&**name, &**of));
+    let modules: BTreeMap<&str, &str> = modules.collect();
     let wanted = Wanted {
         version: KEPT,
         name: "ends",

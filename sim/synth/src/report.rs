@@ -9,7 +9,7 @@ use super::scaling::{self, Factors};
 use super::{Figures, Library, Memories, Power, Tools, UnitKind, UnitReport};
 
 /// Version of the file.
-pub(super) const FORMAT_VERSION: u32 = 3;
+pub(super) const FORMAT_VERSION: u32 = 4;
 pub(super) const COMMAND: &str = "synth";
 
 /// Parameters of a configuration's units, with their sources.

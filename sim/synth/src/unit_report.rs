@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::netlist::{MemoryArea, ModuleArea};
+use super::netlist_digests::NetlistDigests;
 use super::power_report::Power;
 
 /// A gate-level unit.
@@ -12,6 +13,8 @@ use super::power_report::Power;
 pub struct UnitReport {
     /// Its top module.
     pub unit: String,
+    /// Digests of the netlists that it was made from.
+    pub netlists: NetlistDigests,
     /// Cells of the whole unit.
     pub cells: u64,
     /// Flip-flops among them.

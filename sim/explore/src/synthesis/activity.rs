@@ -137,7 +137,7 @@ impl Activity {
             unit,
             library: flow.library,
             tools: flow.tools,
-            made: (&made.report, &made.netlist),
+            made,
             scene,
             windows: (windows.0.as_ref(), windows.1.as_ref()),
             extent: match self.whole {
@@ -146,8 +146,11 @@ impl Activity {
             },
             step,
         };
-        let power = estimate(&order, flow.cache).map_err(wrong)?;
-        made.report.power = Some(power);
+        let found = estimate(&order, flow.cache).map_err(wrong)?;
+        if let Some(remade) = found.remade {
+            *made = remade;
+        }
+        made.report.power = Some(found.power);
         Ok(())
     }
 }

@@ -22,13 +22,13 @@ impl Kept {
         Self(earlier.map_or(vec![], |grid| grid.points))
     }
 
-    /// The cached point, if its Verilog is unchanged.
+    /// The cached point, if the netlists of its modules are unchanged.
     fn point(&self, point: &Point) -> Result<Option<GridPoint>, ExploreError> {
         let is_same = |p: &&GridPoint| p.family == point.family && p.config == point.text;
         let Some(earlier) = self.0.iter().find(is_same) else {
             return Ok(None);
         };
-        let is_current = earlier.current_digest()? == earlier.verilog;
+        let is_current = earlier.current_netlists()? == earlier.netlists;
         Ok(is_current.then(|| earlier.clone()))
     }
 }
@@ -56,8 +56,8 @@ pub fn synthesise_grid(
         let mut made = flow.synthesise(&config, unit, step)?;
         let work = ActivityScenes::open(activity, &[unit])?.work(&config)?;
         activity.add((&config, unit), &mut made, &work, flow, step)?;
-        let ends = path_ends(&config, unit, &made, flow.library, flow.tools, flow.cache)?;
-        Ok::<_, ExploreError>(GridPoint::new(point, &config, &made.report, ends)?)
+        let ends = path_ends(unit, &made, flow.library, flow.tools, flow.cache)?;
+        Ok::<_, ExploreError>(GridPoint::new(point, &made.report, ends)?)
     };
     let points = in_parallel(points, jobs, activity.steps(), progress, make)?;
     Ok(Grid::new(flow.library, node, flow.tools, points))

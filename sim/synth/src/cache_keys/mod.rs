@@ -1,6 +1,7 @@
 //! Cache keys: the inputs of each cached result of this crate.
 //!
-//! Programs enter a key by their reported version, libraries by the SHA-256 of their text.
+//! Programs enter a key by their reported version, libraries by the SHA-256 of their text, Verilog by
+//! the digests of the netlists that it was printed from, except where nets are found by name.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +10,7 @@ use potamoi_result_cache::Key;
 use serde::Serialize;
 
 use crate::fanout::{FAN_OUT, LOAD};
-use crate::{UnitKind, UnitReport};
+use crate::{NetlistDigests, UnitKind, UnitReport};
 
 /// Inputs of a synthesised unit.
 #[derive(Clone, Copy)]
@@ -20,21 +21,22 @@ pub(crate) struct UnitInputs<'a> {
     pub(crate) library: &'a str,
     /// Scripts of Yosys before and after fan-out is limited, and of OpenSTA.
     pub(crate) scripts: [&'a str; 3],
-    /// Files that the scripts read, by name.
+    /// Files that the scripts read, by name, apart from Verilog.
     pub(crate) others: &'a [(&'static str, String)],
-    pub(crate) verilog: &'a BTreeMap<String, String>,
+    /// What the Verilog says; its text is no part of the key.
+    pub(crate) netlists: &'a NetlistDigests,
 }
 
 impl UnitInputs<'_> {
     pub(crate) fn key(&self) -> Key {
-        Key::new(self.unit.to_string(), "potamoi-synth 5")
+        Key::new(self.unit.to_string(), "potamoi-synth 6")
             .text("limits", &format!("{FAN_OUT} {LOAD}"))
             .text("yosys", self.yosys)
             .text("opensta", self.opensta)
             .text("library", self.library)
             .value("scripts", &self.scripts)
             .value("other_files", &self.others)
-            .value("verilog", self.verilog)
+            .value("netlists", self.netlists)
     }
 }
 
@@ -71,7 +73,7 @@ pub(crate) struct MappedInputs<'a> {
     pub(crate) yosys: &'a str,
     pub(crate) library: &'a str,
     pub(crate) script: &'a str,
-    /// Verilog and other files that the script reads, by name.
+    /// Verilog and other files that the script reads, by name: nets are found by their names.
     pub(crate) texts: &'a BTreeMap<&'a str, &'a str>,
 }
 
@@ -85,7 +87,30 @@ impl MappedInputs<'_> {
     }
 }
 
-/// Inputs of a unit's power. Programs enter through the netlists that they made.
+/// Inputs of a module in Yosys's output whose nets are not named.
+#[derive(Clone, Copy)]
+pub(crate) struct NamelessInputs<'a> {
+    pub(crate) unit: &'a str,
+    pub(crate) yosys: &'a str,
+    pub(crate) library: &'a str,
+    pub(crate) script: &'a str,
+    /// Files that the script reads, by name, apart from Verilog.
+    pub(crate) others: &'a [(&'static str, String)],
+    pub(crate) netlists: &'a NetlistDigests,
+}
+
+impl NamelessInputs<'_> {
+    pub(crate) fn key(&self) -> Key {
+        Key::new(format!("{}-nameless", self.unit), "potamoi-netlist 1")
+            .text("yosys", self.yosys)
+            .text("library", self.library)
+            .text("script", self.script)
+            .value("other_files", &self.others)
+            .value("netlists", self.netlists)
+    }
+}
+
+/// Inputs of a unit's power. Programs enter through the keys of the netlists that they made.
 #[derive(Clone)]
 pub(crate) struct PowerInputs<'a, W> {
     pub(crate) unit: UnitKind,
@@ -93,14 +118,15 @@ pub(crate) struct PowerInputs<'a, W> {
     pub(crate) scene: &'a str,
     pub(crate) report: &'a UnitReport,
     pub(crate) config: &'a Config,
+    /// Key of the unit's netlist.
     pub(crate) netlist: &'a str,
-    /// Netlist and weighted work of each simulated part.
-    pub(crate) parts: Vec<(&'a str, &'a [(f64, W)])>,
+    /// Key of the netlist and weighted work of each simulated part.
+    pub(crate) parts: Vec<(String, &'a [(f64, W)])>,
 }
 
 impl<W: Serialize> PowerInputs<'_, W> {
     pub(crate) fn key(&self) -> Key {
-        Key::new(format!("{}-power", self.unit), "potamoi-power 3")
+        Key::new(format!("{}-power", self.unit), "potamoi-power 4")
             .text("library", self.library)
             .text("scene", self.scene)
             .value("report", self.report)
@@ -119,17 +145,18 @@ pub(crate) struct FpgaInputs<'a> {
     pub(crate) script: &'a str,
     /// Arguments of nextpnr, seed included.
     pub(crate) arguments: &'a [&'a str],
-    pub(crate) verilog: &'a BTreeMap<String, String>,
+    /// What the Verilog says; its text is no part of the key.
+    pub(crate) netlists: &'a NetlistDigests,
 }
 
 impl FpgaInputs<'_> {
     pub(crate) fn key(&self) -> Key {
-        Key::new(format!("{}-ecp5", self.unit), "potamoi-fpga 1")
+        Key::new(format!("{}-ecp5", self.unit), "potamoi-fpga 2")
             .text("yosys", self.yosys)
             .text("nextpnr", self.nextpnr)
             .text("script", self.script)
             .value("arguments", &self.arguments)
-            .value("verilog", self.verilog)
+            .value("netlists", self.netlists)
     }
 }
 

@@ -12,13 +12,15 @@ fn all_differ(keys: impl IntoIterator<Item = Key>) {
     }
 }
 
-fn texts(name: &str, text: &str) -> BTreeMap<String, String> {
-    BTreeMap::from([(name.to_owned(), text.to_owned())])
+/// Digests of one module.
+fn netlists(name: &str, digest: &str) -> NetlistDigests {
+    let text = format!("{{\"{name}\": \"{digest}\"}}");
+    serde_json::from_str(&text).expect("digests")
 }
 
 #[test]
 fn of_a_unit_in_cells() {
-    let (verilog, text, name) = (texts("a.v", "x"), texts("a.v", "y"), texts("b.v", "x"));
+    let (own, changed, name) = (netlists("a", "x"), netlists("a", "y"), netlists("b", "x"));
     let other = |name, text: &str| [(name, text.to_owned())];
     let (others, another, renamed) = (other("o", "1"), other("o", "2"), other("p", "1"));
     let i = UnitInputs {
@@ -28,7 +30,7 @@ fn of_a_unit_in_cells() {
         library: "a1",
         scripts: ["s", "t", "u"],
         others: &others,
-        verilog: &verilog,
+        netlists: &own,
     };
     let changed = [
         i,
@@ -63,11 +65,11 @@ fn of_a_unit_in_cells() {
             ..i
         },
         UnitInputs {
-            verilog: &text,
+            netlists: &changed,
             ..i
         },
         UnitInputs {
-            verilog: &name,
+            netlists: &name,
             ..i
         },
     ];
@@ -144,9 +146,43 @@ fn of_a_mapped_module() {
 }
 
 #[test]
+fn of_a_mapped_module_without_names() {
+    let (own, changed) = (netlists("a", "x"), netlists("a", "y"));
+    let [others, another] = ["1", "2"].map(|text| [("o", text.to_owned())]);
+    let i = NamelessInputs {
+        unit: "vector_unit",
+        yosys: "Yosys 1",
+        library: "a1",
+        script: "s",
+        others: &others,
+        netlists: &own,
+    };
+    let changed = [
+        i,
+        NamelessInputs { unit: "cells", ..i },
+        NamelessInputs {
+            yosys: "Yosys 2",
+            ..i
+        },
+        NamelessInputs { library: "a2", ..i },
+        NamelessInputs { script: "t", ..i },
+        NamelessInputs {
+            others: &another,
+            ..i
+        },
+        NamelessInputs {
+            netlists: &changed,
+            ..i
+        },
+    ];
+    all_differ(changed.map(|inputs| inputs.key()));
+}
+
+#[test]
 fn of_power() {
     let report = UnitReport {
         unit: "vector_unit".to_owned(),
+        netlists: netlists("vector_unit", "x"),
         cells: 2,
         flops: 1,
         buffers: 0,
@@ -174,7 +210,7 @@ fn of_power() {
         report: &report,
         config: &paper,
         netlist: "n",
-        parts: vec![("p", &work[..])],
+        parts: vec![("p".to_owned(), &work[..])],
     };
     let with = |change: &dyn Fn(&mut PowerInputs<'_, i32>)| {
         let mut changed = i.clone();
@@ -198,17 +234,17 @@ fn of_power() {
         }
         .key(),
         PowerInputs {
-            parts: vec![("q", &work[..])],
+            parts: vec![("q".to_owned(), &work[..])],
             ..i.clone()
         }
         .key(),
         PowerInputs {
-            parts: vec![("p", &share[..])],
+            parts: vec![("p".to_owned(), &share[..])],
             ..i.clone()
         }
         .key(),
         PowerInputs {
-            parts: vec![("p", &number[..])],
+            parts: vec![("p".to_owned(), &number[..])],
             ..i.clone()
         }
         .key(),
@@ -222,14 +258,14 @@ fn of_power() {
 
 #[test]
 fn of_a_unit_in_an_fpga() {
-    let (verilog, text) = (texts("a.v", "x"), texts("a.v", "y"));
+    let (own, changed) = (netlists("a", "x"), netlists("a", "y"));
     let i = FpgaInputs {
         unit: UnitKind::Vector,
         yosys: "Yosys 1",
         nextpnr: "1",
         script: "s",
         arguments: &["--seed", "1"],
-        verilog: &verilog,
+        netlists: &own,
     };
     let changed = [
         i,
@@ -248,7 +284,7 @@ fn of_a_unit_in_an_fpga() {
             ..i
         },
         FpgaInputs {
-            verilog: &text,
+            netlists: &changed,
             ..i
         },
     ];

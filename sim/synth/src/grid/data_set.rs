@@ -4,12 +4,11 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::document::{self, Value};
-use potamoi_netlist::{Header, verilog};
 use serde::{Deserialize, Serialize};
 
 use super::design::{Family, Point};
 use crate::report::{LibraryOrigin, ToolsOrigin};
-use crate::{Library, PathEnd, Power, SynthError, Tools, UnitKind, UnitReport};
+use crate::{Library, NetlistDigests, PathEnd, Power, SynthError, Tools, UnitReport};
 
 /// Relative difference of a period printed with more or fewer digits.
 const NEAR: f64 = 1e-5;
@@ -17,7 +16,7 @@ const NEAR: f64 = 1e-5;
 /// two slices, in which glitches differ.
 const SLICED: f64 = 0.05;
 /// Version of the file.
-const FORMAT_VERSION: u32 = 2;
+const FORMAT_VERSION: u32 = 3;
 /// Size limit in bytes: a hundred times the files that come with the program.
 const LIMIT: u64 = 16 << 20;
 
@@ -44,8 +43,8 @@ pub struct GridPoint {
     pub family: Family,
     /// Its differences from the defaults, as TOML.
     pub config: String,
-    /// Digest of its Verilog, 16 hexadecimal digits.
-    pub verilog: String,
+    /// Digests of the netlists that it was made from.
+    pub netlists: NetlistDigests,
     /// Longest path in picoseconds, before wires.
     pub period_ps: f64,
     /// Longest path into each module.
@@ -178,13 +177,8 @@ impl GridPoint {
     /// A point of the design with its synthesis results.
     ///
     /// # Errors
-    /// A required power is missing; the netlist's own checks.
-    pub fn new(
-        point: &Point,
-        config: &Config,
-        unit: &UnitReport,
-        ends: Vec<PathEnd>,
-    ) -> Result<Self, SynthError> {
+    /// A required power is missing.
+    pub fn new(point: &Point, unit: &UnitReport, ends: Vec<PathEnd>) -> Result<Self, SynthError> {
         let wrong = |why: String| SynthError::Grid {
             point: point.name(),
             why,
@@ -212,7 +206,7 @@ impl GridPoint {
         Ok(Self {
             family: point.family,
             config: point.text.clone(),
-            verilog: digest(config, point.family.unit())?,
+            netlists: unit.netlists.clone(),
             period_ps: unit.period_ps,
             ends,
             activity: GridActivity {
@@ -239,12 +233,13 @@ impl GridPoint {
         })
     }
 
-    /// Digest of the Verilog generated for it now; that of its synthesis is [`GridPoint::verilog`].
+    /// Digests of the netlists that are generated for it now; those of its synthesis are
+    /// [`GridPoint::netlists`].
     ///
     /// # Errors
     /// Its configuration is invalid.
-    pub fn current_digest(&self) -> Result<String, SynthError> {
-        digest(&self.config()?, self.family.unit())
+    pub fn current_netlists(&self) -> Result<NetlistDigests, SynthError> {
+        NetlistDigests::of(&self.config()?, self.family.unit())
     }
 
     /// Name on one line.
@@ -285,6 +280,7 @@ impl GridPoint {
             ("flops", self.flops() as f64),
             ("clock_pj", self.activity.clock_pj),
         ];
+        self.netlists.check(self.family.unit().top())?;
         let slack = SLICED * self.energy()[1];
         let modules = self.modules.iter().flat_map(|m| {
             let energy = &m.energy;
@@ -318,27 +314,11 @@ impl GridPoint {
     }
 }
 
-/// Digest of a unit's Verilog, 16 hexadecimal digits.
-fn digest(config: &Config, unit: UnitKind) -> Result<String, SynthError> {
-    let header = Header {
-        origin: String::new(),
-        command: String::new(),
-    };
-    let mut hasher = blake3::Hasher::new();
-    for (name, text) in verilog(&unit.module(config)?, &header) {
-        for part in [name, text] {
-            hasher.update(&(part.len() as u64).to_le_bytes());
-            hasher.update(part.as_bytes());
-        }
-    }
-    Ok(hasher.finalize().to_hex()[..16].to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::SynthReport;
+    use crate::{SynthReport, UnitKind};
 
     /// The synthesised gathering unit of the paper as a point.
     fn paper(change: fn(&mut UnitReport)) -> Result<GridPoint, SynthError> {
@@ -349,7 +329,7 @@ mod tests {
             family: Family::Gathering,
             text: "gu.banks = 32\n".to_owned(),
         };
-        GridPoint::new(&point, &point.config().unwrap(), &unit, vec![])
+        GridPoint::new(&point, &unit, vec![])
     }
 
     #[test]
@@ -366,12 +346,13 @@ mod tests {
         assert_eq!(reducers.count, 64);
         let energy = reducers.energy;
         assert!(energy.with_glitches_pj > energy.zero_delay_pj && energy.leakage_nw > 0.0);
-        assert_eq!(
-            found.verilog,
-            digest(&Config::paper(), UnitKind::Gathering).unwrap()
-        );
+        let of = |config: &Config| NetlistDigests::of(config, UnitKind::Gathering).unwrap();
+        assert_eq!(found.netlists, of(&Config::paper()));
         let other = Config::from_toml("gu.banks = 16\n", "test").unwrap();
-        assert_ne!(found.verilog, digest(&other, UnitKind::Gathering).unwrap());
+        assert_eq!(
+            found.netlists.changed(&of(&other)),
+            ["feature_fifo", "gathering_unit", "mft"]
+        );
     }
 
     const GRID: &str = include_str!("../../../../synth/grid-asap7.json");

@@ -21,6 +21,8 @@ impl SynthReport {
         }
         for unit in &self.raw.units {
             let name = &unit.unit;
+            let netlists = unit.netlists.check(name);
+            netlists.map_err(|why| format!("{name}: {why}"))?;
             positive(name, "area_um2", unit.area_um2)?;
             positive(name, "period_ps", unit.period_ps)?;
             equal(name, "clock_ghz", unit.clock_ghz, 1e3 / unit.period_ps)?;

@@ -18,9 +18,10 @@ use super::total::Ran;
 use super::unavailable::Unavailable;
 use crate::cache_keys::PowerInputs;
 use crate::error::cannot_keep;
-use crate::mapped_netlist::netlist;
+use crate::mapped_netlist::Mapping;
 use crate::power_report::{Power, PowerReport};
-use crate::{SynthError, UnitKind};
+use crate::unit::remade_with_names;
+use crate::{Made, SynthError, UnitKind};
 
 /// Banks and lanes of the slices.
 const BANKS: [u32; 2] = [2, 4];
@@ -29,26 +30,48 @@ const LANES: [u32; 2] = [1, 2];
 /// Steps of an estimate from slices that [`Order::step`] reports.
 pub const POWER_STEPS: u64 = 2 * 3;
 
-/// Estimates the power of a unit; cached in `cache` by netlists and work.
+/// Power of a unit.
+#[derive(Debug)]
+pub struct Estimated {
+    /// The power.
+    pub power: Power,
+    /// The unit, where it was synthesised again for it: nets of the unit are found by name in its
+    /// slices, and the cached unit had other names.
+    pub remade: Option<Made>,
+}
+
+/// Estimates the power of a unit; cached in `cache` by the netlists of the modules and by work, so
+/// that names of nets change nothing.
 ///
 /// # Errors
 /// A program fails, files cannot be written, the library is corrupt, or the netlist differs from
 /// the golden model.
-pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
+pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Estimated, SynthError> {
     let work = match (order.unit, order.windows) {
         (UnitKind::Gathering, (Some(window), _)) => Work::Gather(window.clone()),
         (UnitKind::Vector, (_, Some(window))) => Work::Vector(window.clone()),
         _ => {
-            return Ok(Power::Absent {
-                absent: format!("the scene {} has too little work for it", order.scene),
+            let absent = format!("the scene {} has too little work for it", order.scene);
+            return Ok(Estimated {
+                power: Power::Absent { absent },
+                remade: None,
             });
         }
     };
-    let parts = order.parts(&work, cache)?;
-    let kept = order.inputs(&parts).key().file(cache, "json");
+    let planned = order.parts(&work, cache)?;
+    let kept = order.inputs(&planned).key().file(cache, "json");
     if let Some(power) = result_cache::read(&kept) {
-        return Ok(power);
+        let remade = None;
+        return Ok(Estimated { power, remade });
     }
+    let remade = order.with_names(&planned, cache)?;
+    let order = Order {
+        made: remade.as_ref().unwrap_or(order.made),
+        ..*order
+    };
+    let kept = order.inputs(&planned).key().file(cache, "json");
+    let parts = planned.into_iter().map(|part| part.made(&order));
+    let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
     let power = match order.compute(&work, &parts, &measure) {
         Ok(report) => Power::Estimated(Box::new(report)),
         Err(Unavailable::Absent(absent)) => Power::Absent { absent },
@@ -57,7 +80,38 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Power, SynthError> {
     std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
     result_cache::write(&kept, &power).map_err(cannot_keep(&kept))?;
     // As it is read again, so that nothing depends on whether it was kept.
-    Ok(result_cache::read(&kept).unwrap_or(power))
+    let power = result_cache::read(&kept).unwrap_or(power);
+    Ok(Estimated { power, remade })
+}
+
+/// A part to simulate, before its netlist is made.
+struct Planned<'a> {
+    size: u64,
+    config: Config,
+    module: Arc<Module>,
+    works: Vec<(f64, Work)>,
+    /// How a slice is mapped; `None` is the whole unit.
+    mapping: Option<Mapping<'a>>,
+}
+
+impl Planned<'_> {
+    fn made(self, order: &Order<'_>) -> Result<Part, SynthError> {
+        let netlist = match &self.mapping {
+            None => order.made.netlist.clone(),
+            Some(mapping) => {
+                let netlist = mapping.made()?;
+                (order.step)();
+                netlist
+            }
+        };
+        Ok(Part {
+            size: self.size,
+            config: self.config,
+            netlist,
+            module: self.module,
+            works: self.works,
+        })
+    }
 }
 
 /// A netlist to simulate, with its work, run after run.
@@ -91,7 +145,7 @@ pub(super) fn sets(kinds: &[(f64, Range<usize>)], sizes: [u32; 2]) -> [Vec<(f64,
     sets
 }
 
-impl Order<'_> {
+impl<'a> Order<'a> {
     /// Banks or lanes of the unit.
     pub(super) fn size(&self) -> u32 {
         match self.unit {
@@ -101,7 +155,7 @@ impl Order<'_> {
     }
 
     /// The slices of a unit, the smaller first; or the whole unit.
-    fn parts(&self, work: &Work, cache: &Path) -> Result<Vec<Part>, SynthError> {
+    fn parts(&self, work: &Work, cache: &'a Path) -> Result<Vec<Planned<'a>>, SynthError> {
         let all = self.size();
         let (sizes, can) = match work {
             Work::Gather(window) => (BANKS, window.can_be_sliced(self.config)),
@@ -114,12 +168,12 @@ impl Order<'_> {
             || all <= sizes[1]
             || configs.iter().any(|c| !rules::check(c).is_empty());
         if is_whole {
-            return Ok(vec![Part {
+            return Ok(vec![Planned {
                 size: all.into(),
                 config: self.config.clone(),
-                netlist: self.made.1.to_owned(),
                 module: self.unit.module(self.config)?,
                 works: vec![(1.0, work.clone())],
+                mapping: None,
             }]);
         }
         let sets = sets(&work.kinds(all as usize), sizes);
@@ -133,14 +187,13 @@ impl Order<'_> {
                 };
                 (share, work)
             };
-            let netlist = netlist(&module, self.unit.top(), self.library, self.tools, cache)?;
-            (self.step)();
-            parts.push(Part {
+            let mapping = Mapping::new(&module, self.unit.top(), self.library, self.tools, cache);
+            parts.push(Planned {
                 size: size.into(),
-                netlist,
                 works: sets.into_iter().map(own).collect(),
                 config,
                 module,
+                mapping: Some(mapping),
             });
         }
         Ok(parts)
@@ -155,17 +208,37 @@ impl Order<'_> {
         config
     }
 
+    /// The unit with the names of today, where it is composed of slices and was made with others.
+    fn with_names(&self, parts: &[Planned<'_>], cache: &Path) -> Result<Option<Made>, SynthError> {
+        if parts.iter().all(|part| part.mapping.is_none()) {
+            return Ok(None);
+        }
+        let Self {
+            made,
+            config,
+            unit,
+            library,
+            tools,
+            ..
+        } = self;
+        remade_with_names(made, config, *unit, library, tools, cache)
+    }
+
     /// Cache inputs of an estimate.
-    fn inputs<'p>(&'p self, parts: &'p [Part]) -> PowerInputs<'p, Work> {
+    fn inputs<'p>(&'p self, parts: &'p [Planned<'_>]) -> PowerInputs<'p, Work> {
+        let key = |part: &Planned<'_>| match &part.mapping {
+            None => self.made.key.clone(),
+            Some(mapping) => mapping.key().hex(),
+        };
         PowerInputs {
             unit: self.unit,
             library: &self.library.sha256,
             scene: self.scene,
-            report: self.made.0,
+            report: &self.made.report,
             config: self.config,
-            netlist: self.made.1,
+            netlist: &self.made.key,
             parts: (parts.iter())
-                .map(|part| (&*part.netlist, &*part.works))
+                .map(|part| (key(part), &*part.works))
                 .collect(),
         }
     }
@@ -203,7 +276,7 @@ impl Order<'_> {
             [_] => BTreeMap::new(),
             _ => {
                 let module = self.unit.module(self.config).map_err(SynthError::from)?;
-                named_loads(&library, &self.flat(&library, self.made.1, &module)?)?
+                named_loads(&library, &self.flat(&library, &self.made.netlist, &module)?)?
             }
         };
         let still = |part: &Part| {

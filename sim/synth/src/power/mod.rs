@@ -28,7 +28,7 @@ mod unavailable;
 mod verify;
 
 pub use activity::{GatherWindow, Sampler, VectorWindow};
-pub use estimate::{POWER_STEPS, estimate};
+pub use estimate::{Estimated, POWER_STEPS, estimate};
 pub(super) use library::usual_transition_ps;
 pub use order::{Extent, Order};
 pub use verify::{Verified, verify_netlist};

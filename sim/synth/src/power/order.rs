@@ -3,7 +3,7 @@
 use potamoi_formats::config::Config;
 
 use super::activity::{GatherWindow, VectorWindow};
-use crate::{Library, Tools, UnitKind, UnitReport};
+use crate::{Library, Made, Tools, UnitKind};
 
 /// Simulated part of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +16,7 @@ pub enum Extent {
 }
 
 /// Order of a power estimate.
+#[derive(Clone, Copy)]
 pub struct Order<'a> {
     /// The configuration.
     pub config: &'a Config,
@@ -25,8 +26,8 @@ pub struct Order<'a> {
     pub library: &'a Library,
     /// Tools that map slices.
     pub tools: &'a Tools,
-    /// The synthesised unit's report and netlist.
-    pub made: (&'a UnitReport, &'a str),
+    /// The synthesised unit.
+    pub made: &'a Made,
     /// Name of the scene.
     pub scene: &'a str,
     /// Work of the gathering unit, and of the vector unit.

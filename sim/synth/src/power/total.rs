@@ -50,7 +50,7 @@ impl Order<'_> {
         }
         let [zero, glitches] = [&ways[0], &ways[1]];
         let leakage_nw = zero.0.values().map(|(_, leakage)| leakage).sum();
-        let clock_ghz = (f64::from(self.config.clock_mhz) / 1e3).min(self.made.0.clock_ghz);
+        let clock_ghz = (f64::from(self.config.clock_mhz) / 1e3).min(self.made.report.clock_ghz);
         let figures = |way: &(Whole, Whole, f64)| {
             let sum = |whole: &Whole| {
                 let all = whole.values().map(|(energies, _)| *energies);
@@ -68,7 +68,7 @@ impl Order<'_> {
                 mw: at_work.total() * clock_ghz + leakage_nw * 1e-6,
             }
         };
-        let (report, _) = self.made;
+        let report = &self.made.report;
         let modules = report.modules.iter().map(|module| {
             let of = |whole: &Whole| whole.get(&module.module).copied().unwrap_or_default();
             let (energies, leakage_nw) = of(&zero.0);
@@ -102,7 +102,7 @@ impl Order<'_> {
 
     /// The whole unit, composed of slices or measured itself.
     fn whole(&self, slices: &[Slice]) -> Result<Whole, Unavailable> {
-        let (report, _) = self.made;
+        let report = &self.made.report;
         match slices {
             [small, large] => {
                 let pair = [small.clone(), large.clone()];
@@ -175,7 +175,7 @@ mod tests {
     use crate::power::activity::VectorWindow;
     use crate::power::estimate::Part;
     use crate::power::order::Extent;
-    use crate::{Library, SynthReport, Tools, UnitKind, UnitReport};
+    use crate::{Library, Made, SynthReport, Tools, UnitKind, UnitReport};
     use potamoi_formats::config::Config;
     use std::path::Path;
 
@@ -259,13 +259,20 @@ mod tests {
         };
         let config = Config::paper();
         assert_eq!((config.vu.lanes, config.clock_mhz), (24, 1000));
-        let (unit, whole) = (unit(), netlist(24));
+        let made = Made {
+            report: unit(),
+            netlist: netlist(24),
+            key: String::new(),
+            verilog: String::new(),
+            instances: BTreeMap::new(),
+            is_cached: false,
+        };
         let order = Order {
             config: &config,
             unit: UnitKind::Vector,
             library: &library,
             tools: &tools,
-            made: (&unit, &whole),
+            made: &made,
             scene: "garden",
             windows: (None, None),
             extent: Extent::Slices,

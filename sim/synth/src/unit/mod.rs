@@ -1,11 +1,17 @@
 //! Synthesis of one unit, from netlist to cells.
 
+#[cfg(test)]
+mod cache_tests;
+
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
+use potamoi_base::content;
 use potamoi_formats::config::Config;
-use potamoi_netlist::{Header, MemoryMacro, verilog};
-use potamoi_result_cache as result_cache;
+use potamoi_netlist::{Header, MemoryMacro, Module, verilog};
+use potamoi_result_cache::{self as result_cache, Key};
+use serde::{Deserialize, Serialize};
 
 use super::cache_keys::UnitInputs;
 use super::error::{CHECK_LIBRARY, cannot_keep};
@@ -14,7 +20,7 @@ use super::script::{BUFFERED, LIBRARY, MAPPED, NETLIST, PERIOD, STATISTICS, Scri
 use super::tools::{FINISH, SYNTH, TIMING, left_nothing};
 use super::unit_report::FlopMemory;
 use super::work_folder::WorkFolder;
-use super::{Library, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
+use super::{Library, NetlistDigests, SynthError, Tools, UnitKind, UnitReport, fanout, memories};
 
 /// A synthesised unit, new or cached.
 #[derive(Debug)]
@@ -23,6 +29,13 @@ pub struct Made {
     pub report: UnitReport,
     /// Its gate-level netlist.
     pub netlist: String,
+    /// Its key in the cache, in which no net is named.
+    pub(crate) key: String,
+    /// Hash of the Verilog that it was made from. A cached unit may have been made from Verilog with
+    /// other names.
+    pub(crate) verilog: String,
+    /// Modules of its instances, by the names that they had then.
+    pub(crate) instances: BTreeMap<String, String>,
     /// Whether it was cached.
     pub is_cached: bool,
 }
@@ -30,8 +43,11 @@ pub struct Made {
 /// Steps that [`synthesise`] reports: mapped, buffered, timed.
 pub const STEPS: u64 = 3;
 
-/// Synthesises a unit; cached in `cache` by Verilog, library, scripts and programs. If interrupted,
-/// it leaves nothing in the cache. `step` is called after each step.
+/// Synthesises a unit; cached in `cache` by the netlists of its modules, library, scripts and
+/// programs. If interrupted, it leaves nothing in the cache. `step` is called after each step.
+///
+/// Names of nodes and the printed text are no part of the key: of a cached unit, the ends of the
+/// longest path and the nets of the netlist may have earlier names.
 ///
 /// # Errors
 /// A program fails or prints output that is not understood; files cannot be written.
@@ -43,59 +59,146 @@ pub fn synthesise(
     cache: &Path,
     step: &dyn Fn(),
 ) -> Result<Made, SynthError> {
-    let module = unit.module(config)?;
-    let (macros, flop_memories) = memories::split(&module, unit);
-    let header = Header {
-        origin: String::new(),
-        command: String::new(),
-    };
-    let files = verilog(&module, &header);
-    let is_macro = |file: &str| macros.iter().any(|m| file == format!("{}.v", m.module));
-    let (memories, logic): (Vec<&str>, Vec<&str>) = files
-        .keys()
-        .map(String::as_str)
-        .partition(|file| is_macro(file));
-    let scripts = scripts(
-        unit.top(),
-        &logic,
-        &memories,
-        library,
-        tools.yosys_version(),
-    );
+    let sources = Sources::new(config, unit)?;
+    sources.synthesise(library, tools, cache, Reuse::Cached, step)
+}
 
-    let inputs = UnitInputs {
-        unit,
-        yosys: &tools.yosys,
-        opensta: &tools.opensta,
-        library: &library.sha256,
-        scripts: [&scripts.yosys, &scripts.finish, &scripts.sta],
-        others: &scripts.others,
-        verilog: &files,
-    };
-    let key = inputs.key();
-    std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
-    let [kept, kept_netlist] = ["json", "v"].map(|ending| key.file(cache, ending));
-    if let Some((report, hash)) = result_cache::read::<(UnitReport, String)>(&kept)
-        && let Some(netlist) = result_cache::read_text(&kept_netlist)
-        && hash_of(&netlist) == hash
-    {
-        return Ok(Made {
-            report,
-            netlist,
-            is_cached: true,
-        });
+/// `made` with the names of today: `None` where it has them, otherwise synthesised again, and the
+/// cached one replaced.
+///
+/// # Errors
+/// As [`synthesise`].
+pub(super) fn remade_with_names(
+    made: &Made,
+    config: &Config,
+    unit: UnitKind,
+    library: &Library,
+    tools: &Tools,
+    cache: &Path,
+) -> Result<Option<Made>, SynthError> {
+    let sources = Sources::new(config, unit)?;
+    if made.verilog == sources.hash() {
+        return Ok(None);
+    }
+    let remade = sources.synthesise(library, tools, cache, Reuse::SameVerilog, &|| ());
+    remade.map(Some)
+}
+
+/// Cached units that can be used.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Reuse {
+    /// Those of the same netlists.
+    Cached,
+    /// Those of the same Verilog.
+    SameVerilog,
+}
+
+/// A unit's netlist and Verilog.
+struct Sources {
+    unit: UnitKind,
+    module: Arc<Module>,
+    /// Verilog by file name.
+    files: BTreeMap<String, String>,
+}
+
+impl Sources {
+    fn new(config: &Config, unit: UnitKind) -> Result<Self, SynthError> {
+        let module = unit.module(config)?;
+        let header = Header {
+            origin: String::new(),
+            command: String::new(),
+        };
+        Ok(Self {
+            unit,
+            files: verilog(&module, &header),
+            module,
+        })
     }
 
-    let mapped = Mapped::run((unit, &files), &scripts, library, tools, step)?;
-    let report = mapped.report(unit, library, macros, flop_memories)?;
-    let netlist = mapped.netlist;
-    result_cache::write_text(&kept_netlist, &netlist).map_err(cannot_keep(&kept_netlist))?;
-    result_cache::write(&kept, &(&report, hash_of(&netlist))).map_err(cannot_keep(&kept))?;
-    Ok(Made {
-        report,
-        netlist,
-        is_cached: false,
-    })
+    fn hash(&self) -> String {
+        content::hash_of(&self.files).to_hex().to_string()
+    }
+
+    fn synthesise(
+        &self,
+        library: &Library,
+        tools: &Tools,
+        cache: &Path,
+        reuse: Reuse,
+        step: &dyn Fn(),
+    ) -> Result<Made, SynthError> {
+        let (unit, files) = (self.unit, &self.files);
+        let (macros, flop_memories) = memories::split(&self.module, unit);
+        let is_macro = |file: &str| macros.iter().any(|m| file == format!("{}.v", m.module));
+        let (memories, logic): (Vec<&str>, Vec<&str>) = files
+            .keys()
+            .map(String::as_str)
+            .partition(|file| is_macro(file));
+        let version = tools.yosys_version();
+        let scripts = scripts(unit.top(), &logic, &memories, library, version);
+        let netlists = NetlistDigests::new(&self.module);
+
+        let inputs = UnitInputs {
+            unit,
+            yosys: &tools.yosys,
+            opensta: &tools.opensta,
+            library: &library.sha256,
+            scripts: [&scripts.yosys, &scripts.finish, &scripts.sta],
+            others: &scripts.others,
+            netlists: &netlists,
+        };
+        let key = inputs.key();
+        std::fs::create_dir_all(cache).map_err(cannot_keep(cache))?;
+        let [kept, kept_netlist] = ["json", "v"].map(|ending| key.file(cache, ending));
+        let own = self.hash();
+        if let Some(found) = result_cache::read::<Kept>(&kept)
+            && let Some(netlist) = result_cache::read_text(&kept_netlist)
+            && hash_of(&netlist) == found.netlist
+            && (reuse == Reuse::Cached || found.verilog == own)
+        {
+            return Ok(found.made(netlist, &key, true));
+        }
+
+        let mapped = Mapped::run((unit, files), &scripts, library, tools, step)?;
+        let instances = self.module.instances();
+        let found = Kept {
+            report: mapped.report(unit, netlists, library, macros, flop_memories)?,
+            netlist: hash_of(&mapped.netlist),
+            verilog: own,
+            instances: instances
+                .map(|(name, module)| (name.to_owned(), module.to_owned()))
+                .collect(),
+        };
+        let netlist = mapped.netlist;
+        result_cache::write_text(&kept_netlist, &netlist).map_err(cannot_keep(&kept_netlist))?;
+        result_cache::write(&kept, &found).map_err(cannot_keep(&kept))?;
+        Ok(found.made(netlist, &key, false))
+    }
+}
+
+/// A cached unit beside its netlist.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    report: UnitReport,
+    /// Hash of its netlist.
+    netlist: String,
+    /// Hash of its Verilog.
+    verilog: String,
+    /// Modules of its instances.
+    instances: BTreeMap<String, String>,
+}
+
+impl Kept {
+    fn made(self, netlist: String, key: &Key, is_cached: bool) -> Made {
+        Made {
+            report: self.report,
+            netlist,
+            key: key.hex(),
+            verilog: self.verilog,
+            instances: self.instances,
+            is_cached,
+        }
+    }
 }
 
 /// Error for tool output that is not understood.
@@ -171,6 +274,7 @@ impl Mapped {
     fn report(
         &self,
         unit: UnitKind,
+        netlists: NetlistDigests,
         library: &Library,
         macros: Vec<MemoryMacro>,
         flop_memories: Vec<FlopMemory>,
@@ -183,6 +287,7 @@ impl Mapped {
         let period_ps = (PERIOD - path.slack) * library.time_ps;
         Ok(UnitReport {
             unit: unit.to_string(),
+            netlists,
             cells: sum(|m| m.cells),
             flops: sum(|m| m.flops),
             buffers: modules
