@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use potamoi_base::content;
+use potamoi_base::content_hash;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Header, MemoryMacro, Module, verilog};
 use potamoi_result_cache::{self as result_cache, Key};
@@ -116,7 +116,7 @@ impl Sources {
     }
 
     fn hash(&self) -> String {
-        content::hash_of(&self.files).to_hex().to_string()
+        content_hash::hash_of(&self.files).to_hex().to_string()
     }
 
     fn synthesise(
