@@ -1,5 +1,8 @@
 //! Calibration samples, which determine the range of a perceptron's sums.
 
+use std::fmt;
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use super::Field;
@@ -10,6 +13,36 @@ pub(super) const SEEN_FROM: f64 = 1e-4;
 const SEEN: u32 = 8192;
 /// Maximum number of attempts a sample: most of a box may be empty.
 const TRIES: u32 = 64;
+
+/// Largest magnitudes on the calibration set, computed when first asked for. They follow from the
+/// rest of a model: any two compare equal, and a copy, which may get another step, computes its own.
+#[derive(Default)]
+pub(super) struct Magnitudes(OnceLock<[Vec<f64>; 2]>);
+
+impl Magnitudes {
+    /// The known magnitudes, or those that `find` computes.
+    pub(super) fn or_find(&self, find: impl FnOnce() -> [Vec<f64>; 2]) -> [&[f64]; 2] {
+        self.0.get_or_init(find).each_ref().map(Vec::as_slice)
+    }
+}
+
+impl Clone for Magnitudes {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Magnitudes {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl fmt::Debug for Magnitudes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Magnitudes")
+    }
+}
 
 fn fraction(n: u32, step: f64) -> f64 {
     (f64::from(n) * step).fract()

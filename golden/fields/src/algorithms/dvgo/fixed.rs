@@ -80,7 +80,9 @@ impl Dvgo {
             Some(mask) => mvoxels.masked(mask.clone()),
             None => mvoxels,
         };
-        let largest = self.magnitudes();
+        let [largest, _] = self
+            .magnitudes
+            .or_find(|| [self.found_magnitudes(), vec![]]);
         Ok(FixedDvgo {
             volume: CodedVolume {
                 mvoxels,
@@ -98,7 +100,7 @@ impl Dvgo {
                 ],
                 opacity,
                 frequencies: self.frequencies.clone(),
-                mlp: MacMlp::quantise(&self.mlp, input_bits as i32, &largest)?,
+                mlp: MacMlp::quantise(&self.mlp, input_bits as i32, largest)?,
             },
         })
     }
@@ -116,7 +118,7 @@ impl Dvgo {
     }
 
     /// The largest magnitude of each layer's outputs on the calibration set.
-    fn magnitudes(&self) -> Vec<f64> {
+    fn found_magnitudes(&self) -> Vec<f64> {
         let mut largest = vec![0f64; self.mlp.layers().len()];
         let mut inputs = vec![];
         calibrate::visit(self, |features, alpha, direction| {

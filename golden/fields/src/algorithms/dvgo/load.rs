@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 
 use super::{DVGO, Dvgo, LEAST, MAX_FREQUENCIES};
+use crate::calibrate::Magnitudes;
 use crate::volume::Mask;
 use crate::{FieldError, Layer, Mlp, Table};
 use potamoi_base::file_keys::Notes;
@@ -87,6 +88,7 @@ impl Dvgo {
             frequencies,
             mlp,
             notes,
+            magnitudes: Magnitudes::default(),
         })
     }
 }

@@ -15,6 +15,7 @@ mod tests;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
+use crate::calibrate::Magnitudes;
 use crate::volume::Mask;
 use crate::{
     Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, LoadedField, Mlp,
@@ -59,6 +60,9 @@ pub struct Dvgo {
     /// Unused parts of the checkpoint.
     #[serde(skip)]
     notes: Notes,
+    /// Of the outputs of its perceptrons.
+    #[serde(skip)]
+    magnitudes: Magnitudes,
 }
 
 /// The parts of a model that does not come from a checkpoint.
@@ -147,6 +151,7 @@ impl Dvgo {
                 .collect(),
             mlp: parts.mlp,
             notes: Notes::default(),
+            magnitudes: Magnitudes::default(),
         })
     }
 }

@@ -48,9 +48,9 @@ pub(super) fn coded<'a>(field: &Ngp, config: &Config) -> Result<QuantisedField<'
 pub(super) fn head(field: &Ngp, config: &Config) -> Result<(Vec<Vec<u32>>, NgpHead), FieldError> {
     need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
     let frac = finest_of(&field.tables, |_| true, config, "features")?;
-    let (latents, shades) = magnitudes(field);
-    let density = MacMlp::quantise(&field.density, frac as i32, &latents)?;
-    let colour = MacMlp::quantise(&field.colour, density.output_frac(), &shades)?;
+    let [latents, shades] = field.magnitudes.or_find(|| magnitudes(field));
+    let density = MacMlp::quantise(&field.density, frac as i32, latents)?;
+    let colour = MacMlp::quantise(&field.colour, density.output_frac(), shades)?;
     let channels = field.shape.features as usize;
     let head = NgpHead {
         channels: field.channels(),
@@ -63,7 +63,7 @@ pub(super) fn head(field: &Ngp, config: &Config) -> Result<(Vec<Vec<u32>>, NgpHe
 }
 
 /// The largest magnitude of each layer's outputs on the calibration set, for both perceptrons.
-fn magnitudes(field: &Ngp) -> (Vec<f64>, Vec<f64>) {
+fn magnitudes(field: &Ngp) -> [Vec<f64>; 2] {
     let mut density = vec![0f64; field.density.layers().len()];
     let mut colour = vec![0f64; field.colour.layers().len()];
     let mut values = vec![];
@@ -83,7 +83,7 @@ fn magnitudes(field: &Ngp) -> (Vec<f64>, Vec<f64>) {
     if let Some(last) = density.last_mut() {
         *last = last.max(LEAST_RANGE);
     }
-    (density, colour)
+    [density, colour]
 }
 
 impl Head for NgpHead {

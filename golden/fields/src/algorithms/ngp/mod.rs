@@ -27,6 +27,7 @@ use std::path::Path;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
+use crate::calibrate::Magnitudes;
 use crate::{
     Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, FileOptions,
     HashUnit, LoadedField, Mlp, QuantisedField, Sampling, Size, Table, unverified_work,
@@ -96,6 +97,9 @@ pub struct Ngp {
     /// Unused parts of the snapshot.
     #[serde(skip)]
     notes: Notes,
+    /// Of the outputs of its perceptrons.
+    #[serde(skip)]
+    magnitudes: Magnitudes,
 }
 
 impl Ngp {

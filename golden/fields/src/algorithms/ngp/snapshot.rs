@@ -20,6 +20,7 @@ use super::occupancy::{CELLS, Occupancy, VOLUME};
 use super::parameters::{ALIGNMENT, Numbers, halves, parameters, perceptron, table, widths};
 use super::wrong::{Wrong, check, finite, is};
 use super::{NGP, Ngp, Placement};
+use crate::calibrate::Magnitudes;
 use crate::snapshot_error::SnapshotError;
 use crate::{FieldError, HashUnit};
 use potamoi_base::file_keys::{FileKeys, Notes, told, told_within};
@@ -118,6 +119,7 @@ pub(super) fn from_reader(
         side,
         bounds,
         notes,
+        magnitudes: Magnitudes::default(),
     })
 }
 

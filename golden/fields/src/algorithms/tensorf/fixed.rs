@@ -95,10 +95,10 @@ pub(super) fn head(
         frac_bits: [0, 1].map(|kind| bits[m][kind] + bits[3 + m][kind]),
     });
     let product_bits = product_bits(field, &modes);
-    let (features, sums) = magnitudes(field);
+    let [features, sums] = field.magnitudes.or_find(|| magnitudes(field));
     let appearance_bits = product_bits[1] as i32;
-    let basis = MacMlp::quantise(&field.basis, appearance_bits, &features)?;
-    let mlp = MacMlp::quantise(&field.mlp, basis.output_frac(), &sums)?;
+    let basis = MacMlp::quantise(&field.basis, appearance_bits, features)?;
+    let mlp = MacMlp::quantise(&field.mlp, basis.output_frac(), sums)?;
     let curve = match field.rules.activation {
         Activation::Softplus => Curve::Softplus {
             shift: field.rules.density_shift,
@@ -162,7 +162,7 @@ fn product_bits(field: &Tensorf, modes: &[Mode; 3]) -> [u32; 2] {
 
 /// The largest magnitude of the features, and of each layer's outputs of the perceptron, on the
 /// calibration set.
-fn magnitudes(field: &Tensorf) -> (Vec<f64>, Vec<f64>) {
+fn magnitudes(field: &Tensorf) -> [Vec<f64>; 2] {
     let mut features = LEAST_RANGE;
     let mut sums = vec![0f64; field.mlp.layers().len()];
     let mut values = vec![];
@@ -176,7 +176,7 @@ fn magnitudes(field: &Tensorf) -> (Vec<f64>, Vec<f64>) {
             });
         }
     });
-    (vec![features], sums)
+    [vec![features], sums]
 }
 
 impl TensorfHead {

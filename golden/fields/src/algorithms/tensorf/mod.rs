@@ -26,6 +26,7 @@ mod tests;
 use glam::{DVec3, dvec3};
 use potamoi_formats::config::Config;
 
+use crate::calibrate::Magnitudes;
 use crate::{
     Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, Layer,
     LoadedField, Mlp, QuantisedField, Sampling, Size, Stepped, Table, softplus, unverified_work,
@@ -60,6 +61,9 @@ pub struct Tensorf {
     /// Unused parts of the checkpoint.
     #[serde(skip)]
     notes: Notes,
+    /// Of the outputs of its perceptrons.
+    #[serde(skip)]
+    magnitudes: Magnitudes,
     /// Number of vertices along x, y, z.
     points: [usize; 3],
 }
@@ -139,6 +143,7 @@ impl Tensorf {
             rules,
             mask: None,
             notes: Notes::default(),
+            magnitudes: Magnitudes::default(),
             points,
         })
     }
