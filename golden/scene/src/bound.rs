@@ -167,7 +167,7 @@ mod tests {
             alpha_min: Some(alpha_min),
             ..Precision::default()
         };
-        let mut scene = Scene::open("garden").unwrap();
+        let mut scene = crate::tests::opened("garden");
         scene.set_size(Some(40), Some(40)).unwrap();
         for below in [1e-4, 3.4e-4, 3.99e-4] {
             let said = scene.set_precision(cut_off(below)).unwrap_err().to_string();

@@ -104,8 +104,8 @@ mod tests {
     /// Changes every field of a scene alone.
     #[test]
     fn every_field_changes_its_part_and_no_other() {
-        let scene = Scene::open("lantern").unwrap();
-        let other = Scene::open("garden").unwrap();
+        let scene = crate::tests::opened("lantern");
+        let other = crate::tests::opened("garden");
         let with = |change: &dyn Fn(&mut Scene)| {
             let mut changed = scene.clone();
             changed.found = Cache::default();
@@ -170,7 +170,7 @@ mod tests {
     /// Paths of equal length and equal beginning that differ in one number of one camera.
     #[test]
     fn one_number_of_any_frame_changes_a_path() {
-        let mut scene = Scene::open("lantern").unwrap();
+        let mut scene = crate::tests::opened("lantern");
         scene.path = scene.path(30.0, 4).unwrap();
         let part = |scene: &Scene| {
             let all = scene.identity();

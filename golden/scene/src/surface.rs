@@ -240,7 +240,7 @@ mod tests {
     fn models_without_a_surface_are_refused() {
         let empty = vec![0.0; 8 * Layout::Constant.channels()];
         let grid = Grid::new([2; 3], DVec3::ZERO, 1.0, Layout::Constant, empty).unwrap();
-        let cairn = Scene::open("cairn").unwrap();
+        let cairn = crate::tests::opened("cairn");
         let error = of_scene_at(&cairn, 8, 1e30).unwrap_err().to_string();
         assert!(error.contains("level of the surface"), "{error}");
         let scene = Scene {

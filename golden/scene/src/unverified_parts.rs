@@ -103,7 +103,7 @@ mod tests {
     use potamoi_fields::unverified_work::*;
 
     fn said(scene: &str) -> String {
-        Scene::open(scene).unwrap().not_checked().join("; ")
+        crate::tests::opened(scene).not_checked().join("; ")
     }
 
     fn fixture(name: &str) -> String {
@@ -147,7 +147,7 @@ mod tests {
             ),
             ("efficientnerf", &[INDEXING, NODES, HARMONICS, COEFFICIENTS]),
         ] {
-            let said = said(&format!("moons:{representation}"));
+            let said = said(&format!("cairn:{representation}"));
             for what in all {
                 let expected = own.contains(&what);
                 assert_eq!(said.contains(what), expected, "{representation}: {what}");
@@ -201,7 +201,8 @@ mod tests {
                 "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[render]\nhalo = \"{halo}\"\n"
             );
             std::fs::write(&path, text).unwrap();
-            said(path.to_str().unwrap())
+            let scene = Scene::open(path.to_str().unwrap()).unwrap();
+            scene.not_checked().join("; ")
         };
         assert!(open("split").contains(PARTS) && !open("shared").contains(PARTS));
         assert!(!open("shared").contains(NO_REFERENCE));

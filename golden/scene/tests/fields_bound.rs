@@ -1,12 +1,13 @@
 //! Derived error bounds of fields in fixed point, against measured errors.
 
-use std::path::Path;
-
+use potamoi_base::picture::Picture;
 use potamoi_base::precision::Precision;
 use potamoi_formats::config::Config;
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_scene::Scene;
+
+use crate::fields_common::{config, scene};
 
 /// Every kind of field: built in, and as other programs wrote them (tools/torch-fixtures,
 /// tools/ngp-fixtures).
@@ -23,36 +24,19 @@ const SCENES: [&str; 10] = [
     "cairn:compact",
 ];
 
-fn scene(name: &str, side: u32) -> Scene {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/fixtures")
-        .join(name);
-    let name = if file.exists() {
-        file.to_str().unwrap()
-    } else {
-        name
-    };
-    let mut scene = Scene::open(name).unwrap();
-    scene.set_size(Some(side), Some(side)).unwrap();
-    scene
-}
-
-fn config(more: &str) -> Config {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml");
-    let text = std::fs::read_to_string(path).unwrap();
-    Config::from_toml(&format!("{text}\n{more}"), "fields").unwrap()
+/// Pictures in floating point and in a configuration's formats.
+fn shown(scene: &Scene, config: &Config) -> [Picture; 2] {
+    let float = scene.render_float().unwrap().picture;
+    let fixed = scene.render_fixed(config, &mut ReferenceUnits::new(config));
+    [float, fixed.unwrap().picture]
 }
 
 /// The largest error of a channel, the largest bound, and the largest ratio of a pixel's error to
-/// its bound, for pictures of one configuration and bounds of another.
-fn used(scene: &Scene, bounded: &Config, shown: &Config) -> [f64; 3] {
+/// its bound, for bounds of a configuration and pictures that need not be its own.
+fn used(scene: &Scene, bounded: &Config, [float, fixed]: &[Picture; 2]) -> [f64; 3] {
     let bounds = scene.error_bounds(bounded).unwrap().unwrap();
-    let float = scene.render_float().unwrap().picture;
-    let fixed = scene
-        .render_fixed(shown, &mut ReferenceUnits::new(shown))
-        .unwrap();
     let mut most = [0f64; 3];
-    for ((a, b), bound) in fixed.picture.rgb.iter().zip(&float.rgb).zip(&bounds) {
+    for ((a, b), bound) in fixed.rgb.iter().zip(&float.rgb).zip(&bounds) {
         let channels = a.iter().zip(b);
         let off = channels.map(|(a, b)| f64::from((a - b).abs()));
         let off = off.fold(0.0, f64::max);
@@ -72,7 +56,7 @@ fn pixels_keep_to_their_bounds() {
     for name in SCENES {
         let scene = scene(name, 12);
         let own = config("");
-        let [off, bound, part] = used(&scene, &own, &own);
+        let [off, bound, part] = used(&scene, &own, &shown(&scene, &own));
         println!("{name}: {off:.5} off, {bound:.5} bounded, {part:.3} of it");
         assert!(part <= 1.0, "{name}: {part}");
         assert!(bound < 0.1 && part > 0.01, "{name}: {bound} {part}");
@@ -92,9 +76,10 @@ fn coarser_formats_are_told_from_finer_ones() {
     ] {
         let scene = scene(name, 16);
         let coarse = config(text);
-        let [_, bound, part] = used(&scene, &coarse, &coarse);
+        let pictures = shown(&scene, &coarse);
+        let [_, bound, part] = used(&scene, &coarse, &pictures);
         assert!(part <= 1.0, "{name}: {part}");
-        let [_, finer, beyond] = used(&scene, &fine, &coarse);
+        let [_, finer, beyond] = used(&scene, &fine, &pictures);
         println!("{name}: {bound:.4} and {finer:.4} bounded, {beyond:.2} of the finer one's");
         assert!(
             beyond > 1.0 && bound > finer,
@@ -122,6 +107,7 @@ fn rays_that_stop_elsewhere_are_in_the_bound() {
             ..Precision::default()
         };
         sooner.set_precision(precision).unwrap();
+        let alike = rules.error_bounds(&own).unwrap().unwrap();
         for [fixed, float] in [[&sooner, &rules], [&rules, &sooner]] {
             let shown = fixed
                 .render_fixed(&own, &mut ReferenceUnits::new(&own))
@@ -129,7 +115,6 @@ fn rays_that_stop_elsewhere_are_in_the_bound() {
             let float_picture = float.render_float().unwrap().picture;
             let beside = fixed.error_bounds_beside(&own, float.precision(), &powers);
             let beside = beside.unwrap().unwrap();
-            let alike = rules.error_bounds(&own).unwrap().unwrap();
             let mut left = 0;
             for (i, (a, b)) in shown.picture.rgb.iter().zip(&float_picture.rgb).enumerate() {
                 let channels = a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs()));

@@ -12,6 +12,8 @@ use potamoi_march::{FixedFrame, FixedStats};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model, Scene};
 
+use crate::fields_common::{config, scene};
+
 /// A checkpoint of TensoRF and two snapshots of Instant-NGP, which other
 /// programs wrote (tools/torch-fixtures, tools/ngp-fixtures), a built-in scene as
 /// a tree of EfficientNeRF and as Instant-NGP hashed by MVoxel, and the least PSNR
@@ -23,25 +25,6 @@ const SCENES: [(&str, f64); 5] = [
     ("cairn:efficientnerf", 75.0),
     ("cairn:ngp-mvoxel", 65.0),
 ];
-
-fn scene(name: &str, side: u32) -> Scene {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../tests/fixtures")
-        .join(name);
-    let name = if file.exists() {
-        file.to_str().unwrap()
-    } else {
-        name
-    };
-    let mut scene = Scene::open(name).unwrap();
-    scene.set_size(Some(side), None).unwrap();
-    scene
-}
-
-fn config() -> Config {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/fields.toml");
-    Config::from_toml(&std::fs::read_to_string(path).unwrap(), "fields").unwrap()
-}
 
 fn field(scene: &Scene) -> &dyn Field {
     match scene.model() {
@@ -59,11 +42,17 @@ fn bounded(entries: usize) -> Option<BatchSize> {
 }
 
 fn render(scene: &Scene, config: &Config, options: &FixedOptions) -> FixedFrame {
-    render_with(scene, config, options, Halo::Shared)
+    let made = FixedField::new(field(scene), config).unwrap();
+    render_made(&made, scene, config, options)
 }
 
-fn render_with(scene: &Scene, config: &Config, options: &FixedOptions, halo: Halo) -> FixedFrame {
-    let made = FixedField::with_halo(field(scene), config, halo).unwrap();
+/// The same of a field that is in the hardware's formats already.
+fn render_made(
+    made: &FixedField<'_>,
+    scene: &Scene,
+    config: &Config,
+    options: &FixedOptions,
+) -> FixedFrame {
     let mut twins = ReferenceUnits::new(config);
     let frame = made.render(scene.camera(), options, &mut twins).unwrap();
     assert_eq!(twins.gather_flags(), 0);
@@ -74,10 +63,10 @@ fn render_with(scene: &Scene, config: &Config, options: &FixedOptions, halo: Hal
 /// reach 45 dB; these limits leave room for a change of a scale, but not for a mistake.
 #[test]
 fn pictures_stay_next_to_float_ones() {
-    let config = config();
+    let config = config("");
     // Gaussians whose colours are a field's.
     for (name, least) in SCENES.into_iter().chain([("compact/tiny.npz", 75.0)]) {
-        let scene = scene(name, 64);
+        let scene = scene(name, 48);
         let float = scene.render_float().unwrap();
         let fixed = scene
             .render_fixed(&config, &mut ReferenceUnits::new(&config))
@@ -101,31 +90,42 @@ fn pictures_stay_next_to_float_ones() {
 /// after another and one sample after another, for any group and batch.
 #[test]
 fn the_picture_depends_neither_on_ray_groups_nor_on_batches() {
-    let config = config();
+    // A sample a batch, batches that end within a group, and all of a frame at once.
+    depends_neither_on(&[(16, bounded(1)), (7, bounded(1000)), (1000, None)]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn the_picture_depends_neither_on_more_ray_groups_nor_on_batches() {
+    depends_neither_on(&[
+        (22, bounded(5000)),
+        (1000, bounded(1 << 18)),
+        (20, None),
+        (8, None),
+    ]);
+}
+
+/// Sides of ray groups and batches.
+fn depends_neither_on(groups: &[(u32, Option<BatchSize>)]) {
+    let config = config("");
     for (name, _) in SCENES {
-        let scene = scene(name, 22);
+        let scene = scene(name, 16);
+        let made = FixedField::new(field(&scene), &config).unwrap();
         let pixel_centric = FixedOptions {
             group_side: Some(1),
             batch: bounded(1),
             ..FixedOptions::default()
         };
-        let expected = render(&scene, &config, &pixel_centric);
+        let expected = render_made(&made, &scene, &config, &pixel_centric);
         let covered = expected.transmittance.iter().filter(|t| **t < 1 << 20);
         assert!(covered.count() > 50);
-        for (side, batch) in [
-            (16, bounded(1)),
-            (7, bounded(1000)),
-            (22, bounded(5000)),
-            (1000, bounded(1 << 18)),
-            (20, None),
-            (8, None),
-        ] {
+        for &(side, batch) in groups {
             let options = FixedOptions {
                 group_side: Some(side),
                 batch,
                 ..FixedOptions::default()
             };
-            let frame = render(&scene, &config, &options);
+            let frame = render_made(&made, &scene, &config, &options);
             assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch:?}");
             assert_eq!(frame.transmittance, expected.transmittance);
             assert_eq!(frame.stops, expected.stops);
@@ -169,18 +169,21 @@ fn split_halos_give_the_picture_of_shared_ones_for_every_ray_group() {
 /// Of scenes and their MVoxels' rows, for sides of ray groups and batches.
 fn split_halos_give_the_same(scenes: &[(&str, u32)], groups: &[(u32, Option<BatchSize>)]) {
     for &(name, rows) in scenes {
-        let mut config = config();
+        let mut config = config("");
         config.mvoxel.rows = rows;
         let scene = scene(name, 22);
-        let expected = render(&scene, &config, &FixedOptions::default());
+        let halos = [Halo::Shared, Halo::Split];
+        let made = halos.map(|halo| FixedField::with_halo(field(&scene), &config, halo).unwrap());
+        let expected = render_made(&made[0], &scene, &config, &FixedOptions::default());
         for &(side, batch) in groups {
             let options = FixedOptions {
                 group_side: Some(side),
                 batch,
                 ..FixedOptions::default()
             };
-            let [shared, split] = [Halo::Shared, Halo::Split]
-                .map(|halo| render_with(&scene, &config, &options, halo));
+            let [shared, split] = made
+                .each_ref()
+                .map(|made| render_made(made, &scene, &config, &options));
             for frame in [&shared, &split] {
                 assert_eq!(frame.picture, expected.picture, "{name}, {side}, {batch:?}");
                 assert_eq!(frame.transmittance, expected.transmittance);
@@ -213,8 +216,8 @@ fn split_halos_give_the_same(scenes: &[(&str, u32)], groups: &[(u32, Option<Batc
 /// either order needs.
 #[test]
 fn tables_hashed_by_mvoxel_revert_where_mvoxels_are_under_used() {
-    let config = config();
-    let scene = scene("cairn:ngp-mvoxel", 110);
+    let config = config("");
+    let scene = scene("cairn:ngp-mvoxel", 90);
     let large = FixedOptions {
         batch: bounded(usize::MAX),
         ..FixedOptions::default()
@@ -224,7 +227,9 @@ fn tables_hashed_by_mvoxel_revert_where_mvoxels_are_under_used() {
         batch: bounded(1),
         ..FixedOptions::default()
     };
-    let [large, small] = [large, small].map(|options| render(&scene, &config, &options));
+    let made = FixedField::new(field(&scene), &config).unwrap();
+    let [large, small] =
+        [large, small].map(|options| render_made(&made, &scene, &config, &options));
     assert_eq!(large.picture, small.picture);
     let reverts = [&large, &small].map(|frame| frame.stats.reverts_from());
     println!("{reverts:?}, {:?}", large.stats.orders);
@@ -278,10 +283,10 @@ fn counted(field: &dyn Field, camera: &Camera) -> [u64; 2] {
 /// Every gathered sample has one entry in each table, and its opacity is computed once.
 #[test]
 fn counts_are_those_of_the_tables() {
-    let config = config();
+    let config = config("");
     let small = 1 << 18;
     // And one with enough samples in a batch that levels hashed by MVoxel stream.
-    let streaming = ("cairn:ngp-mvoxel", 110, usize::MAX);
+    let streaming = ("cairn:ngp-mvoxel", 90, usize::MAX);
     let all = SCENES.map(|(name, _)| (name, 24, small));
     for (name, side, batch_entries) in all.into_iter().chain([streaming]) {
         let scene = scene(name, side);

@@ -3,6 +3,7 @@
 
 mod field_contents;
 mod fields_bound;
+mod fields_common;
 mod fields_dvgo;
 mod fields_fixed;
 mod fields_ngp;

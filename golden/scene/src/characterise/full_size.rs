@@ -115,16 +115,16 @@ mod tests {
     #[test]
     fn places_keep_their_share_of_a_table() {
         for (name, size) in [
-            ("moons:ngp", Size::Entries(1 << 19)),
+            ("cairn:ngp", Size::Entries(1 << 19)),
             ("cairn:ngp-mvoxel", Size::Entries(1 << 19)),
             (
-                "moons:efficientnerf",
+                "cairn:efficientnerf",
                 Size::Cells {
                     coarse: 96,
                     fine: 3,
                 },
             ),
-            ("moons:tensorf", Size::Points(300)),
+            ("cairn:tensorf", Size::Points(300)),
         ] {
             let scene = crate::tests::opened(name);
             let field: &dyn Field = match scene.model() {

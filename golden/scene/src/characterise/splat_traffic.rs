@@ -71,7 +71,7 @@ mod tests {
     use potamoi_formats::config::Config;
 
     use super::*;
-    use crate::{Model, Scene};
+    use crate::Model;
     use potamoi_march::streams::UnitStreams;
     use potamoi_reference::ReferenceUnits;
     use potamoi_splats::render_fixed;
@@ -83,7 +83,7 @@ mod tests {
     fn counts_are_those_of_the_renderer() {
         let config = Config::from_toml("[gu]\nbanks = 8\nsegments = 2\n[rit]\nentries = 8", "test");
         let config = config.unwrap();
-        let mut scene = Scene::open("garden").unwrap();
+        let mut scene = crate::tests::opened("garden");
         scene.set_size(Some(150), Some(90)).unwrap();
         let Model::Splats(cloud) = scene.model() else {
             panic!("the garden is splats")

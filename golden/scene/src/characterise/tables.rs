@@ -198,10 +198,10 @@ mod tests {
     #[test]
     fn counts_are_those_of_the_renderer() {
         counts_are_the_renderer_s(&[
-            ("tensorf/tiny.th", 20, true),
-            ("cairn:tensorf", 20, true),
-            ("cairn:ngp", 20, true),
-            ("moons:efficientnerf", 24, false),
+            ("tensorf/tiny.th", 16, true),
+            ("cairn:tensorf", 16, true),
+            ("cairn:ngp", 16, true),
+            ("moons:efficientnerf", 20, false),
         ]);
     }
 

@@ -99,7 +99,7 @@ mod tests {
     /// and where none does; where the table is read several times, too.
     #[test]
     fn counts_are_those_of_the_renderer() {
-        let mut scene = Scene::open("lantern").unwrap();
+        let mut scene = crate::tests::opened("lantern");
         scene.set_size(Some(40), Some(36)).unwrap();
         let mut stopped = 0;
         for (text, segments) in [

@@ -15,6 +15,6 @@ fn all_are_built_in_by_their_names() {
     for (fps, frames) in [(0.0, 1), (f64::NAN, 1), (30.0, 100_001)] {
         assert!(scene.path(fps, frames).is_err());
     }
-    let error = Scene::open("lantern").unwrap().render_truth().unwrap_err();
+    let error = crate::tests::opened("lantern").render_truth().unwrap_err();
     assert!(error.to_string().contains("only cairn, vase"), "{error}");
 }

@@ -117,7 +117,7 @@ fn a_file_of_an_added_field_is_a_scene() {
 /// Stages are in world coordinates, the picture in units of vertices.
 #[test]
 fn a_grid_is_the_same_in_its_own_units() {
-    let mut scene = Scene::open("lantern").unwrap();
+    let mut scene = crate::tests::opened("lantern");
     scene.set_size(Some(60), None).unwrap();
     let Model::Field(field) = scene.model() else {
         panic!("a field")

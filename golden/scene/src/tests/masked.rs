@@ -58,17 +58,17 @@ fn some_pixels_are_rendered_as_in_the_whole_frame() {
     for name in [
         "garden",
         "lantern",
-        "moons:dvgo",
-        "moons:tensorf",
-        "moons:ngp",
+        "cairn:dvgo",
+        "cairn:tensorf",
+        "cairn:ngp",
     ] {
         let mut scene = crate::tests::opened(name);
-        scene.set_size(Some(24), Some(20)).unwrap();
+        scene.set_size(Some(16), Some(12)).unwrap();
         let mut units = Told::new(&config);
         let whole = scene.render_fixed(&config, &mut units).unwrap();
-        let size = [24, 20];
+        let size = [16, 12];
         let halves = [true, false].map(|left| {
-            let mask = Mask::new(size, |i| (i % 24 < 12) == left);
+            let mask = Mask::new(size, |i| (i % 16 < 8) == left);
             let mut units = Told::new(&config);
             let part = scene.render_fixed_masked(&config, &mask, &mut units);
             let part = part.unwrap();
@@ -96,7 +96,7 @@ fn some_pixels_are_rendered_as_in_the_whole_frame() {
         assert!(halves[0].0 > 0 && halves[1].0 > 0, "{name}");
         assert!(units.operations > 0, "{name}");
 
-        let other = Mask::new([20, 24], |_| true);
+        let other = Mask::new([12, 16], |_| true);
         let refused = scene.render_fixed_masked(&config, &other, &mut ReferenceUnits::new(&config));
         let said = refused.unwrap_err().to_string();
         assert!(said.contains("mask"), "{said}");

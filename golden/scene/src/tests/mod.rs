@@ -74,7 +74,7 @@ fn what_is_no_scene_is_refused() {
 
 #[test]
 fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
-    let mut scene = Scene::open("garden").unwrap();
+    let mut scene = opened("garden");
     scene.set_size(Some(32), Some(32)).unwrap();
     for (text, field) in [
         ("[gu]\nfeature_bits = 12", "gu.feature_bits"),
@@ -99,7 +99,7 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
 #[test]
 fn errors_of_fields_name_their_scene() {
     let config = Config::paper();
-    for name in ["moons:dvgo", "moons:tensorf", "moons:ngp"] {
+    for name in ["cairn:dvgo", "cairn:tensorf", "cairn:ngp"] {
         let scene = opened(name);
         let mut units = ReferenceUnits::new(&config);
         let error = scene.render_fixed(&config, &mut units).unwrap_err();

@@ -62,7 +62,7 @@ fn no_pixel_is_farther_off_than_its_bound() {
             assert!(most <= 1.0 && most > 1e-3, "{name}: {most}");
         }
     }
-    let mut scene = Scene::open("garden").unwrap();
+    let mut scene = crate::tests::opened("garden");
     scene.set_size(Some(32), Some(26)).unwrap();
     let coarse = with("[vu.exp]\niterations = 4");
     let (most, _) = used((&scene, &configs[0]), (&scene, &coarse));
@@ -73,7 +73,7 @@ fn no_pixel_is_farther_off_than_its_bound() {
 /// ones.
 #[test]
 fn coarser_widths_are_told_from_finer_ones() {
-    let mut scene = Scene::open("garden").unwrap();
+    let mut scene = crate::tests::opened("garden");
     scene.set_size(Some(48), Some(40)).unwrap();
     let config = Config::paper();
     let transmittance = Precision {
@@ -98,7 +98,7 @@ fn coarser_widths_are_told_from_finer_ones() {
 /// their own, and exceed those of frames by the rules.
 #[test]
 fn sooner_stops_and_fainter_gaussians_have_bounds() {
-    let mut scene = Scene::open("garden").unwrap();
+    let mut scene = crate::tests::opened("garden");
     scene.set_size(Some(48), Some(40)).unwrap();
     let config = Config::paper();
     let float = scene.render_float().unwrap().picture;

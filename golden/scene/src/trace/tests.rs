@@ -11,7 +11,7 @@ use super::*;
 use potamoi_reference::Units as _;
 
 fn small(name: &str, limits: Limits) -> Trace {
-    let mut scene = Scene::open(name).unwrap();
+    let mut scene = crate::tests::opened(name);
     scene.set_size(Some(16), Some(16)).unwrap();
     Trace::record(&scene, &Config::paper(), limits).unwrap()
 }
