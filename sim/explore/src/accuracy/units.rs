@@ -290,10 +290,9 @@ mod tests {
     fn errors_are_of_the_operation_that_a_setting_moves() {
         let (lantern, field) = (of("lantern"), of("moons:efficientnerf"));
         let fields = |text: &str| field(&format!("{text}{FIELDS}"));
-        type Errors<'a> = &'a dyn Fn(&str) -> UnitErrors;
-        let check = |of: Errors<'_>, text: &str, which: &str, operations: usize| {
-            let [own, usual] = [text, ""].map(|text| of(text).named());
-            let both = own.into_iter().zip(usual);
+        let usual = [lantern(""), fields("")];
+        let check = |[own, usual]: [UnitErrors; 2], text: &str, which: &str, operations: usize| {
+            let both = own.named().into_iter().zip(usual.named());
             let both = both.filter_map(|((name, own), (_, usual))| Some((name, own?, usual?)));
             let both: Vec<_> = both.collect();
             assert_eq!(both.len(), operations, "{both:?}");
@@ -307,17 +306,17 @@ mod tests {
                 assert_eq!(is_moved, name == which, "{text} {name}: {own:?} {usual:?}");
             }
         };
-        check(
-            &lantern,
-            "vu.exp.one_minus_frac_bits = 12\n",
-            "one_minus_exp",
-            3,
-        );
-        check(&lantern, "gu.weight_bits = 8\n", "gather", 3);
-        check(&lantern, "gu.feature_bits = 10\n", "gather", 3);
-        check(&fields, "gu.feature_bits = 10\n", "none", 4);
+        for (text, which) in [
+            ("vu.exp.one_minus_frac_bits = 12\n", "one_minus_exp"),
+            ("gu.weight_bits = 8\n", "gather"),
+            ("gu.feature_bits = 10\n", "gather"),
+        ] {
+            check([lantern(text), usual[0]], text, which, 3);
+        }
+        let text = "gu.feature_bits = 10\n";
+        check([fields(text), usual[1]], text, "none", 4);
         let exact = lantern("gu.sums = \"exact\"").gathering.unwrap();
-        assert!(exact.mean_ulp < lantern("").gathering.unwrap().mean_ulp);
+        assert!(exact.mean_ulp < usual[0].gathering.unwrap().mean_ulp);
         let coarse = lantern("vu.exp.iterations = 8");
         assert!(coarse.exponential.unwrap().max_ulp > 50.0);
         assert!(coarse.one_minus_exp.unwrap().max_ulp > 50.0);
