@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{name, pages, read};
+use super::{figures, name, pages, read};
 use crate::common::expect;
 
 /// What a page says to do.
@@ -75,8 +75,17 @@ fn commands_in_the_documents_work() {
             match step {
                 Step::Run(command, status) => {
                     println!("{}: potamoi {command}", name(page));
-                    let arguments: Vec<&str> = command.split(' ').collect();
-                    expect(folder.path(), status, &arguments);
+                    match figures::of_command(&command) {
+                        Some(said) => match said.get() {
+                            Some(Ok(said)) if status == 0 => said.write_files(folder.path()),
+                            Some(Err(why)) => panic!("{why}"),
+                            _ => panic!("potamoi {command} gives figures: it succeeds"),
+                        },
+                        None => {
+                            let arguments: Vec<&str> = command.split(' ').collect();
+                            expect(folder.path(), status, &arguments);
+                        }
+                    }
                     count += 1;
                 }
                 Step::Write { name, text } => {

@@ -29,6 +29,8 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use serde_json::Value;
 
@@ -237,10 +239,43 @@ fn cell<'a>(printed: &'a str, row: &str, column: &str) -> Option<&'a str> {
     None
 }
 
-/// What commands print, run one after another in a folder that keeps their files.
-struct Printed {
-    folder: tempfile::TempDir,
+/// What commands print and write, run one after another in an empty folder.
+pub(super) struct Printed {
+    /// Contents by name.
+    files: BTreeMap<String, Vec<u8>>,
     texts: Vec<String>,
+}
+
+impl Printed {
+    /// Writes the files into a folder.
+    pub(super) fn write_files(&self, folder: &Path) {
+        for (name, bytes) in &self.files {
+            std::fs::write(folder.join(name), bytes).unwrap();
+        }
+    }
+}
+
+type Said = Arc<OnceLock<Result<Printed, String>>>;
+
+/// The same of each sequence of commands, which runs once for all tests.
+fn said(commands: &[&str]) -> Said {
+    static KEPT: Mutex<BTreeMap<String, Said>> = Mutex::new(BTreeMap::new());
+    let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let own = Arc::clone(all.entry(commands.join("; ")).or_default());
+    drop(all);
+    own.get_or_init(|| printed(commands));
+    own
+}
+
+/// What a command gave that a quick passage has figures of, which it needs no file for.
+pub(super) fn of_command(command: &str) -> Option<Said> {
+    let all = pages();
+    let has = |page: &std::path::PathBuf| {
+        let text = read(page);
+        let mut quick = passages(&text).into_iter().filter(|own| !own.is_slow);
+        quick.any(|own| own.commands == [command])
+    };
+    all.iter().any(has).then(|| said(&[command]))
 }
 
 fn printed(commands: &[&str]) -> Result<Printed, String> {
@@ -255,7 +290,14 @@ fn printed(commands: &[&str]) -> Result<Printed, String> {
         // Work that another command has counted is not counted again.
         texts.push(stdout(&done).replace("; counted earlier", ""));
     }
-    Ok(Printed { folder, texts })
+    let mut files = BTreeMap::new();
+    for entry in std::fs::read_dir(folder.path()).unwrap() {
+        let path = entry.unwrap().path();
+        if let (Some(name), Ok(bytes)) = (path.file_name(), std::fs::read(&path)) {
+            files.insert(name.to_string_lossy().into_owned(), bytes);
+        }
+    }
+    Ok(Printed { files, texts })
 }
 
 /// What the numbers of a body are; none of those that stay as they stand.
@@ -292,9 +334,10 @@ fn values(
             let Some((file, pointer, format)) = parts else {
                 return Err(format!("{line}: FILE /POINTER FORMAT"));
             };
-            let made = printed.folder.path().join(file);
-            let made = made.exists().then_some(made);
-            let report = crate::common::json(&made.unwrap_or_else(|| root().join(file)));
+            let report = match printed.files.get(file) {
+                Some(made) => serde_json::from_slice(made).unwrap(),
+                None => crate::common::json(&root().join(file)),
+            };
             let value = number(&report, pointer);
             let value = value.ok_or_else(|| format!("{line}: no such number"))?;
             values.push(Some(formatted(value, format)));
@@ -340,7 +383,6 @@ fn current(passage: &Passage<'_>, body: &str, printed: &Printed) -> Result<Strin
 fn check(slow: bool) -> usize {
     let is_refresh = std::env::var_os("POTAMOI_REFRESH").is_some();
     let (mut count, mut wrong) = (0, String::new());
-    let mut known: BTreeMap<String, Result<Printed, String>> = BTreeMap::new();
     for page in pages() {
         let text = read(&page);
         let mut now = text.clone();
@@ -348,12 +390,10 @@ fn check(slow: bool) -> usize {
         for passage in passages(&text).iter().rev().filter(|p| p.is_slow == slow) {
             count += 1;
             let body = &text[passage.body.clone()];
-            let said = known
-                .entry(passage.commands.join("; "))
-                .or_insert_with(|| printed(&passage.commands));
-            let own = match said {
-                Ok(said) => current(passage, body, said),
-                Err(why) => Err(why.clone()),
+            let own = match said(&passage.commands).get() {
+                Some(Ok(said)) => current(passage, body, said),
+                Some(Err(why)) => Err(why.clone()),
+                None => unreachable!("it was run"),
             };
             match own {
                 Ok(own) => now.replace_range(passage.body.clone(), &own),
