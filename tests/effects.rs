@@ -188,7 +188,7 @@ fn verilog_for_a_scene_is_verified_on_it() {
             "--scene",
             scene,
             "--width",
-            "24",
+            "12",
             "--engine",
             "interpreter",
         ];
@@ -216,12 +216,12 @@ fn forcing_changes_no_file_and_leaving_out_does() {
     let at = folder.path();
     for scene in ["garden", "chrome:voxels"] {
         let render = |more: &[&str], name: &str| {
-            let arguments = ["render", "--scene", scene, "--width", "24", "--out", name];
+            let arguments = ["render", "--scene", scene, "--width", "16", "--out", name];
             expect(at, 0, &[&arguments, more].concat());
             std::fs::read(at.join(name)).unwrap()
         };
         let trace = |more: &[&str], name: &str| {
-            let arguments = ["trace", "--scene", scene, "--width", "24", "--out", name];
+            let arguments = ["trace", "--scene", scene, "--width", "16", "--out", name];
             expect(at, 0, &[&arguments, more].concat());
             std::fs::read(at.join(name)).unwrap()
         };

@@ -1,5 +1,7 @@
 //! Pictures that are not of splats: what they have in common.
 
+use std::sync::LazyLock;
+
 use potamoi_base::picture::Picture;
 
 use super::{fields, fog, warped};
@@ -34,8 +36,11 @@ pub(crate) fn farthest(a: &Picture, b: &Picture, bounds: impl Iterator<Item = f6
     most
 }
 
-pub(crate) fn all() -> Vec<Shown> {
-    [fog::shown(), fields::shown(), warped::shown()].concat()
+/// All of them, rendered once for every test.
+pub(crate) fn all() -> &'static [Shown] {
+    static ALL: LazyLock<Vec<Shown>> =
+        LazyLock::new(|| [fog::shown(), fields::shown(), warped::shown()].concat());
+    &ALL
 }
 
 impl Shown {

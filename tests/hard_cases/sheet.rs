@@ -14,7 +14,7 @@ const ACROSS: u32 = 8;
 /// A column a scene: the obvious form, what is no number in magenta, ours, and 64-bit floats.
 pub(crate) fn sheet() -> Picture {
     let mut columns = pictures::columns();
-    let others = sampled::all().into_iter();
+    let others = sampled::all().iter().cloned();
     columns.extend(others.map(|s| [s.naive, s.ours, s.float]));
     let [wide, high] = SIZE.map(|pixels| pixels * SCALE + GAP);
     let bands = (columns.len() as u32).div_ceil(ACROSS);

@@ -145,33 +145,43 @@ fn every_hard_scene_is_modelled() {
     );
 }
 
+/// All hard paths on one scene and within a model; the turns within another, too.
 #[test]
 fn hard_paths_are_modelled() {
-    paths(|name| name == "near" || name == "none-and-all", &WITHIN);
+    let chosen = |name: &str| name == "near" || name == "none-and-all";
+    let [still, turns, away] = PATHS;
+    paths(&[still, away], chosen, &WITHIN[..1]);
+    paths(&[turns], chosen, &WITHIN);
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn hard_paths_through_further_models_are_modelled() {
-    paths(|name| name == "near", &FURTHER_WITHIN);
+    paths(&PATHS, |name| name == "near", &FURTHER_WITHIN);
+    paths(&PATHS, |name| name == "near", &WITHIN[1..]);
+}
+
+const AWAY: ([f64; 3], f64) = ([1e6, -1e6, 1e6], 90.0);
+
+const fn turned(angle: f64) -> ([f64; 3], f64) {
+    ([0.0; 3], angle)
 }
 
 /// Six equal poses, half turns, a whole one, and a place from which nothing is seen.
-fn paths(only: impl Fn(&str) -> bool, within: &[&str]) {
-    let away = ([1e6, -1e6, 1e6], 90.0);
-    let turned = |angle| ([0.0, 0.0, 0.0], angle);
-    let paths: [&[_]; 3] = [
-        &[STILL; 6],
-        &[
-            STILL,
-            turned(180.0),
-            STILL,
-            turned(179.999_999),
-            turned(-180.0),
-            turned(360.0),
-        ],
-        &[away, STILL, away, ([0.0, 0.0, 3.0], 0.0), STILL],
-    ];
+const PATHS: [&[([f64; 3], f64)]; 3] = [
+    &[STILL; 6],
+    &[
+        STILL,
+        turned(180.0),
+        STILL,
+        turned(179.999_999),
+        turned(-180.0),
+        turned(360.0),
+    ],
+    &[AWAY, STILL, AWAY, ([0.0, 0.0, 3.0], 0.0), STILL],
+];
+
+fn paths(paths: &[&[([f64; 3], f64)]], only: impl Fn(&str) -> bool, within: &[&str]) {
     for path in paths {
         frames(path, &only, within);
     }

@@ -116,14 +116,14 @@ fn gathering_units_agree(all: bool) {
     let fields = at("fields.toml", fields);
     let mut cycles = vec![];
     let some = [
-        ("cairn:voxels", "paper", "20"),
-        ("cairn:voxels", "compact", "20"),
-        ("cairn:voxels", "parity", "20"),
-        ("cairn:voxels", &pipelined, "20"),
+        ("cairn:voxels", "paper", "16"),
+        ("cairn:voxels", "compact", "16"),
+        ("cairn:voxels", "parity", "16"),
+        ("cairn:voxels", &pipelined, "16"),
         ("garden", &two, "16"),
-        ("cairn:voxels", &turns, "16"),
-        (&split, &exact, "16"),
-        (&tensorf, &exact_fields, "16"),
+        ("cairn:voxels", &turns, "12"),
+        (&split, &exact, "12"),
+        (&tensorf, &exact_fields, "10"),
     ];
     let others = [
         ("cairn:voxels", "paper", "32"),
@@ -258,6 +258,7 @@ fn algorithms_agree(scenes: &[&str]) {
 fn an_injected_fault_is_found_with_its_first_cycle() {
     faults_are_found(
         "small",
+        "16",
         &[("bit", "gathering_unit"), ("exp", "vector_unit")],
     );
 }
@@ -295,17 +296,17 @@ fn every_injected_fault_is_found_with_its_first_cycle() {
         ("weight", "gathering_unit"),
         ("exp", "vector_unit"),
     ];
-    faults_are_found("paper", &faults);
+    faults_are_found("paper", "32", &faults);
 }
 
-fn faults_are_found(preset: &str, faults: &[(&str, &str)]) {
+fn faults_are_found(preset: &str, width: &str, faults: &[(&str, &str)]) {
     let folder = tempfile::tempdir().unwrap();
     for (fault, unit) in faults {
         let said = expect(
             folder.path(),
             1,
             &[
-                "verify", "--config", preset, "--scene", "lantern", "--width", "32", "--inject",
+                "verify", "--config", preset, "--scene", "lantern", "--width", width, "--inject",
                 fault, "--vcd", "w.vcd", "--json", "r.json",
             ],
         );
@@ -319,7 +320,9 @@ fn faults_are_found(preset: &str, faults: &[(&str, &str)]) {
         );
         let again = format!("--inject {fault} --seed 1");
         assert!(
-            said.contains("to reproduce: potamoi verify --scene lantern --width 32"),
+            said.contains(&format!(
+                "to reproduce: potamoi verify --scene lantern --width {width}"
+            )),
             "{said}"
         );
         assert!(said.contains(&again), "{said}");
@@ -340,7 +343,7 @@ fn faults_are_found(preset: &str, faults: &[(&str, &str)]) {
         folder.path(),
         4,
         &[
-            "verify", "--config", preset, "--scene", "garden", "--width", "32", "--inject",
+            "verify", "--config", preset, "--scene", "garden", "--width", width, "--inject",
             "weight",
         ],
     );
@@ -355,7 +358,7 @@ fn other_engines_agree_on_a_share() {
             folder.path(),
             0,
             &[
-                "verify", "--scene", "garden", "--width", "48", "--engine", engine,
+                "verify", "--scene", "garden", "--width", "32", "--engine", engine,
             ],
         );
         assert!(

@@ -5,7 +5,7 @@ use crate::common::{self, expect, json};
 /// A trained DirectVoxGO model of a real scene: a share of a small frame.
 #[test]
 fn a_trained_field_agrees_on_a_share() {
-    trained_field("quick", "64");
+    trained_field("quick", "40");
 }
 
 /// The same at 200 x 200: every gather and every vector operation.
@@ -35,7 +35,7 @@ fn a_trained_field_agrees_in_banks_of_whole_vectors() {
         "--scene",
         "lego.toml",
         "--width",
-        "64",
+        "40",
         "--level",
         "quick",
         "--json",
@@ -95,23 +95,22 @@ fn trained_field(level: &str, width: &str) {
     }
 }
 
-/// A real scene at 400 x 400: a share spread over the frame.
+/// A real scene at 200 x 200: a share spread over the frame.
 #[test]
 fn real_splats_agree_on_a_share() {
-    real_splats(&[PLAYBOT_8K], "quick", 2);
+    real_splats(&[("playbot_8k.ply", 20_000)], "200", "quick", 2);
 }
 
 /// The real scenes at 400 x 400: every gather and every vector operation.
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn real_splats_agree_in_every_gather() {
-    real_splats(&[PLAYBOT_8K, ("playbot_31k.ply", 120_000)], "full", 1);
+    let files = [("playbot_8k.ply", 60_000), ("playbot_31k.ply", 120_000)];
+    real_splats(&files, "400", "full", 1);
 }
 
-/// A file of splats, and fewer gathers than it takes.
-const PLAYBOT_8K: (&str, u64) = ("playbot_8k.ply", 60_000);
-
-fn real_splats(files: &[(&str, u64)], level: &str, share: u64) {
+/// Of files of splats, each with fewer gathers than it takes.
+fn real_splats(files: &[(&str, u64)], width: &str, level: &str, share: u64) {
     let Some(data) = common::shared() else {
         return;
     };
@@ -126,7 +125,7 @@ fn real_splats(files: &[(&str, u64)], level: &str, share: u64) {
             "--camera",
             camera.to_str().unwrap(),
             "--width",
-            "400",
+            width,
             "--level",
             level,
             "--json",
