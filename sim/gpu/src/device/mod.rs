@@ -1,0 +1,189 @@
+//! GPUs as data: one file a device and power mode.
+//!
+//! Every figure is a property of the hardware, and is either published or assumed with a reason.
+//! None belongs to a program or to a class of programs.
+
+mod error;
+mod field;
+mod file;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+pub use error::DeviceError;
+pub(crate) use error::nearest;
+pub use field::{Better, FIELDS, Field};
+
+/// Where a figure comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// A publication that states it, or that it follows from.
+    Source(String),
+    /// Why it is assumed.
+    Assumed(String),
+}
+
+/// A GPU in one named power mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Device {
+    /// Short name, that of the file.
+    pub name: String,
+    /// Full name, for tables.
+    pub title: String,
+    /// Power mode in which clocks, memory and watts hold, such as `MAXN`.
+    pub mode: String,
+    /// Streaming multiprocessors (SMs) that are on.
+    pub multiprocessors: f64,
+    /// Clock of the SMs and of the second-level cache, in GHz.
+    pub clock_ghz: f64,
+    /// Single-precision lanes of an SM: operations a clock.
+    pub fp32_lanes: f64,
+    /// Integer lanes of an SM.
+    pub int_lanes: f64,
+    /// Lanes of an SM for exponentials, square roots and reciprocals.
+    pub sfu_lanes: f64,
+    /// Warps that an SM holds at most.
+    pub warps: f64,
+    /// Size of the second-level cache (L2), in bytes.
+    pub l2_bytes: f64,
+    /// Bytes that L2 delivers to an SM a clock.
+    pub l2_bytes_clock: f64,
+    /// Peak bandwidth of the memory, in GB/s.
+    pub dram_gb_s: f64,
+    /// Share of that peak which a stream reaches.
+    pub dram_share: f64,
+    /// Dense half-precision peak of the tensor cores, in TFLOPS.
+    pub tensor_tflops: f64,
+    /// Host time of an operation launched by a framework, in microseconds.
+    pub operation_us: f64,
+    /// Time of a wait in microseconds: the host waits, reads a scalar and starts again.
+    pub wait_us: f64,
+    /// Host time of a kernel launched from C++, in microseconds.
+    pub launch_us: f64,
+    /// Time of an empty kernel on the device, in microseconds.
+    pub ramp_us: f64,
+    /// Latency of the memory, in nanoseconds.
+    pub dram_latency_ns: f64,
+    /// Latency of L2, in clocks.
+    pub l2_latency_clocks: f64,
+    /// Copies to pageable memory of the host, in GB/s.
+    pub copy_gb_s: f64,
+    /// Power limit in the same mode, in watts.
+    pub watts: f64,
+    /// Origin of each field, by its key in the file.
+    pub origins: BTreeMap<String, Origin>,
+}
+
+/// Device files of this crate, by name.
+const BUILTIN: [(&str, &str); 16] = [
+    ("1660ti", include_str!("../../devices/1660ti.toml")),
+    ("2080ti", include_str!("../../devices/2080ti.toml")),
+    ("3070", include_str!("../../devices/3070.toml")),
+    ("3090", include_str!("../../devices/3090.toml")),
+    ("a100-sxm", include_str!("../../devices/a100-sxm.toml")),
+    ("a5000", include_str!("../../devices/a5000.toml")),
+    ("a6000", include_str!("../../devices/a6000.toml")),
+    ("agx-orin", include_str!("../../devices/agx-orin.toml")),
+    (
+        "laptop-3050",
+        include_str!("../../devices/laptop-3050.toml"),
+    ),
+    ("orin-nano", include_str!("../../devices/orin-nano.toml")),
+    ("orin-nx", include_str!("../../devices/orin-nx.toml")),
+    ("v100", include_str!("../../devices/v100.toml")),
+    ("xavier-15w", include_str!("../../devices/xavier-15w.toml")),
+    ("xavier-30w", include_str!("../../devices/xavier-30w.toml")),
+    (
+        "xavier-maxn",
+        include_str!("../../devices/xavier-maxn.toml"),
+    ),
+    ("xavier-nx", include_str!("../../devices/xavier-nx.toml")),
+];
+
+impl Device {
+    /// The device of that name; see [`Device::names`].
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError::Unknown`], with the nearest name where one is near.
+    pub fn builtin(name: &str) -> Result<Self, DeviceError> {
+        let text = BUILTIN.iter().find(|(known, _)| *known == name);
+        let (_, text) = text.ok_or_else(|| DeviceError::unknown(name, &Self::names()))?;
+        Self::from_text(name, &format!("{name}.toml"), text)
+    }
+
+    /// Names of all devices of this crate, in alphabetical order.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        BUILTIN.iter().map(|(name, _)| *name).collect()
+    }
+
+    /// A device from a file of the form of those in `sim/gpu/devices/`. Its name is the file's
+    /// without the ending.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceError`], where the file is not readable, has a key that no device has, lacks a
+    /// field or its origin, or has a value out of range.
+    pub fn from_file(path: impl AsRef<Path>) -> Result<Self, DeviceError> {
+        let path = path.as_ref();
+        let shown = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|source| DeviceError::Unreadable {
+            file: shown.clone(),
+            source,
+        })?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        Self::from_text(&stem, &shown, &text)
+    }
+
+    /// All SM clocks of a second: SMs times Hz.
+    #[must_use]
+    pub fn sm_hz(&self) -> f64 {
+        self.multiprocessors * self.clock_ghz * 1e9
+    }
+
+    /// A device without any limit: all rates infinite, all times zero. It bounds from below what a
+    /// program takes, which is nothing.
+    #[must_use]
+    pub fn infinite() -> Self {
+        let mut own = Self::blank("infinite");
+        for field in &FIELDS {
+            *(field.place)(&mut own) = match field.better {
+                Better::More => f64::INFINITY,
+                Better::Less => 0.0,
+            };
+        }
+        own
+    }
+
+    /// All fields zero.
+    fn blank(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            title: String::new(),
+            mode: String::new(),
+            multiprocessors: 0.0,
+            clock_ghz: 0.0,
+            fp32_lanes: 0.0,
+            int_lanes: 0.0,
+            sfu_lanes: 0.0,
+            warps: 0.0,
+            l2_bytes: 0.0,
+            l2_bytes_clock: 0.0,
+            dram_gb_s: 0.0,
+            dram_share: 0.0,
+            tensor_tflops: 0.0,
+            operation_us: 0.0,
+            wait_us: 0.0,
+            launch_us: 0.0,
+            ramp_us: 0.0,
+            dram_latency_ns: 0.0,
+            l2_latency_clocks: 0.0,
+            copy_gb_s: 0.0,
+            watts: 0.0,
+            origins: BTreeMap::new(),
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! 3D Gaussian splatting: `diff-gaussian-rasterization` and what calls it.
+//!
+//! Source: graphdeco-inria, `cuda_rasterizer/rasterizer_impl.cu` (`Rasterizer::forward`),
+//! `forward.cu`, and `gaussian_renderer/__init__.py` (`render`).
+
+use super::{Count, Program, counts};
+use crate::frame::Launch;
+use crate::kernel::{LINE, WARP};
+use crate::operations::elementwise;
+use crate::{Device, Frame, Kernel};
+
+/// Side of a tile in pixels, and warps of its block.
+const TILE: f64 = 16.0;
+const BLOCK_WARPS: f64 = 8.0;
+/// Bits of a sorting pass, and of a depth (`cub::DeviceRadixSort`, policies 700 and 800).
+const DIGIT_BITS: f64 = 8.0;
+const DEPTH_BITS: f64 = 32.0;
+/// Clocks of an entry for one warp alone, in order: two loads of shared memory, the quadratic
+/// form, an exponential and the product wait for each other.
+const ENTRY_CLOCKS: f64 = 110.0;
+
+/// Who calls the rasterizer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Host {
+    /// The paper's viewer, from C++; activated parameters lie ready.
+    Viewer,
+    /// The Python binding alone; activated parameters lie ready.
+    Rasterizer,
+    /// `render()`, which activates and concatenates all parameters each frame.
+    Render,
+}
+
+/// Counts of a frame of 3D Gaussians.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Splatting {
+    /// Who calls.
+    pub host: Host,
+    /// Gaussians of the model.
+    pub gaussians: f64,
+    /// Gaussians that touch a tile.
+    pub visible: f64,
+    /// Pairs of a Gaussian and a tile: entries that are sorted.
+    pub pairs: f64,
+    /// Width of the picture in pixels.
+    pub width: f64,
+    /// Height of the picture in pixels.
+    pub height: f64,
+    /// Share of pairs and warps walked before all pixels of the warp are opaque.
+    pub walked: f64,
+    /// Share of those in which at least one lane blends.
+    pub blending: f64,
+    /// Entries of the longest tile over the mean.
+    pub longest: f64,
+}
+
+impl Splatting {
+    /// All counts zero.
+    #[must_use]
+    pub const fn blank(host: Host) -> Self {
+        Self {
+            host,
+            gaussians: 0.0,
+            visible: 0.0,
+            pairs: 0.0,
+            width: 0.0,
+            height: 0.0,
+            walked: 0.0,
+            blending: 0.0,
+            longest: 0.0,
+        }
+    }
+
+    fn tiles(&self) -> f64 {
+        (self.width / TILE).ceil() * (self.height / TILE).ceil()
+    }
+
+    /// What Python does around the rasterizer.
+    fn python(&self, device: &Device) -> Vec<Kernel> {
+        let gaussians = self.gaussians;
+        // Binding: outputs and buffers are allocated, radii and gradients of means zeroed.
+        let binding = elementwise("binding: allocate, zero", gaussians, 30.0, 12.0, device);
+        if self.host == Host::Rasterizer {
+            return vec![binding];
+        }
+        vec![
+            // exp of 3, sigmoid of 1, norm and division of 4 floats: 24 + 8 + 76 bytes.
+            elementwise(
+                "activate scales, opacities, rotations",
+                gaussians,
+                108.0,
+                6.0,
+                device,
+            ),
+            // torch.cat of 1 and 15 coefficients of three colours: 192 bytes read, 192 written.
+            elementwise("concatenate harmonics", gaussians, 384.0, 1.0, device),
+            // zeros_like(...) + 0 of three floats.
+            elementwise("screen-space means", gaussians, 48.0, 3.0, device),
+            binding,
+        ]
+    }
+
+    /// `preprocessCUDA`. Gaussians lie in no order, so that a warp takes the whole path if one of
+    /// its lanes does: 420 instructions, projection, covariance and 16 harmonics.
+    fn preprocess(&self) -> Kernel {
+        let (gaussians, visible) = (self.gaussians, self.visible.min(self.gaussians));
+        // Read up to the covariance: a quarter more than touch a tile.
+        let projected = gaussians.min(1.25 * visible);
+        let warps = gaussians / WARP;
+        Kernel {
+            instructions: warps * 420.0,
+            fp32: warps * 260.0,
+            int: warps * 70.0,
+            sfu: warps * 12.0,
+            l1_lines: gaussians * 1.5 + visible * 52.0,
+            l2_bytes: gaussians * 24.0 + projected * 76.0 + visible * 300.0,
+            // 12 position, 8 radius and count; 52 scale, rotation, opacity; 239 harmonics, results.
+            dram_bytes: gaussians * 20.0 + projected * 52.0 + visible * 239.0,
+            ..Kernel::new("preprocess")
+        }
+    }
+
+    /// `InclusiveSum` of tiles touched; the host reads the number of pairs.
+    fn scan(&self) -> Kernel {
+        let bytes = self.gaussians * 8.0;
+        Kernel {
+            instructions: self.gaussians * 20.0 / WARP,
+            l1_lines: bytes / LINE,
+            l2_bytes: bytes,
+            dram_bytes: bytes,
+            operations: 2.0,
+            waits: true,
+            ..Kernel::new("scan of tiles touched")
+        }
+    }
+
+    /// `duplicateWithKeys`: a lane writes its own run of pairs, so that a warp takes as long as
+    /// its longest lane, about four times the mean. 18 instructions a pair.
+    fn duplicate(&self) -> Kernel {
+        let (pairs, gaussians) = (self.pairs, self.gaussians);
+        Kernel {
+            instructions: pairs * 4.0 / WARP * 18.0 + gaussians / WARP * 40.0,
+            int: pairs * 4.0 / WARP * 10.0,
+            l1_lines: 2.0 * pairs + gaussians * 28.0 / LINE,
+            // Runs start anywhere: a pair of 12 bytes takes two sectors.
+            l2_bytes: pairs * 64.0 + gaussians * 28.0,
+            dram_bytes: pairs * 12.0 + self.visible * 24.0,
+            ..Kernel::new("duplicate with keys")
+        }
+    }
+
+    /// `cub::DeviceRadixSort::SortPairs` of a key of 8 bytes and an index of 4: a histogram, then
+    /// a pass of 24 bytes a pair for each 8 bits of depth and tile. On an A100 this traffic is
+    /// moved at 81 to 83 % of the peak (caizefan34/3dgs-renderer-benchmark, CUB sort profile).
+    fn sort(&self) -> Vec<Kernel> {
+        let pairs = self.pairs;
+        let passes = ((DEPTH_BITS + self.tiles().max(2.0).log2().ceil()) / DIGIT_BITS).ceil();
+        let histogram = Kernel {
+            instructions: pairs * 40.0 / WARP,
+            l1_lines: pairs * 8.0 / LINE + pairs * passes / WARP,
+            l2_bytes: pairs * 8.0,
+            dram_bytes: pairs * 8.0,
+            operations: 2.0,
+            ..Kernel::new("sort: histogram")
+        };
+        let pass = Kernel {
+            instructions: pairs * 80.0 / WARP,
+            int: pairs * 45.0 / WARP,
+            l1_lines: pairs * 48.0 / LINE + pairs * 12.0 / WARP,
+            // Scattered writes fill their sectors in part.
+            l2_bytes: pairs * 36.0,
+            dram_bytes: pairs * 24.0,
+            ..Kernel::new("sort: pass")
+        };
+        let mut all = vec![histogram];
+        all.extend(vec![pass; passes as usize]);
+        all
+    }
+
+    /// `identifyTileRanges`: reads each key and its neighbour; ranges are zeroed before.
+    fn ranges(&self) -> Kernel {
+        Kernel {
+            instructions: self.pairs * 15.0 / WARP,
+            l1_lines: self.pairs * 16.0 / LINE,
+            l2_bytes: self.pairs * 16.0,
+            dram_bytes: self.pairs * 8.0,
+            operations: 2.0,
+            ..Kernel::new("tile ranges")
+        }
+    }
+
+    /// `renderCUDA`: 30 instructions an entry and warp (loop 5, loads of shared memory 2,
+    /// quadratic form 9, tests 4, exponential 9, product 1), 24 more where a lane blends.
+    fn render(&self) -> Kernel {
+        let (pairs, pixels) = (self.pairs, self.width * self.height);
+        let entries = pairs * BLOCK_WARPS * self.walked;
+        let mean = pairs / self.tiles().max(1.0);
+        // A block loads 256 entries at a time, indices and then what they point at.
+        let loads = pairs * self.walked / 256.0 * BLOCK_WARPS;
+        Kernel {
+            instructions: entries * (30.0 + 24.0 * self.blending),
+            fp32: entries * (17.0 + 8.0 * self.blending),
+            int: entries * (6.0 + 6.0 * self.blending),
+            sfu: entries,
+            l1_lines: entries * (2.0 + 4.0 * self.blending) + pairs * 2.1,
+            // 100 bytes an entry that is loaded: some more than are walked.
+            l2_bytes: pairs * self.walked.sqrt() * 100.0 + pixels * 20.0,
+            dram_bytes: self.visible * 144.0 + pairs * 4.0 + pixels * 20.0,
+            chained_l2: loads,
+            chained_dram: loads,
+            serial_clocks: mean * self.longest * self.walked * ENTRY_CLOCKS,
+            ..Kernel::new("render")
+        }
+    }
+}
+
+impl Program for Splatting {
+    const COUNTS: &'static [Count<Self>] = counts![
+        gaussians Count "Gaussians of the model",
+        visible Count "Gaussians that touch a tile",
+        pairs Count "pairs of a Gaussian and a tile",
+        width Fixed "width in pixels",
+        height Fixed "height in pixels",
+        walked Share "pairs and warps walked before a warp's pixels are opaque",
+        blending Share "of those, where a lane blends",
+        longest Count "entries of the longest tile over the mean",
+    ];
+
+    fn frame(&self, device: &Device) -> Frame {
+        let mut kernels = if self.host == Host::Viewer {
+            vec![]
+        } else {
+            self.python(device)
+        };
+        kernels.extend([self.preprocess(), self.scan(), self.duplicate()]);
+        kernels.extend(self.sort());
+        kernels.extend([self.ranges(), self.render()]);
+        let launch = match self.host {
+            Host::Viewer => Launch::Native,
+            Host::Rasterizer | Host::Render => Launch::Framework,
+        };
+        Frame { launch, kernels }
+    }
+}
