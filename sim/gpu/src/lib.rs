@@ -5,6 +5,7 @@ mod frame;
 mod kernel;
 mod operations;
 pub mod programs;
+pub mod rows;
 
 pub use device::{Better, Device, DeviceError, FIELDS, Field, Origin};
 pub use frame::{Bounds, Frame, Launch, Overlap, Time};
