@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{Range, Row, RowError};
+use super::{Measured, Range, Row, RowError};
 use crate::Device;
 use crate::programs::program;
 
@@ -114,4 +114,64 @@ fn row(entry: &RowEntry, file: &CountFile) -> Result<Row, RowError> {
             .map_err(refused)?;
     }
     Ok(own)
+}
+
+const MEASURED: &str = "rows/measured.toml";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeasuredFile {
+    measured: Vec<MeasuredEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeasuredEntry {
+    row: String,
+    least: f64,
+    most: f64,
+    publication: String,
+    version: String,
+    timed: String,
+    mode: String,
+    resolution: String,
+    beside: Option<String>,
+    missing: Option<String>,
+    closes: Option<String>,
+}
+
+/// Measurements from the text of their file; their rows are among `rows`.
+pub(super) fn measured(text: &str, rows: &[Row]) -> Result<Vec<Measured>, RowError> {
+    let file: MeasuredFile =
+        toml::from_str(text).map_err(|e| form(MEASURED, e.message().to_owned()))?;
+    let mut all = vec![];
+    for entry in file.measured {
+        let MeasuredEntry {
+            row, least, most, ..
+        } = &entry;
+        let own = rows.iter().find(|r| r.id == *row).ok_or_else(|| {
+            let message = format!("no row of {COUNTS} is called `{row}`; correct the name");
+            form(MEASURED, message)
+        })?;
+        if !(0.0 < *least && least <= most && most.is_finite()) {
+            let message = format!(
+                "row `{row}`: frames a second are {least} to {most}, but have to rise from above 0"
+            );
+            return Err(form(MEASURED, message));
+        }
+        all.push(Measured {
+            row: own.clone(),
+            least: entry.least,
+            most: entry.most,
+            publication: entry.publication,
+            version: entry.version,
+            timed: entry.timed,
+            mode: entry.mode,
+            resolution: entry.resolution,
+            beside: entry.beside,
+            missing: entry.missing,
+            closes: entry.closes,
+        });
+    }
+    Ok(all)
 }

@@ -50,6 +50,56 @@ pub enum At {
     High,
 }
 
+/// A measured frame rate.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    /// What was measured.
+    pub row: Row,
+    /// Least frames a second that are published for it.
+    pub least: f64,
+    /// Most frames a second that are published for it.
+    pub most: f64,
+    /// Where.
+    pub publication: String,
+    /// Version of the program.
+    pub version: String,
+    /// What was timed.
+    pub timed: String,
+    /// Power mode.
+    pub mode: String,
+    /// Resolution of the pictures.
+    pub resolution: String,
+    /// What is not documented, where the row stands beside and is not judged.
+    pub beside: Option<String>,
+    /// The term or count that is missing, where the prediction is off by more than twice.
+    pub missing: Option<String>,
+    /// The one assumption that would close the gap, where it was looked for.
+    pub closes: Option<String>,
+}
+
+impl Measured {
+    /// All measurements of this crate.
+    ///
+    /// # Errors
+    ///
+    /// [`RowError`], where a file is not as it has to be.
+    pub fn all() -> Result<Vec<Self>, RowError> {
+        file::measured(include_str!("../../rows/measured.toml"), &Row::all()?)
+    }
+
+    /// Frames a second: the geometric mean of what is published.
+    #[must_use]
+    pub fn frames_s(&self) -> f64 {
+        (self.least * self.most).sqrt()
+    }
+
+    /// Whether program version, timed region, power mode and counts are documented.
+    #[must_use]
+    pub const fn judged(&self) -> bool {
+        self.beside.is_none()
+    }
+}
+
 /// Why rows are refused.
 #[derive(Debug, thiserror::Error)]
 pub enum RowError {

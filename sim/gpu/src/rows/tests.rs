@@ -47,3 +47,22 @@ fn files_are_refused_with_what_to_do() {
     let message = refused(&head.replace("samples =", "sample ="));
     assert!(message.contains("no count `sample`"), "{message}");
 }
+
+#[test]
+fn measurements_are_read_and_belong_to_rows() {
+    let all = Measured::all().unwrap();
+    assert!(all.iter().filter(|m| m.judged()).count() >= 12);
+    for own in all {
+        assert!(own.least <= own.frames_s() && own.frames_s() <= own.most);
+    }
+    let rows = Row::all().unwrap();
+    let text = include_str!("../../rows/measured.toml");
+    let refused = |text: &str| file::measured(text, &rows).unwrap_err().to_string();
+    let message = refused(&text.replacen("a6000-m360-30k", "a6000-m360", 1));
+    assert!(
+        message.contains("no row of rows/counts.toml is called `a6000-m360`"),
+        "{message}"
+    );
+    let message = refused(&text.replacen("least = 134", "least = 135", 1));
+    assert!(message.contains("135 to 134"), "{message}");
+}
