@@ -1,7 +1,8 @@
 //! `potamoi model`: time, energy and quality of a scene's frames on the whole system.
 
-mod calibrate;
+mod bounds;
 pub(crate) mod ladder;
+mod limits;
 mod octree;
 mod pictures;
 mod report;
@@ -64,9 +65,10 @@ pub(crate) struct ModelArgs {
     /// Frame rate of the scene's own camera path
     #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
-    /// Description of the system, as TOML; omitted fields have the paper's values [default: the
-    /// paper's system]
-    #[arg(long, value_name = "FILE")]
+    /// Description of the system as TOML, in which omitted fields have the paper's values; or the
+    /// paper's system with another GPU, by name: xavier, xavier-15w, orin-nx, agx-orin and others
+    /// [default: the paper's system]
+    #[arg(long, value_name = "NAME|FILE")]
     system: Option<PathBuf>,
     /// Area, clock and energy of the configuration's units, as written by `potamoi synth --json`
     /// [default: the built-in results and formulas]
@@ -77,7 +79,7 @@ pub(crate) struct ModelArgs {
         long,
         value_name = "FILE",
         value_parser = crate::charts::svg,
-        conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
+        conflicts_with_all = ["scenes", "ladder", "octree", "rivals", "sensitivity"]
     )]
     plot_energy: Option<PathBuf>,
     /// Write a roofline plot as SVG: multiplications per second of each variant, and the limits of
@@ -86,29 +88,28 @@ pub(crate) struct ModelArgs {
         long,
         value_name = "FILE",
         value_parser = crate::charts::svg,
-        conflicts_with_all = ["scenes", "calibrate", "ladder", "octree", "rivals", "sensitivity"]
+        conflicts_with_all = ["scenes", "ladder", "octree", "rivals", "sensitivity"]
     )]
     plot_roofline: Option<PathBuf>,
-    /// Fit the GPU's calibrated factors again, and report their error on held-out measurements
-    #[arg(long, conflicts_with_all = ["scene", "chrome_trace", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
+    /// Refused: the GPU has no calibrated shares any more
+    #[arg(long, hide = true)]
     calibrate: bool,
     /// Compare cycles and time of a frame by formulas, by cycle models and by the Verilated units,
     /// each with its error and wall time
-    #[arg(long, conflicts_with_all = ["scenes", "chrome_trace", "calibrate", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
+    #[arg(long, conflicts_with_all = ["scenes", "chrome_trace", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     ladder: bool,
     /// Compare merged and unmerged cells of splats: the saving by fuller MVoxels
-    #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
+    #[arg(long, conflicts_with_all = ["chrome_trace", "ladder", "scenario", "variants", "window", "phi", "profile", "frames", "fps"])]
     octree: bool,
     /// Number of times that cell sides are halved before merging, beyond the coarsest cells that
     /// fit an MVoxel
     #[arg(long, value_name = "N", default_value_t = 0, requires = "octree", value_parser = clap::value_parser!(u32).range(..=8))]
     halvings: u32,
     /// Compare with the accelerators NeuRex and NGPC, on scenes of Instant-NGP
-    #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "octree", "scenario", "variants"])]
+    #[arg(long, conflicts_with_all = ["chrome_trace", "ladder", "octree", "scenario", "variants"])]
     rivals: bool,
-    /// Vary the calibrated and assumed parameters of the GPU, up to a GPU that takes no time and no
-    /// energy
-    #[arg(long, conflicts_with_all = ["chrome_trace", "calibrate", "ladder", "octree", "rivals"])]
+    /// Vary the figures of the GPUs, up to a GPU that takes no time and no energy
+    #[arg(long, conflicts_with_all = ["chrome_trace", "ladder", "octree", "rivals"])]
     sensitivity: bool,
     /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
@@ -139,6 +140,11 @@ impl Scenarios {
 }
 
 pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
+    if args.calibrate {
+        let message = "--calibrate: the GPU has no calibrated shares any more: its kernels are \
+                       counted, and its rates are those of a device file; leave it out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let written = [
         &args.json,
         &args.chrome_trace,
@@ -148,9 +154,6 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     files::prepare(written.map(Option::as_ref))?;
     let variants = args.variants()?;
     let system = args.system()?;
-    if args.calibrate {
-        return calibrate::run(common, args, &system);
-    }
     if args.ladder {
         return ladder::run(common, args, &system);
     }
@@ -202,7 +205,7 @@ impl ModelArgs {
         Ok(self
             .system
             .as_deref()
-            .map_or_else(|| Ok(System::default()), System::read)?)
+            .map_or_else(|| Ok(System::default()), System::named)?)
     }
 
     /// The baseline and the requested variants.
@@ -246,7 +249,7 @@ impl ModelArgs {
             profile: self.profile.into(),
             array: [system.array_rows.into(), system.array_columns.into()],
             is_double_buffered: system.array_double_buffered,
-            cache: system.gpu.cache_bytes,
+            cache: system.gpu.cache_bytes(),
         };
         let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
         let found = setup.count(&options, &Shown(&bar))?;

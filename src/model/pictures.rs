@@ -20,13 +20,13 @@ pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
     let names: Vec<String> = outcomes.iter().map(label).collect();
     let most = outcomes
         .iter()
-        .map(|o| o.run.energy.total_mj())
+        .map(|o| o.run.total_mj().high())
         .fold(0.0, f64::max);
     let bars = outcomes.len() as u32 + BESIDE;
     let size = (SIZE.0.max(bars * BAR), SIZE.1);
     picture(path, size, |area| {
         let title = format!(
-            "{}, {} x {}: energy of a frame by part",
+            "{}, {} x {}: energy of a frame by part, mean of both bounds",
             found.scene, found.size[0], found.size[1]
         );
         let mut chart = ChartBuilder::on(area)
@@ -52,7 +52,7 @@ pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
         let names = EnergyByPart::default().named().map(|(name, _)| name);
         for (part, (name, colour)) in names.into_iter().zip(COLOURS).enumerate() {
             let bars = outcomes.iter().enumerate().map(|(i, o)| {
-                let own = o.run.energy.named();
+                let own = mid(o);
                 let below: f64 = own[..part].iter().map(|(_, mj)| mj).sum();
                 let x = |at: u32| SegmentValue::Exact(at);
                 let mut bar = Rectangle::new(
@@ -70,6 +70,15 @@ pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
     })
 }
 
+/// Energy by part, the geometric mean of both bounds of the GPU's kernels.
+fn mid(of: &Outcome) -> [(&'static str, f64); 11] {
+    let mut parts = of.run.max.energy.named();
+    for (part, (_, sum)) in parts.iter_mut().zip(of.run.sum.energy.named()) {
+        part.1 = (part.1 * sum).sqrt();
+    }
+    parts
+}
+
 /// Roofline: multiplications a second over multiplications a byte of memory, below the limits of
 /// array and memory.
 pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result<(), Failure> {
@@ -80,10 +89,10 @@ pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result
         .outcomes
         .iter()
         .map(|o| {
-            let spent = &o.run.spent;
+            let spent = &o.run.max.spent;
             let bytes = spent.streamed_bytes + spent.written_bytes + spent.random_bytes;
             let macs = spent.done.macs as f64;
-            (macs / bytes.max(1.0), macs / o.run.span_ns)
+            (macs / bytes.max(1.0), macs / o.run.span_ns().mid())
         })
         .collect();
     let seen = points.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0);

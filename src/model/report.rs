@@ -8,7 +8,9 @@ use super::ModelArgs;
 use crate::failure::Failure;
 
 /// Version of the JSON reports.
-const FORMAT_VERSION: u32 = 1;
+///
+/// 2: results at both bounds of the GPU's kernels (`run.max`, `run.sum`), and the GPU alone.
+const FORMAT_VERSION: u32 = 2;
 
 /// Results of scenes on a system.
 #[derive(Serialize)]

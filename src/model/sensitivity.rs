@@ -1,9 +1,10 @@
-//! Sensitivity of the results to calibrated and assumed parameters, and results without a GPU.
+//! Sensitivity of the results to figures of the GPUs, and results without a GPU.
 
 use potamoi_explore::system::{CountedScene, Sensitivity, SensitivityRow};
 use potamoi_system::system_model::{Scenario, System};
 
 use super::ModelArgs;
+use super::bounds::{range, ratio};
 use super::report::{self, Report};
 use crate::args::Common;
 use crate::failure::Failure;
@@ -37,14 +38,15 @@ pub(super) fn run(
 
 fn print(found: &Sensitivity, args: &ModelArgs) {
     say!(
-        "speed-up (energy saving) over the baseline of the same system, means of {}",
+        "speed-up (energy saving) over the baseline of the same system at both bounds of the GPU's \
+         kernels, means of {}",
         found.scenes.join(", ")
     );
     for scenario in args.scenario.all() {
         let of = |row: &SensitivityRow| -> Vec<String> {
             let own = row.means.iter();
             own.filter(|m| m.scenario == *scenario && m.variant != "baseline")
-                .map(|m| format!("{:.2} ({:.2})", m.speed_up, m.saving))
+                .map(|m| format!("{} ({})", ratio(&m.speed_up), range(&m.saving)))
                 .collect()
         };
         let names = found.rows.iter().take(1).flat_map(|row| &row.means);

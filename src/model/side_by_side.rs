@@ -1,8 +1,9 @@
 //! Table of many scenes.
 
 use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, gathering_speed_up};
-use potamoi_system::system_model::Outcome;
+use potamoi_system::system_model::{Alone, AtBounds, Outcome, Scenario};
 
+use super::bounds::{range, ratio};
 use super::report::Report;
 use super::tables::{figure, percent, scenarios, times};
 use crate::stdout::say;
@@ -29,23 +30,29 @@ pub(super) fn print(report: &Report<Modelled>) {
         for found in &report.scenes {
             let mut row = vec![
                 found.scene.clone(),
-                format!("{:.2}", found.outcomes[at].run.frames_per_second),
+                range(&found.outcomes[at].run.frames_per_second()),
             ];
             row.extend(own.iter().map(|i| {
                 let o = &found.outcomes[*i];
-                format!("{:.2} ({:.2})", found.speed_up(o), found.saving(o))
+                format!(
+                    "{} ({})",
+                    ratio(&found.speed_up(o)),
+                    range(&found.saving(o))
+                )
             }));
             rows.add_row(row);
         }
         let count = report.scenes.len() as f64;
-        let mean = |of: &dyn Fn(&Modelled, &Outcome) -> f64, i: usize, is_geometric: bool| {
-            let all = report
-                .scenes
-                .iter()
-                .map(|found| of(found, &found.outcomes[i]));
-            match is_geometric {
-                true => (all.map(f64::ln).sum::<f64>() / count).exp(),
-                false => all.sum::<f64>() / count,
+        type Ratio = dyn Fn(&Modelled, &Outcome) -> AtBounds<f64>;
+        let mean = |of: &Ratio, i: usize, is_geometric: bool| {
+            let all = || (report.scenes.iter()).map(|found| of(found, &found.outcomes[i]));
+            let mean = |own: fn(AtBounds<f64>) -> f64| match is_geometric {
+                true => (all().map(|all| own(all).ln()).sum::<f64>() / count).exp(),
+                false => all().map(own).sum::<f64>() / count,
+            };
+            AtBounds {
+                max: mean(|own| own.max),
+                sum: mean(|own| own.sum),
             }
         };
         for (name, is_geometric) in [("mean", false), ("geometric mean", true)] {
@@ -53,7 +60,7 @@ pub(super) fn print(report: &Report<Modelled>) {
             row.extend(own.iter().map(|i| {
                 let speed_up = mean(&|found, o| found.speed_up(o), *i, is_geometric);
                 let saving = mean(&|found, o| found.saving(o), *i, is_geometric);
-                format!("{speed_up:.2} ({saving:.2})")
+                format!("{} ({})", ratio(&speed_up), range(&saving))
             }));
             rows.add_row(row);
         }
@@ -65,7 +72,42 @@ pub(super) fn print(report: &Report<Modelled>) {
         rows.add_row(row);
         say!("\n{scenario:?} rendering\n{rows}");
     }
+    alone(report);
     gathering(report);
+}
+
+/// The last variant beside the GPU alone, by scene.
+fn alone(report: &Report<Modelled>) {
+    let mut rows = tables::plain([
+        "beside the GPU alone",
+        "fused program, frames/s",
+        "published program, frames/s",
+        "variant",
+        "its frames/s",
+        "over fused",
+        "over published",
+    ]);
+    for found in &report.scenes {
+        let per_second = |alone: &Alone| range(&alone.frame_ns.map(|ns| 1e9 / ns));
+        let gpu = &found.gpu_only;
+        for o in &found.outcomes {
+            if o.scenario != Scenario::Local || !["fs+gu", "potamoi"].contains(&o.variant.name) {
+                continue;
+            }
+            let none = || "-".to_owned();
+            let published = gpu.published.as_ref();
+            rows.add_row([
+                found.scene.clone(),
+                per_second(&gpu.fused),
+                published.map_or_else(none, per_second),
+                o.variant.name.to_owned(),
+                range(&o.run.frames_per_second()),
+                ratio(&found.over_gpu(o, &gpu.fused)),
+                published.map_or_else(none, |own| ratio(&found.over_gpu(o, own))),
+            ]);
+        }
+    }
+    say!("\n{rows}");
 }
 
 /// Gathering alone, by scene.
@@ -85,9 +127,9 @@ fn gathering(report: &Report<Modelled>) {
         let (paper, _) = gathering_speed_up(&found.algorithm);
         rows.add_row([
             found.scene.clone(),
-            format!("{:.3}", own.gpu_ns * 1e-6),
-            format!("{:.3}", own.unit_ns * 1e-6),
-            times(own.gpu_ns, own.unit_ns),
+            range(&own.gpu_ns.map(|ns| ns * 1e-6)),
+            range(&own.unit_ns.map(|ns| ns * 1e-6)),
+            times(&own.gpu_ns, &own.unit_ns),
             paper.to_string(),
             format!(
                 "{:.3} > {:.3}",

@@ -3,9 +3,11 @@
 use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, frames_per_second, gathering_speed_up};
 use potamoi_system::system_model::job_scheduler::Resource;
 use potamoi_system::system_model::work::{PathReplay, Replayed};
-use potamoi_system::system_model::{Frames, Gpu, Outcome, Scenario, System};
+use potamoi_system::system_model::{AtBounds, Frames, Gpu, Outcome, Run, Scenario, System};
 use potamoi_warp::Profile;
 
+use super::bounds::{range, ratio, with_mid};
+use super::limits;
 use crate::stdout::say;
 use crate::tables;
 
@@ -24,13 +26,13 @@ pub(super) fn percent(of: Option<f64>) -> String {
 
 /// Counters of the GPU and memory, a frame.
 fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
-    let is_remote = outcomes.iter().any(|o| o.run.remote_mj.is_some());
+    let is_remote = outcomes.iter().any(|o| o.run.max.remote_mj.is_some());
     let mut header = vec![
         "counts per frame",
-        "kernels",
-        "instructions, millions",
-        "GPU's cache, MB",
-        "shared memory, MB",
+        "operations",
+        "warps' instructions, millions",
+        "L1, millions of lines",
+        "L2, MB",
         "GPU's memory, MB",
         "DMA transfers",
         "rows opened",
@@ -39,25 +41,26 @@ fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
     header.extend(is_remote.then_some("remote GPU, mJ, not the device's"));
     let mut table = tables::plain(&header);
     for o in outcomes {
-        let (spent, frames) = (&o.run.spent, o.run.frames as f64);
+        // Both bounds do the same work.
+        let run = &o.run.max;
+        let (spent, frames) = (&run.spent, run.frames as f64);
         let gpu = &spent.gpu;
         let mut row = vec![
             o.variant.name.to_owned(),
-            format!("{:.1}", gpu.launches as f64 / frames),
+            format!("{:.1}", gpu.launches / frames),
             format!("{:.2}", gpu.instructions * 1e-6 / frames),
-            format!("{:.2}", gpu.cache_bytes * 1e-6 / frames),
-            format!("{:.2}", gpu.shared_bytes * 1e-6 / frames),
+            format!("{:.2}", gpu.l1_lines * 1e-6 / frames),
+            format!("{:.2}", gpu.l2_bytes * 1e-6 / frames),
             format!("{:.2}", gpu.memory_bytes * 1e-6 / frames),
             format!("{:.0}", spent.transfers as f64 / frames),
             format!("{:.0}", spent.rows_opened / frames),
-            format!("{:.0}", o.run.refreshes as f64 / frames),
+            range(&o.run.map(|run| run.refreshes as f64 / frames)),
         ];
         if is_remote {
-            row.push(
-                o.run
-                    .remote_mj
-                    .map_or_else(|| "-".to_owned(), |mj| format!("{mj:.1}")),
-            );
+            row.push(match run.remote_mj {
+                None => "-".to_owned(),
+                Some(_) => range(&o.run.map(|run| run.remote_mj.unwrap_or_default())),
+            });
         }
         table.add_row(row);
     }
@@ -74,7 +77,11 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
         (Resource::Link, "link"),
         (Resource::Remote, "remote GPU"),
     ];
-    let used = |of: &Resource| outcomes.iter().any(|o| o.run.utilisation.contains_key(of));
+    let used = |of: &Resource| {
+        outcomes
+            .iter()
+            .any(|o| o.run.max.utilisation.contains_key(of))
+    };
     let parts: Vec<_> = parts.into_iter().filter(|(of, _)| used(of)).collect();
     let mut header = vec![
         "utilisation",
@@ -86,18 +93,23 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
     header.extend(parts.iter().map(|(_, name)| *name));
     let mut table = tables::plain(&header);
     for o in outcomes {
-        let share = |share: f64| format!("{:.1} %", 100.0 * share);
+        let share =
+            |of: &dyn Fn(&Run) -> f64| format!("{} %", range(&o.run.map(|run| 100.0 * of(run))));
         let mut row = vec![
             o.variant.name.to_owned(),
-            share(o.run.memory_utilisation),
-            share(o.run.interconnect_utilisation),
-            share(o.run.feature_buffer_utilisation),
-            share(o.run.weight_buffer_utilisation),
+            share(&|run| run.memory_utilisation),
+            share(&|run| run.interconnect_utilisation),
+            share(&|run| run.feature_buffer_utilisation),
+            share(&|run| run.weight_buffer_utilisation),
         ];
-        row.extend(parts.iter().map(|(of, _)| {
-            let own = o.run.utilisation.get(of);
-            own.map_or_else(|| "-".to_owned(), |own| share(*own))
-        }));
+        row.extend(
+            parts
+                .iter()
+                .map(|(of, _)| match o.run.max.utilisation.contains_key(of) {
+                    true => share(&|run| run.utilisation.get(of).copied().unwrap_or_default()),
+                    false => "-".to_owned(),
+                }),
+        );
         table.add_row(row);
     }
     table
@@ -109,7 +121,21 @@ pub(super) fn print(found: &Modelled, system: &System) {
         let outcomes = found.outcomes.iter();
         let own: Vec<&Outcome> = outcomes.filter(|o| o.scenario == scenario).collect();
         say!("\n{scenario:?} rendering\n{}", speed(found, &own));
-        say!("\n{}", stages(&own));
+        say!("\n{}", limits::table(found, &own));
+        for (bound, at) in [("overlap wholly", true), ("do not overlap", false)] {
+            let of = |o: &&Outcome| {
+                if at {
+                    o.run.max.clone()
+                } else {
+                    o.run.sum.clone()
+                }
+            };
+            let runs: Vec<Run> = own.iter().map(of).collect();
+            say!(
+                "\nwhere demands of a GPU kernel {bound}\n{}",
+                stages(&own, &runs)
+            );
+        }
         say!("\n{}", utilisation(&own));
         say!("\n{}", energy(&own));
         say!("\n{}", counters(&own));
@@ -199,25 +225,26 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
     let whole = own.iter().find(|o| o.variant.frames == Frames::Full);
     let whole = whole.and_then(|o| o.quality.truth_db);
     for o in own {
-        let frames = o.run.frames as f64;
+        let frames = o.run.max.frames as f64;
+        let spent = &o.run.max.spent;
         let paper = Paper::of(o, found.options.window);
         speed.add_row([
             o.variant.name.to_owned(),
-            format!("{:.2}", o.run.frames_per_second),
+            with_mid(&o.run.frames_per_second()),
             frames_per_second(o, &found.algorithm)
                 .unwrap_or("-")
                 .to_owned(),
-            format!("{:.2}", o.run.span_ns * 1e-6 / frames),
-            format!("{:.2}", found.speed_up(o)),
+            range(&o.run.span_ns().map(|ns| ns * 1e-6 / frames)),
+            ratio(&found.speed_up(o)),
             figure(paper.speed_up),
-            format!("{:.2}", o.run.energy.total_mj()),
-            format!("{:.2}", found.saving(o)),
+            range(&o.run.total_mj()),
+            range(&found.saving(o)),
             figure(paper.saving),
             format!(
                 "{:.2}",
-                (o.run.spent.streamed_bytes + o.run.spent.written_bytes) * 1e-6 / frames
+                (spent.streamed_bytes + spent.written_bytes) * 1e-6 / frames
             ),
-            format!("{:.2}", o.run.spent.random_bytes * 1e-6 / frames),
+            format!("{:.2}", spent.random_bytes * 1e-6 / frames),
             db(o.quality.model_db),
             db(o.quality.truth_db),
             db(whole
@@ -230,7 +257,7 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
 }
 
 /// Time of a frame by stage.
-fn stages(own: &[&Outcome]) -> comfy_table::Table {
+fn stages(own: &[&Outcome], runs: &[Run]) -> comfy_table::Table {
     let stages = [
         "indexing",
         "gathering",
@@ -243,16 +270,16 @@ fn stages(own: &[&Outcome]) -> comfy_table::Table {
     ];
     let used: Vec<&str> = stages
         .into_iter()
-        .filter(|s| own.iter().any(|o| o.run.stages.contains_key(s)))
+        .filter(|s| runs.iter().any(|run| run.stages.contains_key(s)))
         .collect();
     let mut header =
         vec!["ms per frame: own work + memory transfers (bottleneck) + waiting for the unit"];
     header.extend(&used);
     let mut times = tables::plain(&header);
-    for o in own {
+    for (o, run) in own.iter().zip(runs) {
         let mut row = vec![o.variant.name.to_owned()];
         row.extend(used.iter().map(|stage| {
-            o.run.stages.get(stage).map_or_else(
+            run.stages.get(stage).map_or_else(
                 || "-".to_owned(),
                 |t| {
                     let [own, bytes, waiting] =
@@ -272,13 +299,15 @@ fn stages(own: &[&Outcome]) -> comfy_table::Table {
 
 /// Energy of a frame by part.
 fn energy(own: &[&Outcome]) -> comfy_table::Table {
-    let parts = own[0].run.energy.named().map(|(name, _)| name);
+    let parts = own[0].run.max.energy.named().map(|(name, _)| name);
     let mut header = vec!["mJ per frame"];
     header.extend(parts);
     let mut energy = tables::plain(&header);
     for o in own {
         let mut row = vec![o.variant.name.to_owned()];
-        row.extend(o.run.energy.named().map(|(_, mj)| format!("{mj:.3}")));
+        let sum = o.run.sum.energy.named();
+        let both = o.run.max.energy.named().into_iter().zip(sum);
+        row.extend(both.map(|((_, max), (_, sum))| range(&AtBounds { max, sum })));
         energy.add_row(row);
     }
     energy
@@ -289,11 +318,11 @@ fn gathering_alone(found: &Modelled) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
     say!(
-        "\ngathering of a full frame: {:.3} ms on the GPU, {:.3} ms on the unit, a speed-up of \
-         {} (the paper: {paper} {whose})",
-        gathered.gpu_ns * 1e-6,
-        gathered.unit_ns * 1e-6,
-        times(gathered.gpu_ns, gathered.unit_ns)
+        "\ngathering of a full frame: {} ms on the GPU, {} ms on the unit, a speed-up of {} (the \
+         paper: {paper} {whose})",
+        range(&gathered.gpu_ns.map(|ns| ns * 1e-6)),
+        range(&gathered.unit_ns.map(|ns| ns * 1e-6)),
+        times(&gathered.gpu_ns, &gathered.unit_ns)
     );
     let memory = &gathered.memory;
     say!(
@@ -306,43 +335,44 @@ fn gathering_alone(found: &Modelled) {
     );
 }
 
-/// Source of the energies, and calibrated or assumed parameters.
+/// Source of the energies, and what is assumed.
 fn assumptions(found: &Modelled, system: &System) {
     say!("\nenergy: {}", found.energy_origin);
     say!(
-        "calibrated: the GPU's programs reach {} (potamoi model --calibrate); assumed: {} W \
-         active, {} W idle",
-        shares(&system.gpu),
-        system.gpu.watts,
-        system.gpu.idle_watts
+        "GPU: {}; assumed: walked and blending shares and the longest tile of splats, lines and \
+         sectors of a request of fields (sim/gpu/rows)",
+        described(&system.gpu)
     );
     if found
         .outcomes
         .iter()
         .any(|o| o.scenario == Scenario::Remote)
     {
-        say!(
-            "assumed of the remote GPU, for which there are no measurements: its programs reach \
-             {} (--sensitivity --scenario remote), {} W active, {} W idle",
-            shares(&system.remote),
-            system.remote.watts,
-            system.remote.idle_watts
-        );
+        say!("remote GPU: {}", described(&system.remote));
     }
+    say!(
+        "each figure that depends on a GPU is from where all demands of a kernel overlap to where \
+         none do; mid is the geometric mean; a speed-up that includes 1 is no conclusion"
+    );
 }
 
-/// Efficiencies of GPU programs.
-fn shares(gpu: &Gpu) -> String {
+/// Device, power mode and watts of a GPU.
+fn described(gpu: &Gpu) -> String {
+    let memory = match gpu.shares_memory {
+        true => "the system's memory",
+        false => "a memory of its own",
+    };
+    let device = &gpu.device;
     format!(
-        "{} of its peak for fields, {} for splats, {} for warping and scaling",
-        gpu.fields_efficiency, gpu.splats_efficiency, gpu.pictures_efficiency
+        "{} ({}), {memory}, {} W active, {} W idle (assumed)",
+        device.title, device.mode, device.watts, gpu.idle_watts
     )
 }
 
 /// Ratio of two times; a dash where there is nothing to gather.
-pub(super) fn times(one: f64, other: f64) -> String {
-    if other > 0.0 {
-        format!("{:.2}", one / other)
+pub(super) fn times(one: &AtBounds<f64>, other: &AtBounds<f64>) -> String {
+    if other.low() > 0.0 {
+        ratio(&one.over(other))
     } else {
         "-".to_owned()
     }

@@ -194,7 +194,7 @@ impl Setup {
         config: &Config,
         array: MacArray,
     ) -> Result<FrameWork, ExploreError> {
-        let cache = self.system.gpu.cache_bytes;
+        let cache = self.system.gpu.cache_bytes();
         Ok(store()?.frame(&self.scene, config, array, cache)?.0)
     }
 }

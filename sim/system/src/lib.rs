@@ -7,28 +7,27 @@
 //!
 //! # Example
 //!
-//! A frame entirely on the GPU, with the paper's memory and with half of its channels. Fewer
-//! channels do not make the frame faster.
+//! A frame entirely on the GPU, in its unlimited mode and in one of 15 W. Each time has two
+//! bounds, and less power makes the frame slower at both.
 //!
 //! ```
 //! use potamoi_formats::config::Config;
 //! use potamoi_scene::Scene;
 //! use potamoi_system::system_model::work::FrameWork;
-//! use potamoi_system::system_model::{Memory, System, gpu_only};
+//! use potamoi_gpu::Device;
+//! use potamoi_system::system_model::{System, gpu_only};
 //!
 //! let (config, system) = (Config::paper(), System::default());
 //! let mut scene = Scene::open("garden")?;
 //! scene.set_size(Some(16), Some(16))?;
-//! let (array, cache) = (system.array(), system.gpu.cache_bytes);
+//! let (array, cache) = (system.array(), system.gpu.cache_bytes());
 //! let work = FrameWork::count(&scene, &config, array, cache, None)?;
 //! assert!(work.gaussians > 0 && work.total().vector_cycles > 0);
 //!
-//! let time = |channels: u32| {
-//!     let memory = Memory::lpddr3(channels);
-//!     gpu_only(&system.gpu, &system.instructions, &memory, &work).total_ns()
-//! };
-//! assert!(time(system.memory_channels) <= time(system.memory_channels / 2));
-//! # Ok::<(), potamoi_scene::SceneError>(())
+//! let fast = gpu_only(&system.gpu.device, &work);
+//! let slow = gpu_only(&Device::builtin("xavier-15w")?, &work);
+//! assert!(fast.max <= fast.sum && fast.max < slow.max && fast.sum < slow.sum);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod call_digest;

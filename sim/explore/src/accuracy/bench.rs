@@ -175,7 +175,7 @@ impl Bench {
             _ => None,
         });
         let system = &self.setup.system;
-        let (array, cache) = (system.array(), system.gpu.cache_bytes);
+        let (array, cache) = (system.array(), system.gpu.cache_bytes());
         let mut twins = ReferenceUnits::new(&config);
         let Counted { work, rendered, .. } =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
@@ -188,8 +188,8 @@ impl Bench {
             truth: (self.truth.as_ref()).map(|truth| ImageQuality::of(&rendered.picture, truth)),
             picture: rendered.picture,
             work,
-            frame_ns: run.span_ns,
-            energy_mj: own.as_ref().map(|_| run.energy.total_mj()),
+            frame_ns: run.span_ns().mid(),
+            energy_mj: own.as_ref().map(|_| run.total_mj().mid()),
             area_mm2: own.as_ref().map(|own| own.area_mm2),
             is_path: way.is_some(),
             config,
@@ -244,7 +244,7 @@ impl Bench {
             profile: Profile::Potamoi,
             array: [system.array_rows.into(), system.array_columns.into()],
             is_double_buffered: system.array_double_buffered,
-            cache: system.gpu.cache_bytes,
+            cache: system.gpu.cache_bytes(),
         };
         let (path, _) = store()?.path(&tried.scene, &tried.config, &options, &|| ())?;
         let run = |frames| {
@@ -258,8 +258,8 @@ impl Bench {
         let (outcome, full) = (run(frames)?.0, run(Frames::Full)?.0);
         let own = outcome.quality;
         Ok(Moved {
-            time: outcome.run.span_ns / full.run.span_ns,
-            energy: outcome.run.energy.total_mj() / full.run.energy.total_mj(),
+            time: outcome.run.span_ns().mid() / full.run.span_ns().mid(),
+            energy: outcome.run.total_mj().mid() / full.run.total_mj().mid(),
             model: [own.model_db, own.model_ssim],
             truth: [own, full.quality].map(|of| [of.truth_db, of.truth_ssim]),
         })

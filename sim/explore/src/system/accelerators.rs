@@ -12,7 +12,8 @@ use crate::{ExploreError, Setup};
 /// Rows and columns of `NeuRex`'s array (paper, ibid.).
 pub const NEUREX_SIDE: u64 = 32;
 
-/// Speed-ups over the baseline on the same scene.
+/// Speed-ups over the baseline on the same scene, each the geometric mean of both bounds of the
+/// GPU's kernels: all have the same GPU.
 #[derive(Debug, Clone, Serialize)]
 pub struct Accelerators {
     /// Name of the scene, as requested.
@@ -48,7 +49,8 @@ impl Accelerators {
             Ok(model.run(path, variant, Scenario::Local)?.0)
         };
         let baseline = run("baseline")?;
-        let per_frame = baseline.run.span_ns / baseline.run.frames as f64;
+        let span = |own: &Outcome| own.run.span_ns().mid();
+        let per_frame = span(&baseline) / baseline.run.max.frames as f64;
         // One frame, which is the same for all that render each in full.
         let ngpc = model.frame(&path.full(0).with_resident_tables(), Gathering::Unit)?;
         let neurex = model.frame(&neurex, Gathering::Unit)?;
@@ -56,10 +58,10 @@ impl Accelerators {
         let warped = run("potamoi")?;
         Ok(Self {
             scene: name.to_owned(),
-            neurex: per_frame / neurex.span_ns,
-            ngpc: per_frame / ngpc.span_ns,
-            potamoi_without_sparw: baseline.run.span_ns / ours.run.span_ns,
-            potamoi: baseline.run.span_ns / warped.run.span_ns,
+            neurex: per_frame / neurex.span_ns().mid(),
+            ngpc: per_frame / ngpc.span_ns().mid(),
+            potamoi_without_sparw: span(&baseline) / span(&ours),
+            potamoi: span(&baseline) / span(&warped),
         })
     }
 

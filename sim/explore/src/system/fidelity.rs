@@ -21,7 +21,7 @@ pub struct Rung {
     pub vector_cycles: u64,
     /// Cycles of the MAC array, the same for all methods.
     pub array_cycles: u64,
-    /// Time of the frame in nanoseconds.
+    /// Time of the frame in nanoseconds, the geometric mean of both bounds of the GPU's kernels.
     pub frame_ns: f64,
     /// Wall time of the method in seconds.
     pub wall_s: f64,
@@ -49,7 +49,7 @@ impl Fidelity {
         let rungs = rungs(setup)?;
         progress.now("replaying memory accesses");
         let scene = &setup.scene;
-        let cache = setup.system.gpu.cache_bytes;
+        let cache = setup.system.gpu.cache_bytes();
         Ok(Self {
             scene: scene.name().to_owned(),
             size: [scene.camera().width, scene.camera().height],
@@ -67,7 +67,7 @@ impl Fidelity {
 pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
     let (scene, config, model) = (&setup.scene, &setup.config, setup.model());
     let count = |units: &mut dyn Units| {
-        let (array, cache) = (setup.system.array(), setup.system.gpu.cache_bytes);
+        let (array, cache) = (setup.system.array(), setup.system.gpu.cache_bytes());
         FrameWork::rendered(scene, config, array, cache, None, units)
     };
     let begun = Instant::now();
@@ -90,7 +90,7 @@ pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
             gather_cycles: total.gather_cycles,
             vector_cycles: total.vector_cycles,
             array_cycles: total.array_cycles,
-            frame_ns: frame.span_ns,
+            frame_ns: frame.span_ns().mid(),
             wall_s: before_s + begun.elapsed().as_secs_f64(),
         });
         Ok(())

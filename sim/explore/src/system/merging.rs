@@ -27,7 +27,7 @@ pub struct Side {
     pub gathering_ns: f64,
     /// Nanoseconds of the array.
     pub computation_ns: f64,
-    /// Nanoseconds of the frame.
+    /// Nanoseconds of the frame, the geometric mean of both bounds of the GPU's kernels.
     pub frame_ns: f64,
     /// Picojoules of the array's multipliers.
     pub array_pj: f64,
@@ -104,7 +104,12 @@ impl Side {
         };
         let points: usize = mvoxels.iter().sum();
         let columns = setup.system.array_columns as usize;
-        let moved = frame.stages.get("gathering").copied().unwrap_or_default();
+        // The unit gathers, so that both bounds differ by what waits for the GPU alone.
+        let moved = frame.map(|run| {
+            let own = run.stages.get("gathering").copied().unwrap_or_default();
+            own.own_ns + own.memory_ns
+        });
+        let spent_pj = frame.max.spent.memory_pj + frame.max.spent.descriptor_pj;
         let held = setup.system.array().units();
         Ok(Self {
             merged,
@@ -112,15 +117,12 @@ impl Side {
             points_a_mvoxel: points as f64 / mvoxels.len().max(1) as f64,
             passes: mvoxels.iter().map(|n| n.div_ceil(columns)).sum(),
             tree_bytes: tree.as_ref().filter(|_| merged).map_or(0, Octree::bytes),
-            gathering_ns: moved.own_ns + moved.memory_ns,
+            gathering_ns: moved.mid(),
             computation_ns: done.array_cycles as f64 / model.clock_ghz,
-            frame_ns: frame.span_ns,
+            frame_ns: frame.span_ns().mid(),
             array_pj: spent.array_pj,
             computation_pj: spent.array_pj + spent.buffers_pj,
-            gathering_pj: spent.gathering_pj
-                + spent.gathering_memories_pj
-                + frame.spent.memory_pj
-                + frame.spent.descriptor_pj,
+            gathering_pj: spent.gathering_pj + spent.gathering_memories_pj + spent_pj,
             array_use: done.macs as f64 / (done.array_cycles.max(1) * held) as f64,
             done,
         })

@@ -1,8 +1,7 @@
-//! The whole system: variants against the baseline, fidelity and calibration of the model, and
-//! sensitivity to assumptions.
+//! The whole system: variants against the baseline, fidelity of the model, and sensitivity to
+//! assumptions.
 
 mod accelerators;
-mod calibration;
 mod fidelity;
 mod merging;
 mod modelled;
@@ -10,7 +9,6 @@ mod paper;
 mod sensitivity;
 
 pub use accelerators::{Accelerators, NEUREX_SIDE};
-pub use calibration::{GpuFactors, SIDE, TIMED, Timed, WARPED};
 pub use fidelity::{Fidelity, Rung, rungs};
 pub use merging::{Merging, Side};
 pub use modelled::Modelled;

@@ -2,7 +2,9 @@
 
 use potamoi_base::camera::Camera;
 use potamoi_system::system_model::work::{PathOptions, PathReplay, PathWork};
-use potamoi_system::system_model::{Gathered, Outcome, Scenario, Timeline, Variant};
+use potamoi_system::system_model::{
+    Alone, AtBounds, Gathered, GpuOnly, Outcome, Scenario, Timeline, Variant,
+};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -36,6 +38,8 @@ pub struct Modelled {
     pub memory: Option<PathReplay>,
     /// Gathering alone, for the first reference's frame.
     pub gathered: Gathered,
+    /// The full frames on the GPU alone, with its own memory.
+    pub gpu_only: GpuOnly,
     /// Results, the baseline first.
     pub outcomes: Vec<Outcome>,
     /// Items that files leave open, and frames with an empty view.
@@ -79,6 +83,7 @@ impl Modelled {
             rendered_share: rendered_share(path),
             memory: model.replay.copied(),
             gathered: model.gathered(path.full(0))?,
+            gpu_only: GpuOnly::of(&setup.system.gpu.device, path),
             outcomes,
             not_checked: setup.scene.left_open_along(cameras),
         };
@@ -92,16 +97,24 @@ impl Modelled {
         own.unwrap_or(&self.outcomes[0])
     }
 
-    /// Speed-up of a result over its baseline.
+    /// Speed-up of a result over its baseline, at both bounds.
     #[must_use]
-    pub fn speed_up(&self, of: &Outcome) -> f64 {
-        self.baseline(of).run.span_ns / of.run.span_ns
+    pub fn speed_up(&self, of: &Outcome) -> AtBounds<f64> {
+        self.baseline(of).run.span_ns().over(&of.run.span_ns())
     }
 
-    /// Energy saving of a result: the baseline's energy over its own.
+    /// Speed-up of a result over a program on the GPU alone, at both bounds.
     #[must_use]
-    pub fn saving(&self, of: &Outcome) -> f64 {
-        self.baseline(of).run.energy.total_mj() / of.run.energy.total_mj()
+    pub fn over_gpu(&self, of: &Outcome, alone: &Alone) -> AtBounds<f64> {
+        let frames = of.run.max.frames as f64;
+        let span = of.run.span_ns();
+        alone.frame_ns.over(&span.map(|ns| ns / frames))
+    }
+
+    /// Energy saving of a result, at both bounds: the baseline's energy over its own.
+    #[must_use]
+    pub fn saving(&self, of: &Outcome) -> AtBounds<f64> {
+        self.baseline(of).run.total_mj().over(&of.run.total_mj())
     }
 }
 

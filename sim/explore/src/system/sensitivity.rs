@@ -1,7 +1,8 @@
-//! Sensitivity of the results to calibrated and assumed parameters, and results without a GPU.
+//! Sensitivity of the results to figures of the devices, and results without a GPU.
 
+use potamoi_gpu::Device;
 use potamoi_system::system_model::work::PathWork;
-use potamoi_system::system_model::{Gpu, Model, Scenario, System, Variant};
+use potamoi_system::system_model::{AtBounds, Gpu, Model, Scenario, System, Variant};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -32,63 +33,45 @@ impl Change {
     }
 }
 
-/// Efficiencies are calibrated once, and assumed to hold for both GPUs.
-const CHANGES: [Change; 21] = [
+/// Figures of the devices, each by itself; those of both GPUs alike unless said otherwise.
+const CHANGES: [Change; 17] = [
     Change::new("unchanged", |_| {}),
-    Change::new("fields' share of the peak halved", |system| {
-        both(system, |gpu| gpu.fields_efficiency /= 2.0);
+    Change::new("twice the clock of the GPUs", |system| {
+        both(system, |gpu| gpu.device.clock_ghz *= 2.0);
     }),
-    Change::new("fields' share doubled", |system| {
-        both(system, |gpu| gpu.fields_efficiency *= 2.0);
+    Change::new("half the clock of the GPUs", |system| {
+        both(system, |gpu| gpu.device.clock_ghz /= 2.0);
     }),
-    Change::new("splats' share of the peak halved", |system| {
-        both(system, |gpu| gpu.splats_efficiency /= 2.0);
+    Change::new("twice the multiprocessors", |system| {
+        both(system, |gpu| gpu.device.multiprocessors *= 2.0);
     }),
-    Change::new("splats' share doubled", |system| {
-        both(system, |gpu| gpu.splats_efficiency *= 2.0);
+    Change::new("twice the bytes a clock of L2", |system| {
+        both(system, |gpu| gpu.device.l2_bytes_clock *= 2.0);
     }),
-    Change::new("warping's share of the peak halved", |system| {
-        both(system, |gpu| gpu.pictures_efficiency /= 2.0);
+    Change::new("twice the tensor cores", |system| {
+        both(system, |gpu| gpu.device.tensor_tflops *= 2.0);
     }),
-    Change::new("warping's share doubled", |system| {
-        both(system, |gpu| gpu.pictures_efficiency *= 2.0);
-    }),
-    Change::new("all shares 1, as though none were calibrated", |system| {
-        both(system, |gpu| *gpu = gpu.reaching(1.0));
-    }),
-    Change::remote(
-        "the remote GPU's shares doubled, not the device's",
-        |system| {
-            let gpu = &mut system.remote;
-            gpu.fields_efficiency *= 2.0;
-            gpu.splats_efficiency *= 2.0;
-            gpu.pictures_efficiency *= 2.0;
-        },
-    ),
-    Change::remote("the remote GPU's shares 1, not the device's", |system| {
-        system.remote = system.remote.reaching(1.0);
-    }),
-    Change::new("the device gathers 10 times slower", |system| {
-        system.gpu.gathering_factor *= 10.0;
-    }),
-    Change::new("the device gathers 100 times slower", |system| {
-        system.gpu.gathering_factor *= 100.0;
-    }),
-    Change::new("finding a sample takes twice the instructions", |system| {
-        system.instructions.sample *= 2.0;
-    }),
-    Change::new("reading and interpolating vectors, twice", |system| {
-        system.instructions.vector *= 2.0;
-        system.instructions.code *= 2.0;
-    }),
-    Change::new("projecting and sorting Gaussians, twice", |system| {
-        let own = &mut system.instructions;
-        own.projected *= 2.0;
-        own.harmonics *= 2.0;
-        own.sorted *= 2.0;
+    Change::new("half the latencies", |system| {
+        both(system, |gpu| {
+            gpu.device.l2_latency_clocks /= 2.0;
+            gpu.device.dram_latency_ns /= 2.0;
+        });
     }),
     Change::new("launching a kernel takes no time", |system| {
-        both(system, |gpu| gpu.launch_us = 0.0);
+        both(system, |gpu| {
+            let device = &mut gpu.device;
+            (device.launch_us, device.ramp_us, device.wait_us) = (0.0, 0.0, 0.0);
+        });
+    }),
+    Change::remote("twice the remote GPU, not the device's", |system| {
+        system.remote.device.multiprocessors *= 2.0;
+        system.remote.device.dram_gb_s *= 2.0;
+    }),
+    Change::new("a GPU with a memory of its own", |system| {
+        system.gpu.shares_memory = false;
+    }),
+    Change::new("twice the rate of the link", |system| {
+        system.link_bytes_per_second *= 2.0;
     }),
     Change::new("one group of rays in flight instead of two", |system| {
         system.groups_in_flight = 1;
@@ -100,8 +83,11 @@ const CHANGES: [Change; 21] = [
         system.feature_block_banks = 1;
     }),
     Change::new("twice the watts", |system| {
-        system.gpu.watts *= 2.0;
+        system.gpu.device.watts *= 2.0;
         system.gpu.idle_watts *= 2.0;
+    }),
+    Change::new("the device's GPU idles at no watt", |system| {
+        system.gpu.idle_watts = 0.0;
     }),
     Change::new("the device's work takes no time and no energy", |system| {
         without_work(&mut system.gpu);
@@ -115,9 +101,8 @@ fn both(system: &mut System, change: fn(&mut Gpu)) {
 
 /// Removes the GPU's work. Memory, units, array and link remain, and its bytes still move.
 fn without_work(gpu: &mut Gpu) {
-    // Far beyond any machine, and small enough that quotients stay numbers.
-    (gpu.cores, gpu.cache_gb_s) = (1e15, 1e15);
-    (gpu.launch_us, gpu.watts, gpu.idle_watts) = (0.0, 0.0, 0.0);
+    gpu.device = Device::infinite();
+    (gpu.device.watts, gpu.idle_watts) = (0.0, 0.0);
 }
 
 /// Speed-up and energy saving over the baseline of the same system, as means over scenes.
@@ -127,10 +112,10 @@ pub struct Mean {
     pub variant: &'static str,
     /// Where full frames are rendered.
     pub scenario: Scenario,
-    /// Speed-up: the baseline's time over the variant's.
-    pub speed_up: f64,
-    /// Energy saving: the baseline's energy over the variant's.
-    pub saving: f64,
+    /// Speed-up at both bounds: the baseline's time over the variant's.
+    pub speed_up: AtBounds<f64>,
+    /// Energy saving at both bounds: the baseline's energy over the variant's.
+    pub saving: AtBounds<f64>,
 }
 
 /// Results under one change.
@@ -138,10 +123,6 @@ pub struct Mean {
 pub struct SensitivityRow {
     /// Description of the change; the first row has none.
     pub change: &'static str,
-    /// The device's GPU as changed.
-    pub gpu: Gpu,
-    /// The remote GPU as changed.
-    pub remote: Gpu,
     /// Means by scenario and variant; the baseline is first in each scenario.
     pub means: Vec<Mean>,
 }
@@ -189,8 +170,6 @@ impl Sensitivity {
             if !means.is_empty() {
                 rows.push(SensitivityRow {
                     change: change.name,
-                    gpu: system.gpu,
-                    remote: system.remote,
                     means,
                 });
             }
@@ -212,8 +191,8 @@ fn means(
         .map(|(variant, scenario)| Mean {
             variant: variant.name,
             scenario: *scenario,
-            speed_up: 0.0,
-            saving: 0.0,
+            speed_up: AtBounds::default(),
+            saving: AtBounds::default(),
         })
         .collect();
     for CountedScene { setup, path, .. } in counted {
@@ -221,16 +200,20 @@ fn means(
             system,
             ..setup.model()
         };
-        let mut baseline: Option<(Scenario, [f64; 2])> = None;
+        let mut baseline: Option<(Scenario, [AtBounds<f64>; 2])> = None;
         for (mean, (variant, scenario)) in means.iter_mut().zip(pairs) {
             let run = model.run(path, *variant, *scenario)?.0.run;
-            let own = [run.span_ns, run.energy.total_mj()];
-            let [span, energy] = match baseline {
+            let own = [run.span_ns(), run.total_mj()];
+            let whole = match baseline {
                 Some((known, of)) if known == *scenario => of,
                 _ => baseline.insert((*scenario, own)).1,
             };
-            mean.speed_up += span / own[0] / counted.len() as f64;
-            mean.saving += energy / own[1] / counted.len() as f64;
+            let places = [&mut mean.speed_up, &mut mean.saving];
+            for (place, (whole, own)) in places.into_iter().zip(whole.iter().zip(&own)) {
+                let ratio = whole.over(own);
+                place.max += ratio.max / counted.len() as f64;
+                place.sum += ratio.sum / counted.len() as f64;
+            }
         }
     }
     Ok(means)

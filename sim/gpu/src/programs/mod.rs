@@ -20,6 +20,7 @@ pub use direct_voxgo::DirectVoxGo;
 pub use eager_hash::EagerHash;
 pub use instant_ngp::InstantNgp;
 pub use ngp_pl::NgpPl;
+pub use rounds::march;
 pub use splatting::{Host, Splatting};
 pub use tensorf::TorchTensorf;
 pub use torch_ngp::TorchNgp;

@@ -32,7 +32,8 @@ pub(super) fn shares(rounds: f64) -> Vec<f64> {
 }
 
 /// A thread a ray: each look at a cell waits for the one before.
-pub(super) fn march(looks: f64) -> Kernel {
+#[must_use]
+pub fn march(looks: f64) -> Kernel {
     let warps = looks / WARP * LONGEST_RAY;
     Kernel {
         instructions: warps * LOOK_INSTRUCTIONS,

@@ -70,6 +70,23 @@ impl Splatting {
         }
     }
 
+    /// What precedes rendering: projection, pairs of Gaussians and tiles, their order.
+    #[must_use]
+    pub fn preparation(&self) -> Vec<Kernel> {
+        let mut kernels = vec![self.preprocess(), self.scan(), self.duplicate()];
+        kernels.extend(self.sort());
+        kernels.push(self.ranges());
+        kernels
+    }
+
+    /// Bytes that preparation writes to the memory, of all that it moves: radii and counts, what
+    /// is projected, sums, and pairs as they are made and in each pass of sorting.
+    #[must_use]
+    pub fn preparation_writes(&self) -> f64 {
+        let passes = self.sort().len() as f64 - 1.0;
+        self.gaussians * 12.0 + self.visible * 47.0 + self.pairs * 12.0 * (1.0 + passes)
+    }
+
     fn tiles(&self) -> f64 {
         (self.width / TILE).ceil() * (self.height / TILE).ceil()
     }
@@ -190,7 +207,8 @@ impl Splatting {
 
     /// `renderCUDA`: 30 instructions an entry and warp (loop 5, loads of shared memory 2,
     /// quadratic form 9, tests 4, exponential 9, product 1), 24 more where a lane blends.
-    fn render(&self) -> Kernel {
+    #[must_use]
+    pub fn render(&self) -> Kernel {
         let (pairs, pixels) = (self.pairs, self.width * self.height);
         let entries = pairs * BLOCK_WARPS * self.walked;
         let mean = pairs / self.tiles().max(1.0);
@@ -231,9 +249,8 @@ impl Program for Splatting {
         } else {
             self.python(device)
         };
-        kernels.extend([self.preprocess(), self.scan(), self.duplicate()]);
-        kernels.extend(self.sort());
-        kernels.extend([self.ranges(), self.render()]);
+        kernels.extend(self.preparation());
+        kernels.push(self.render());
         let launch = match self.host {
             Host::Viewer => Launch::Native,
             Host::Rasterizer | Host::Render => Launch::Framework,

@@ -1,71 +1,20 @@
 //! Composes a frame of jobs: resources, dependencies, bytes and energy.
 
-use serde::Serialize;
-
 use super::blocks::{Block, blocks};
 use super::buffers::Buffered;
-use super::costs::{CostError, Costs, OnChip};
-use super::gpu_only::gpu_only;
+use super::costs::{CostError, Costs};
+use super::gpu_only::gpu_only_at;
+use super::gpu_work::GpuWork;
 use super::job_scheduler::{Job, JobId, Resource, Share, Shared};
-use super::kernels::{Kernel, PIXEL, Program};
+use super::kernels::{self, PIXEL};
 use super::memory::Memory;
+use super::spent::Spent;
 use super::system::System;
 use super::transfers::{ReplayedRates, Transfers, unit_transfers};
 use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay, Replayed};
 use potamoi_cycles::frame_meter::Batch;
-
-/// Bytes and energy of jobs.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Spent {
-    /// Bytes read sequentially from memory.
-    pub streamed_bytes: f64,
-    /// Bytes written sequentially.
-    pub written_bytes: f64,
-    /// Bytes read at random.
-    pub random_bytes: f64,
-    /// Transfers of the DMA; the GPU moves its bytes itself.
-    pub transfers: u64,
-    /// Bytes of DMA descriptors, read at random.
-    pub descriptor_bytes: f64,
-    /// Bytes of weights, among those read sequentially.
-    pub weight_bytes: f64,
-    /// Rows of memory opened.
-    pub rows_opened: f64,
-    /// Work of the device's GPU.
-    pub gpu: GpuDone,
-    /// Energy of memory accesses without descriptors, in picojoules.
-    pub memory_pj: f64,
-    /// Energy of reading descriptors, in picojoules.
-    pub descriptor_pj: f64,
-    /// Bytes over the interconnect: all of the above, in whole bursts.
-    pub interconnect_bytes: f64,
-    /// Bytes read from and written to the global feature buffer.
-    pub feature_buffer_bytes: f64,
-    /// Bytes read from and written to the weight buffer.
-    pub weight_buffer_bytes: f64,
-    /// Bytes over the link.
-    pub link_bytes: f64,
-    /// Energy on chip.
-    pub on_chip: OnChip,
-    /// Work of the units.
-    pub done: Batch,
-}
-
-/// Work of a GPU.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct GpuDone {
-    /// Kernels launched.
-    pub launches: u64,
-    /// Instructions of all threads, as [`Instructions`](super::Instructions) counts them.
-    pub instructions: f64,
-    /// Bytes through its cache, in whole sectors of 32.
-    pub cache_bytes: f64,
-    /// Bytes through shared memory; those that wait for a bank count again for each wait.
-    pub shared_bytes: f64,
-    /// Bytes of memory: cache misses and writes.
-    pub memory_bytes: f64,
-}
+use potamoi_gpu::Overlap;
 
 /// Appends the jobs of frames to a list.
 pub(super) struct Composer<'a> {
@@ -73,11 +22,14 @@ pub(super) struct Composer<'a> {
     memory: &'a Memory,
     costs: &'a Costs,
     clock_ghz: f64,
+    overlap: Overlap,
     replay: Option<&'a PathReplay>,
     /// Bytes of the model's weights, and whether the weight buffer holds them.
     weights: (f64, bool),
     /// Blocks of the feature buffer so far.
     blocks: u64,
+    /// Jobs that read the blocks of the frames so far, where frames fill the buffer in order.
+    read: Option<Vec<JobId>>,
     /// Jobs so far.
     pub jobs: Vec<Job>,
     /// Their bytes and energy.
@@ -95,9 +47,8 @@ struct Turn {
 struct Rendering<'w> {
     work: &'w FrameWork,
     gathering: Gathering,
-    /// Gathering of the whole frame as a GPU kernel, and the efficiency it reaches.
-    gathered: Kernel,
-    reached: f64,
+    /// Gathering of the whole frame as GPU kernels.
+    gathered: GpuWork,
     known: ReplayedRates,
     rank: u64,
 }
@@ -113,13 +64,14 @@ impl Rendering<'_> {
 type BlockPart<'b> = (u64, &'b Batch, f64);
 
 impl<'a> Composer<'a> {
-    /// An empty list for a system whose accelerator has the clock `clock_ghz`.
+    /// An empty list for a system whose accelerator has the clock `clock_ghz`, at one bound of the
+    /// GPU's kernels.
     #[must_use]
     pub(super) fn new(
         system: &'a System,
         memory: &'a Memory,
         costs: &'a Costs,
-        clock_ghz: f64,
+        (clock_ghz, overlap): (f64, Overlap),
         weight_bytes: u64,
         replay: Option<&'a PathReplay>,
     ) -> Self {
@@ -128,12 +80,19 @@ impl<'a> Composer<'a> {
             memory,
             costs,
             clock_ghz,
+            overlap,
             replay,
             weights: (weight_bytes as f64, false),
             blocks: 0,
+            read: None,
             jobs: vec![],
             spent: Spent::default(),
         }
+    }
+
+    /// Frames under way share the blocks of the feature buffer, and fill them in order.
+    pub(super) fn in_order(&mut self) {
+        self.read = Some(vec![]);
     }
 
     pub(super) const fn system(&self) -> &'a System {
@@ -191,42 +150,50 @@ impl<'a> Composer<'a> {
         self.jobs.len() - 1
     }
 
-    /// Appends a GPU kernel, or a part of one that was launched before.
-    fn kernel(&mut self, turn: Turn, kernel: &Kernel, efficiency: f64, launched: bool) -> JobId {
-        self.reading(turn, kernel, efficiency, launched, [None; 2])
+    /// Appends work of the GPU, or a part of work that was launched before.
+    fn kernel(&mut self, turn: Turn, work: &GpuWork, launched: bool) -> JobId {
+        self.reading(turn, work, launched, [None; 2])
     }
 
-    /// Appends a GPU kernel whose reads are known.
+    /// Appends work of the GPU whose reads are known.
+    ///
+    /// Where demands do not overlap, the bytes of the shared memory take a time of their own: that
+    /// which they need alone. They still go through the memory meanwhile, where others wait for
+    /// them.
     fn reading(
         &mut self,
         turn: Turn,
-        kernel: &Kernel,
-        efficiency: f64,
+        work: &GpuWork,
         launched: bool,
         known: [Option<Replayed>; 2],
     ) -> JobId {
         let gpu = &self.system.gpu;
         let done = &mut self.spent.gpu;
-        done.launches += u64::from(!launched);
-        done.instructions += kernel.instructions;
-        done.cache_bytes += kernel.cache_bytes;
-        done.shared_bytes += kernel.shared_bytes;
-        done.memory_bytes += kernel.memory_bytes();
-        let launch_ns = if launched { 0.0 } else { gpu.launch_ns() };
-        let own_ns = gpu.ns(kernel, efficiency) + launch_ns;
-        let transfers = match gpu.memory_gb_s {
+        if !launched {
+            done.launches += work.sum(|own| own.operations);
+        }
+        done.instructions += work.sum(|own| own.instructions);
+        done.l1_lines += work.sum(|own| own.l1_lines);
+        done.l2_bytes += work.sum(|own| own.l2_bytes);
+        done.memory_bytes += work.memory_bytes();
+        let own_ns = work.own_ns(gpu, self.overlap, launched);
+        let transfers = match gpu.shares_memory {
             // It is in its own time.
-            Some(_) => Transfers::default(),
-            None => Transfers {
-                read: kernel.read_bytes,
-                written: kernel.written_bytes,
-                random: kernel.random_bytes,
-                run: kernel.run_bytes,
+            false => Transfers::default(),
+            true => Transfers {
+                read: work.read_bytes,
+                written: work.written_bytes,
+                random: work.random_bytes,
+                run: work.run_bytes,
                 known,
                 dma_transfers: 0,
             },
         };
-        self.push(turn, Resource::Gpu, own_ns, transfers)
+        let stands_ns = match self.overlap {
+            Overlap::Whole => 0.0,
+            Overlap::None => transfers.ns(self.memory),
+        };
+        self.push(turn, Resource::Gpu, own_ns + stands_ns, transfers)
     }
 
     fn cycles(&self, cycles: u64) -> f64 {
@@ -252,18 +219,15 @@ impl<'a> Composer<'a> {
         )?;
         self.spent.on_chip += own;
         self.spent.done += total;
-        let reached = self.system.gpu.reached_by(Program::of(work));
-        let instructions = &self.system.instructions;
-        let indexing = instructions.indexing(work);
+        let indexing = kernels::indexing(work);
         let frame = Rendering {
             work,
             gathering,
             gathered: match gathering {
-                Gathering::PixelOrder => instructions.gathering(work),
-                Gathering::Streamed => instructions.streamed_gathering(work),
-                Gathering::Unit => Kernel::default(),
+                Gathering::PixelOrder => kernels::gathering(work),
+                Gathering::Streamed => kernels::streamed_gathering(work),
+                Gathering::Unit => GpuWork::default(),
             },
-            reached: (self.system.gpu).reached_gathering_by(Program::that_gathers(work)),
             known: ReplayedRates::of(self.replay, work),
             rank,
         };
@@ -275,19 +239,16 @@ impl<'a> Composer<'a> {
         // All Gaussians of a frame are sorted before the first is drawn, and of a frame without
         // work it is found out that there is none.
         let sorted = (work.gaussians > 0 || blocks.is_empty()).then(|| {
-            let finding = indexing.writing(table(&total));
-            self.kernel(
-                frame.turn("indexing", after.to_vec()),
-                &finding,
-                reached,
-                false,
-            )
+            let finding = indexing.clone().writing(table(&total));
+            self.kernel(frame.turn("indexing", after.to_vec()), &finding, false)
         });
         let features = total.feature_bytes.max(1) as f64;
         let held = self.system.feature_buffer_bytes / u64::from(self.system.feature_block_bytes);
         let flight = self.system.groups_in_flight as usize;
-        let (mut computes, mut last): (Vec<JobId>, Vec<JobId>) = (vec![], vec![]);
-        for (i, Block { group, work: step }) in blocks.iter().enumerate() {
+        let is_in_order = self.read.is_some();
+        let mut computes = self.read.take().unwrap_or_default();
+        let mut last: Vec<JobId> = vec![];
+        for Block { group, work: step } in &blocks {
             let part = match features > 1.0 {
                 true => step.feature_bytes as f64 / features,
                 false => 1.0 / blocks.len() as f64,
@@ -300,12 +261,13 @@ impl<'a> Composer<'a> {
             }
             let mut own = before.clone();
             // A block of the feature buffer is free when it was read.
-            own.extend(i.checked_sub(held as usize).map(|at| computes[at]));
+            let read = computes.len().checked_sub(held as usize);
+            own.extend(read.map(|at| computes[at]));
             own.push(match sorted {
                 Some(sorted) => sorted,
                 None => {
                     let finding = indexing.part(part).writing(table(step));
-                    self.kernel(frame.turn("indexing", before), &finding, reached, launched)
+                    self.kernel(frame.turn("indexing", before), &finding, launched)
                 }
             });
             let block = (self.blocks, step, part);
@@ -319,6 +281,7 @@ impl<'a> Composer<'a> {
                 None => last.push(shown),
             }
         }
+        self.read = is_in_order.then_some(computes);
         // One or the other is there.
         Ok(last.last().copied().or(sorted).unwrap_or_default())
     }
@@ -337,7 +300,7 @@ impl<'a> Composer<'a> {
                 let features = step.feature_bytes as f64;
                 let own_part = frame.gathered.part(part).writing(features);
                 let known = frame.known.rates(frame.gathering);
-                self.reading(turn, &own_part, frame.reached, launched, known)
+                self.reading(turn, &own_part, launched, known)
             }
             Gathering::Unit => {
                 let transfers = unit_transfers(frame.work, step, part, &frame.known);
@@ -410,26 +373,23 @@ impl<'a> Composer<'a> {
 
     /// Warps `pixels` of a reference.
     pub(super) fn warp(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
-        let warping = self.system.instructions.warping(pixels);
-        self.whole_picture("warping", &warping, after, rank)
+        self.whole_picture("warping", &kernels::warping(pixels), after, rank)
     }
 
     /// Upscales a picture to `pixels`.
     pub(super) fn scale(&mut self, pixels: u64, after: &[JobId], rank: u64) -> JobId {
-        let scaling = self.system.instructions.scaling(pixels);
-        self.whole_picture("scaling", &scaling, after, rank)
+        self.whole_picture("scaling", &kernels::scaling(pixels), after, rank)
     }
 
     fn whole_picture(
         &mut self,
         stage: &'static str,
-        kernel: &Kernel,
+        work: &GpuWork,
         after: &[JobId],
         rank: u64,
     ) -> JobId {
         let after = after.to_vec();
-        let reached = self.system.gpu.pictures_efficiency;
-        self.kernel(Turn { stage, after, rank }, kernel, reached, false)
+        self.kernel(Turn { stage, after, rank }, work, false)
     }
 
     /// Renders remotely, and sends so many bytes a pixel.
@@ -440,13 +400,7 @@ impl<'a> Composer<'a> {
         after: &[JobId],
         rank: u64,
     ) -> JobId {
-        let ns = gpu_only(
-            &self.system.remote,
-            &self.system.instructions,
-            self.memory,
-            work,
-        )
-        .total_ns();
+        let ns = gpu_only_at(&self.system.remote.device, work, self.overlap);
         let transfers = Transfers::default();
         let turn = |stage, after| Turn { stage, after, rank };
         let made = self.push(

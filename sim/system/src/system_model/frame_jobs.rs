@@ -8,6 +8,9 @@ use super::variant::{Frames, Scenario, Variant};
 use super::work::{FrameWork, PathWork};
 use crate::frame_scheduler::{FrameScheduler, Job, REFERENCE_SLOTS, Reference, Windows, unroll};
 
+/// Independent frames under way at the same time: as many as there are buffers for references.
+const FRAMES_IN_FLIGHT: usize = REFERENCE_SLOTS;
+
 /// Builds the jobs of a path on a variant.
 pub(super) struct FrameJobs<'a> {
     composer: Composer<'a>,
@@ -86,21 +89,25 @@ impl<'a> FrameJobs<'a> {
         }
     }
 
-    /// Each frame rendered independently, one after the other.
+    /// Each frame rendered independently. A frame begins when the one two before it is shown, as
+    /// far as units and the feature buffer are free: references of warped paths overlap likewise.
     fn single(&mut self) -> Result<(), CostError> {
         let path = self.path;
-        let mut shown: Vec<JobId> = vec![];
+        self.composer.in_order();
+        let mut shown: [Vec<JobId>; FRAMES_IN_FLIGHT] = Default::default();
         for number in 0..path.targets.len() {
             let (half, rank) = (self.variant.frames == Frames::Half, number as u64);
             let work = match half {
                 true => path.half(number),
                 false => path.full(number),
             };
-            shown = vec![self.full(work, false, &shown, rank)?];
+            let before = std::mem::take(&mut shown[number % FRAMES_IN_FLIGHT]);
+            let mut last = self.full(work, false, &before, rank)?;
             if half {
                 let pixels = u64::from(path.size[0]) * u64::from(path.size[1]);
-                shown = vec![self.composer.scale(pixels, &shown, rank)];
+                last = self.composer.scale(pixels, &[last], rank);
             }
+            shown[number % FRAMES_IN_FLIGHT] = vec![last];
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::at_bounds::AtBounds;
 use super::error::ModelError;
 use super::memory::Memory;
 use super::outcome::Model;
@@ -13,9 +14,9 @@ use super::work::{FrameWork, PathReplay};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gathered {
     /// Nanoseconds on the GPU, waits for memory included.
-    pub gpu_ns: f64,
+    pub gpu_ns: AtBounds<f64>,
     /// Nanoseconds on the gathering unit, waits for memory included.
-    pub unit_ns: f64,
+    pub unit_ns: AtBounds<f64>,
     /// Memory energy.
     pub memory: MemorySaving,
 }
@@ -70,10 +71,11 @@ impl Model<'_> {
     /// # Errors
     /// An energy that is not known.
     pub fn gathered(&self, work: &FrameWork) -> Result<Gathered, ModelError> {
-        let ns = |gathering| -> Result<f64, ModelError> {
-            let run = self.frame(work, gathering)?;
-            let stage = run.stages.get("gathering").copied().unwrap_or_default();
-            Ok(stage.own_ns + stage.memory_ns)
+        let ns = |gathering| -> Result<AtBounds<f64>, ModelError> {
+            Ok(self.frame(work, gathering)?.map(|run| {
+                let stage = run.stages.get("gathering").copied().unwrap_or_default();
+                stage.own_ns + stage.memory_ns
+            }))
         };
         Ok(Gathered {
             gpu_ns: ns(Gathering::PixelOrder)?,

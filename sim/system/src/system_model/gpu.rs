@@ -1,131 +1,138 @@
-//! Roofline model of a GPU: instructions, cache sectors and memory bytes at peak rates, times an
-//! efficiency. Fields, splats and whole pictures have an efficiency each.
+//! The GPU of a system: a device of `potamoi-gpu`, and what a device file does not state.
 
+use potamoi_gpu::Device;
 use serde::{Deserialize, Serialize};
 
-use super::kernels::{Instructions, Kernel, Program};
+/// Names of devices that stand for one power mode of theirs.
+const SHORT: [(&str, &str); 1] = [("xavier", "xavier-maxn")];
 
-/// Parameters of a GPU.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// A GPU in a system.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
 pub struct Gpu {
-    /// Lanes, each one instruction a cycle.
-    pub cores: f64,
-    /// Clock in gigahertz.
-    pub clock_ghz: f64,
-    /// Bandwidth of the second-level cache in GB/s: 64 bytes a cycle for each multiprocessor of 64
-    /// lanes.
-    pub cache_gb_s: f64,
-    /// Bytes of that cache. Misses are counted for the device's cache.
-    pub cache_bytes: u32,
-    /// Bandwidth of dedicated memory in GB/s; `None` where the GPU shares the system's. The energy
-    /// of dedicated memory is part of `watts`.
-    pub memory_gb_s: Option<f64>,
-    /// Microseconds of a kernel launch.
-    pub launch_us: f64,
-    /// Power at work, in watts.
-    pub watts: f64,
-    /// Idle power, in watts.
+    /// Its rates, and its watts at work in the same power mode.
+    pub device: Device,
+    /// Power while it waits, in watts.
     pub idle_watts: f64,
-    /// Slowdown of gathering beyond its efficiency; 1 unless a program is known to gather worse
-    /// than it computes.
-    pub gathering_factor: f64,
-    /// Efficiency of field programs, as a share of peak. Calibrated.
-    pub fields_efficiency: f64,
-    /// Efficiency of splat programs, as a share of peak. Calibrated.
-    pub splats_efficiency: f64,
-    /// Efficiency of programs that pass once over a picture, warping and scaling, as a share of
-    /// peak. Calibrated.
-    pub pictures_efficiency: f64,
+    /// Whether its memory is the system's. Bytes then go through that, and the energy of each is
+    /// the memory's. Otherwise its own memory's rate holds, and the energy is part of its watts.
+    pub shares_memory: bool,
+    /// Name or file, as given.
+    given: String,
 }
 
-/// Bytes a cycle of a multiprocessor's shared memory, and its lanes.
-const SHARED_BYTES: f64 = 128.0;
-const LANES: f64 = 64.0;
+/// A GPU in a description: the device is a name, or the path of a device file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    device: String,
+    idle_watts: f64,
+    shares_memory: bool,
+}
+
+impl TryFrom<Written> for Gpu {
+    type Error = String;
+
+    fn try_from(own: Written) -> Result<Self, String> {
+        Ok(Self {
+            device: device(&own.device).map_err(|e| e.to_string())?,
+            idle_watts: own.idle_watts,
+            shares_memory: own.shares_memory,
+            given: own.device,
+        })
+    }
+}
+
+impl From<Gpu> for Written {
+    fn from(own: Gpu) -> Self {
+        Self {
+            device: own.given,
+            idle_watts: own.idle_watts,
+            shares_memory: own.shares_memory,
+        }
+    }
+}
+
+/// A device by its name, or by the path of a file that ends in `.toml`.
+fn device(given: &str) -> Result<Device, potamoi_gpu::DeviceError> {
+    if is_file(given) {
+        return Device::from_file(given);
+    }
+    let short = SHORT.iter().find(|(short, _)| *short == given);
+    Device::builtin(short.map_or(given, |(_, name)| name))
+}
+
+/// Whether a text is the path of a file, and no name of a device.
+pub(super) fn is_file(given: &str) -> bool {
+    given.contains(['/', '\\', '.'])
+}
 
 impl Gpu {
-    /// The mobile Volta GPU of Xavier: 512 lanes, 1.377 GHz, 512 KB (paper; NVIDIA's data sheet).
-    /// It shares the system's memory. Watts are an assumption: half of the module's 30 W mode.
-    /// Efficiencies are calibrated by `potamoi model --calibrate`.
-    pub(crate) const XAVIER: Self = Self {
-        cores: 512.0,
-        clock_ghz: 1.377,
-        cache_gb_s: 8.0 * 64.0 * 1.377,
-        cache_bytes: 512 * 1024,
-        memory_gb_s: None,
-        launch_us: 10.0,
-        watts: 15.0,
-        idle_watts: 1.0,
-        gathering_factor: 1.0,
-        fields_efficiency: 0.1042,
-        splats_efficiency: 0.0113,
-        pictures_efficiency: 0.1146,
-    };
+    /// The mobile Volta GPU of the paper's Xavier, in its unlimited mode, the one in which the
+    /// paper's 1.377 GHz exist. It shares the system's memory. Idle power is an assumption.
+    ///
+    /// # Panics
+    /// Never: a test reads all built-in devices.
+    pub(crate) fn xavier() -> Self {
+        Self::builtin("xavier-maxn", 1.0, true)
+    }
 
-    /// The 2080 Ti of the paper's remote machine: 4352 lanes, 1.545 GHz, 5.5 MB, 616 GB/s (NVIDIA's
-    /// Turing white paper). Efficiencies are those of the mobile GPU, an assumption. Power is the
-    /// board's 250 W at work (ibid.) and 15 W idle, an assumption; neither counts as the device's.
-    pub(crate) const RTX_2080_TI: Self = Self {
-        cores: 4352.0,
-        clock_ghz: 1.545,
-        cache_gb_s: 68.0 * 64.0 * 1.545,
-        cache_bytes: 5632 * 1024,
-        memory_gb_s: Some(616.0),
-        launch_us: 5.0,
-        watts: 250.0,
-        idle_watts: 15.0,
-        ..Self::XAVIER
-    };
+    /// The 2080 Ti of the paper's remote machine. Idle power is an assumption.
+    pub(crate) fn rtx_2080_ti() -> Self {
+        Self::builtin("2080ti", 15.0, false)
+    }
 
-    /// The same GPU with another efficiency of rendering programs.
-    #[must_use]
-    pub const fn reaching(self, efficiency: f64) -> Self {
+    fn builtin(name: &str, idle_watts: f64, shares_memory: bool) -> Self {
+        // A test reads all built-in devices.
+        let device = device(name).unwrap_or_else(|_| Device::infinite());
         Self {
-            fields_efficiency: efficiency,
-            splats_efficiency: efficiency,
-            pictures_efficiency: efficiency,
+            device,
+            idle_watts,
+            shares_memory,
+            given: name.to_owned(),
+        }
+    }
+
+    /// This GPU as another device: a name, or the path of a file.
+    ///
+    /// # Errors
+    /// [`potamoi_gpu::DeviceError`], with all names and the nearest.
+    pub fn of_device(self, given: &str) -> Result<Self, potamoi_gpu::DeviceError> {
+        Ok(Self {
+            device: device(given)?,
+            given: given.to_owned(),
             ..self
-        }
+        })
     }
 
-    /// Efficiency of a rendering program.
+    /// Bytes of its second-level cache. Misses are counted for it.
     #[must_use]
-    pub(crate) const fn reached_by(&self, program: Program) -> f64 {
-        match program {
-            Program::Fields => self.fields_efficiency,
-            Program::Splats => self.splats_efficiency,
-        }
+    pub const fn cache_bytes(&self) -> u32 {
+        self.device.l2_bytes as u32
     }
 
-    /// Efficiency of a gathering program.
+    /// Power at work, in watts.
     #[must_use]
-    pub(crate) const fn reached_gathering_by(&self, program: Program) -> f64 {
-        self.reached_by(program) / self.gathering_factor
+    pub const fn watts(&self) -> f64 {
+        self.device.watts
     }
+}
 
-    /// Nanoseconds of a kernel on its own at the given efficiency, without waits for shared memory.
-    #[must_use]
-    pub fn ns(&self, kernel: &Kernel, efficiency: f64) -> f64 {
-        let shared = self.cores / LANES * SHARED_BYTES * self.clock_ghz;
-        let own = (kernel.instructions / (self.cores * self.clock_ghz))
-            .max(kernel.cache_bytes / self.cache_gb_s)
-            .max(kernel.shared_bytes / shared)
-            / efficiency;
-        let memory = (self.memory_gb_s).map_or(0.0, |gb_s| kernel.memory_bytes() / gb_s);
-        own.max(memory)
-    }
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
 
-    /// Efficiency at which `points` are warped in `ns` nanoseconds, launch included, if memory is
-    /// no limit.
-    #[must_use]
-    pub fn efficiency_that_warps(&self, points: u64, ns: f64) -> f64 {
-        let warping = Instructions::default().warping(points);
-        self.ns(&warping, 1.0) / (ns - self.launch_ns())
-    }
-
-    /// Nanoseconds of a kernel launch.
-    #[must_use]
-    pub(crate) const fn launch_ns(&self) -> f64 {
-        self.launch_us * 1e3
+    #[test]
+    fn built_in_gpus_are_devices_and_short_names_hold() {
+        assert_eq!(
+            Gpu::xavier().device,
+            Device::builtin("xavier-maxn").unwrap()
+        );
+        assert_eq!(Gpu::rtx_2080_ti().device.name, "2080ti");
+        let short = Gpu::xavier().of_device("xavier").unwrap();
+        assert_eq!(short.device, Gpu::xavier().device);
+        let wrong = Gpu::xavier().of_device("orin-mx").unwrap_err().to_string();
+        assert!(wrong.contains("did you mean `orin-nx`?"), "{wrong}");
     }
 }

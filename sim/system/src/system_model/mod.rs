@@ -1,6 +1,7 @@
 //! The system around the units: memory, buffers, GPU and link, and the time and energy of a frame
 //! or path on them.
 
+mod at_bounds;
 mod blocks;
 mod buffers;
 mod chrome_trace;
@@ -12,14 +13,18 @@ mod error;
 mod figures;
 mod frame_jobs;
 mod gathering;
+mod given;
 mod gpu;
 mod gpu_only;
+mod gpu_work;
 pub mod job_scheduler;
 mod kernels;
 mod logic;
 mod memory;
 mod outcome;
+mod parts;
 mod ranges;
+mod spent;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -27,15 +32,18 @@ mod transfers;
 mod variant;
 pub mod work;
 
+pub use at_bounds::AtBounds;
 pub use chrome_trace::chrome_trace;
-pub use compose::{GpuDone, Spent};
 pub use costs::{CostError, Costs, MacEnergy, OnChip, Port};
 pub use error::ModelError;
 pub use gathering::{Gathered, MemorySaving};
 pub use gpu::Gpu;
-pub use gpu_only::{GpuOnlyTime, gpu_only};
-pub use kernels::{Instructions, Kernel, Program};
+pub use gpu_only::{Alone, GpuOnly, gpu_only};
+pub use gpu_work::GpuWork;
+pub use kernels::Program;
 pub use memory::{Memory, Rate};
-pub use outcome::{EnergyByPart, LastThrough, Model, Outcome, Run, StageTime, Timeline};
+pub use outcome::{Model, Outcome, Run, Timeline};
+pub use parts::{EnergyByPart, LastThrough, StageTime};
+pub use spent::{GpuDone, Spent};
 pub use system::{System, SystemError};
 pub use variant::{Frames, Gathering, Scenario, Variant};

@@ -4,119 +4,21 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use potamoi_gpu::Overlap;
+
+use super::at_bounds::AtBounds;
 use super::buffers;
-use super::compose::{Composer, Spent};
+use super::compose::Composer;
 use super::costs::Costs;
 use super::error::ModelError;
 use super::frame_jobs::FrameJobs;
 use super::job_scheduler::{self, Job, Resource, Shared, Times};
 use super::memory::Memory;
+use super::parts::{EnergyByPart, StageTime};
+use super::spent::Spent;
 use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
 use super::work::{FrameWork, PathReplay, PathWork, Quality};
-
-/// Nanoseconds of a stage, averaged over frames.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct StageTime {
-    /// At work.
-    pub own_ns: f64,
-    /// Own work done, transfers still under way on any shared channel.
-    pub memory_ns: f64,
-    /// The same, by the channel of the last transfer.
-    pub last_through: LastThrough,
-    /// Part of the stage was ready and waited for its resource.
-    pub waiting_ns: f64,
-}
-
-/// Nanoseconds that jobs waited for transfers, by the channel of the last transfer.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct LastThrough {
-    /// Memory.
-    pub memory_ns: f64,
-    /// Interconnect of memory, GPU and accelerator.
-    pub interconnect_ns: f64,
-    /// Ports of the global feature buffer.
-    pub feature_buffer_ns: f64,
-    /// Port of the weight buffer.
-    pub weight_buffer_ns: f64,
-}
-
-impl LastThrough {
-    fn wait(&mut self, of: Shared, ns: f64) {
-        *match of {
-            Shared::Memory => &mut self.memory_ns,
-            Shared::Interconnect => &mut self.interconnect_ns,
-            Shared::Features(_) => &mut self.feature_buffer_ns,
-            Shared::Weights => &mut self.weight_buffer_ns,
-        } += ns;
-    }
-
-    /// Name of the channel with the longest wait.
-    #[must_use]
-    pub fn most(&self) -> &'static str {
-        let all = [
-            ("memory", self.memory_ns),
-            ("interconnect", self.interconnect_ns),
-            ("feature buffer", self.feature_buffer_ns),
-            ("weight buffer", self.weight_buffer_ns),
-        ];
-        let most = |best: (_, f64), own: (_, f64)| if own.1 > best.1 { own } else { best };
-        all.into_iter().fold(all[0], most).0
-    }
-}
-
-/// Energy of the device by part, in millijoules a frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct EnergyByPart {
-    /// The GPU, at work and idle.
-    pub gpu_mj: f64,
-    /// The gathering unit with its memories.
-    pub gathering_unit_mj: f64,
-    /// Vector unit.
-    pub vector_unit_mj: f64,
-    /// MAC array.
-    pub array_mj: f64,
-    /// Feature and weight buffers.
-    pub buffers_mj: f64,
-    /// Memory accesses, without those of DMA descriptors.
-    pub memory_mj: f64,
-    /// DMA descriptors, read from memory.
-    pub dma_mj: f64,
-    /// The interconnect.
-    pub interconnect_mj: f64,
-    /// Standby and refresh of memory.
-    pub standby_mj: f64,
-    /// Leakage of on-chip memories, logic and the array.
-    pub leakage_mj: f64,
-    /// The link.
-    pub link_mj: f64,
-}
-
-impl EnergyByPart {
-    /// Parts by name.
-    #[must_use]
-    pub const fn named(&self) -> [(&'static str, f64); 11] {
-        [
-            ("GPU", self.gpu_mj),
-            ("gathering unit", self.gathering_unit_mj),
-            ("vector unit", self.vector_unit_mj),
-            ("MAC array", self.array_mj),
-            ("buffers", self.buffers_mj),
-            ("memory accesses", self.memory_mj),
-            ("DMA descriptors", self.dma_mj),
-            ("interconnect", self.interconnect_mj),
-            ("memory standing by", self.standby_mj),
-            ("leakage", self.leakage_mj),
-            ("link", self.link_mj),
-        ]
-    }
-
-    /// Total energy in millijoules a frame.
-    #[must_use]
-    pub fn total_mj(&self) -> f64 {
-        self.named().iter().map(|(_, mj)| mj).sum()
-    }
-}
 
 /// Time and energy of jobs, for one frame or a path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -129,7 +31,13 @@ pub struct Run {
     pub frames_per_second: f64,
     /// Time by stage, averaged over frames.
     pub stages: BTreeMap<&'static str, StageTime>,
-    /// Utilisation of each resource, from 0 to 1.
+    /// Nanoseconds if the units of the accelerator took no time at all. No change of them gives
+    /// more than this (Amdahl's law): what is left is the GPU's, the memory's and the link's.
+    pub free_units_ns: f64,
+    /// Share of the span that the own work of each resource needs, from 0 to 1; waits for transfers
+    /// are none of it.
+    pub demand: BTreeMap<Resource, f64>,
+    /// Utilisation of each resource, waits for transfers included, from 0 to 1.
     pub utilisation: BTreeMap<Resource, f64>,
     /// Utilisation of memory: share of the span that its bytes need.
     pub memory_utilisation: f64,
@@ -151,6 +59,43 @@ pub struct Run {
     pub spent: Spent,
 }
 
+impl Run {
+    /// What bounds it: the resource or channel whose own work needs the largest share of the span,
+    /// and that share.
+    #[must_use]
+    pub fn bottleneck(&self) -> (&'static str, f64) {
+        let channels = [
+            ("memory", self.memory_utilisation),
+            ("interconnect", self.interconnect_utilisation),
+            ("feature buffer", self.feature_buffer_utilisation),
+            ("weight buffer", self.weight_buffer_utilisation),
+        ];
+        let own = self.demand.iter().map(|(of, share)| (of.name(), *share));
+        let all = channels.into_iter().chain(own);
+        all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+    }
+}
+
+impl AtBounds<Run> {
+    /// Nanoseconds until the last frame is shown.
+    #[must_use]
+    pub fn span_ns(&self) -> AtBounds<f64> {
+        self.map(|run| run.span_ns)
+    }
+
+    /// Frames a second.
+    #[must_use]
+    pub fn frames_per_second(&self) -> AtBounds<f64> {
+        self.map(|run| run.frames_per_second)
+    }
+
+    /// Energy of the device in millijoules a frame.
+    #[must_use]
+    pub fn total_mj(&self) -> AtBounds<f64> {
+        self.map(|run| run.energy.total_mj())
+    }
+}
+
 /// Result of a path on a variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
@@ -158,9 +103,8 @@ pub struct Outcome {
     pub variant: Variant,
     /// Where full frames are rendered.
     pub scenario: Scenario,
-    /// Time and energy.
-    #[serde(flatten)]
-    pub run: Run,
+    /// Time and energy at both bounds of the GPU's kernels.
+    pub run: AtBounds<Run>,
     /// Quality of its frames.
     pub quality: Quality,
 }
@@ -186,7 +130,8 @@ pub struct Model<'a> {
 pub type Timeline = Vec<(Job, Times)>;
 
 impl Model<'_> {
-    /// Models a path on a variant. Returns its result and its jobs.
+    /// Models a path on a variant at both bounds. Returns its result, and its jobs where the
+    /// demands of a GPU kernel overlap wholly.
     ///
     /// # Errors
     /// An energy that is not known.
@@ -196,39 +141,54 @@ impl Model<'_> {
         variant: Variant,
         scenario: Scenario,
     ) -> Result<(Outcome, Timeline), ModelError> {
-        let composer = FrameJobs::new(self.composer(), path, variant, scenario).jobs()?;
+        let at = |overlap| -> Result<(Run, Timeline), ModelError> {
+            let composer = self.composer(overlap);
+            let composer = FrameJobs::new(composer, path, variant, scenario).jobs()?;
+            self.done(composer, path.targets.len())
+        };
         let quality = match variant.frames {
             Frames::Full => path.full_quality,
             Frames::Half => path.half_quality,
             Frames::Warped => path.warped_quality,
             Frames::Chained => path.chained_quality,
         };
-        let (run, timeline) = self.done(composer, path.targets.len())?;
+        let (max, timeline) = at(Overlap::Whole)?;
+        let (sum, _) = at(Overlap::None)?;
         let outcome = Outcome {
             variant,
             scenario,
-            run,
+            run: AtBounds { max, sum },
             quality,
         };
         Ok((outcome, timeline))
     }
 
-    /// Models a single frame.
+    /// Models a single frame at both bounds.
     ///
     /// # Errors
     /// An energy that is not known.
-    pub fn frame(&self, work: &FrameWork, gathering: Gathering) -> Result<Run, ModelError> {
-        let mut composer = self.composer();
-        composer.frame(work, gathering, &[], 0)?;
-        Ok(self.done(composer, 1)?.0)
+    pub fn frame(
+        &self,
+        work: &FrameWork,
+        gathering: Gathering,
+    ) -> Result<AtBounds<Run>, ModelError> {
+        let at = |overlap| -> Result<Run, ModelError> {
+            let mut composer = self.composer(overlap);
+            composer.frame(work, gathering, &[], 0)?;
+            Ok(self.done(composer, 1)?.0)
+        };
+        Ok(AtBounds {
+            max: at(Overlap::Whole)?,
+            sum: at(Overlap::None)?,
+        })
     }
 
-    fn composer(&self) -> Composer<'_> {
+    fn composer(&self, overlap: Overlap) -> Composer<'_> {
         Composer::new(
             self.system,
             self.memory,
             self.costs,
-            self.clock_ghz,
+            (self.clock_ghz, overlap),
             self.weight_bytes,
             self.replay,
         )
@@ -240,6 +200,7 @@ impl Model<'_> {
         let span_ns = times.iter().map(|t| t.end_ns).fold(0.0, f64::max);
         let mut stages: BTreeMap<&'static str, StageTime> = BTreeMap::new();
         let mut busy: BTreeMap<Resource, f64> = BTreeMap::new();
+        let mut demand: BTreeMap<Resource, f64> = BTreeMap::new();
         let mut waits: BTreeMap<&'static str, Vec<(f64, f64)>> = BTreeMap::new();
         for (job, at) in jobs.iter().zip(&times) {
             let stage = stages.entry(job.stage).or_default();
@@ -255,6 +216,7 @@ impl Model<'_> {
                 .or_default()
                 .push((at.ready_ns, at.begin_ns));
             *busy.entry(job.resource).or_default() += at.end_ns - at.begin_ns;
+            *demand.entry(job.resource).or_default() += job.own_ns / span_ns;
         }
         for (stage, waits) in waits {
             stages.entry(stage).or_default().waiting_ns = covered(waits) / frames as f64;
@@ -264,14 +226,20 @@ impl Model<'_> {
         let energy = self.energy(&spent, &busy, span_ns, frames);
         let remote_mj = busy.get(&Resource::Remote).map(|at_work| {
             let gpu = &self.system.remote;
-            let microjoules = 1e-3 * (gpu.watts * at_work + gpu.idle_watts * (span_ns - at_work));
+            let microjoules = 1e-3 * (gpu.watts() * at_work + gpu.idle_watts * (span_ns - at_work));
             microjoules * 1e-3 / frames as f64
         });
+        let free: Vec<Job> = jobs.iter().map(Job::with_free_units).collect();
+        let free = job_scheduler::run(&free)?;
+        let free_units_ns = free.iter().map(|t| t.end_ns).fold(0.0, f64::max);
         let run = Run {
             frames,
             span_ns,
             frames_per_second: frames as f64 / span_ns * 1e9,
             stages,
+            // Work that begins sooner may share memory worse.
+            free_units_ns: free_units_ns.min(span_ns),
+            demand,
             utilisation: busy.iter().map(|(of, ns)| (*of, ns / span_ns)).collect(),
             memory_utilisation: shared_ns(Shared::Memory) / span_ns,
             interconnect_utilisation: shared_ns(Shared::Interconnect) / span_ns,
@@ -301,7 +269,7 @@ impl Model<'_> {
         // Watts times nanoseconds are nanojoules, milliwatts picojoules.
         let mj = |pj: f64| pj * 1e-9 / frames as f64;
         EnergyByPart {
-            gpu_mj: mj((gpu.watts * at_work + gpu.idle_watts * (span_ns - at_work)) * 1e3),
+            gpu_mj: mj((gpu.watts() * at_work + gpu.idle_watts * (span_ns - at_work)) * 1e3),
             gathering_unit_mj: mj(on_chip.gathering_pj + on_chip.gathering_memories_pj),
             vector_unit_mj: mj(on_chip.vector_pj),
             array_mj: mj(on_chip.array_pj),

@@ -29,17 +29,10 @@ const fn range(field: &'static str, [low, high]: [f64; 2], expected: &'static st
 const KILO: f64 = 1024.0;
 const GIGA: f64 = KILO * KILO * KILO;
 
-const CORES: ([f64; 2], &str) = ([1.0, 1e6], "1 to 1e6 lanes");
-const CLOCK: ([f64; 2], &str) = ([0.001, 100.0], "0.001 to 100 GHz");
-const BANDWIDTH: ([f64; 2], &str) = ([0.001, 1e6], "0.001 to 1e6 GB a second");
-const LAUNCH: ([f64; 2], &str) = ([0.0, 1e6], "0 to 1e6 microseconds");
-const WATTS: ([f64; 2], &str) = ([0.0, 1e5], "0 to 1e5 watts");
-const FACTOR: ([f64; 2], &str) = ([0.01, 1e4], "0.01 to 10000 times");
-const SHARE: ([f64; 2], &str) = ([1e-6, 1.0], "a share: 1e-6 to 1");
-const COUNT: ([f64; 2], &str) = ([0.0, 1e9], "0 to 1e9 instructions");
+const WATTS: [f64; 2] = [0.0, 1e5];
 
 /// One row for each number.
-pub(super) const RANGES: [Range; 49] = [
+pub(super) const RANGES: [Range; 18] = [
     range("array_rows", [1.0, 1024.0], "1 to 1024"),
     range("array_columns", [1.0, 1024.0], "1 to 1024"),
     range(
@@ -76,55 +69,16 @@ pub(super) const RANGES: [Range; 49] = [
     range("link_nj_per_byte", [0.0, 1e9], "0 to 1e9 nanojoules"),
     range("link_colour_bytes", [0.0, 1024.0], "0 to 1024 bytes"),
     range("link_depth_bytes", [0.0, 1024.0], "0 to 1024 bytes"),
-    range("gpu.cores", CORES.0, CORES.1),
-    range("gpu.clock_ghz", CLOCK.0, CLOCK.1),
-    range("gpu.cache_gb_s", BANDWIDTH.0, BANDWIDTH.1),
-    range(
-        "gpu.cache_bytes",
-        [64.0, 4.0 * GIGA],
-        "64 bytes, a line, to 4 GiB",
-    ),
-    range("gpu.memory_gb_s", BANDWIDTH.0, BANDWIDTH.1),
-    range("gpu.launch_us", LAUNCH.0, LAUNCH.1),
-    range("gpu.watts", WATTS.0, WATTS.1),
     range(
         "gpu.idle_watts",
-        WATTS.0,
-        "0 to 1e5 watts, gpu.watts at most",
+        WATTS,
+        "0 to 1e5 watts, those of the device at most",
     ),
-    range("gpu.gathering_factor", FACTOR.0, FACTOR.1),
-    range("gpu.fields_efficiency", SHARE.0, SHARE.1),
-    range("gpu.splats_efficiency", SHARE.0, SHARE.1),
-    range("gpu.pictures_efficiency", SHARE.0, SHARE.1),
-    range("remote.cores", CORES.0, CORES.1),
-    range("remote.clock_ghz", CLOCK.0, CLOCK.1),
-    range("remote.cache_gb_s", BANDWIDTH.0, BANDWIDTH.1),
-    range(
-        "remote.cache_bytes",
-        [64.0, 4.0 * GIGA],
-        "64 bytes, a line, to 4 GiB",
-    ),
-    range("remote.memory_gb_s", BANDWIDTH.0, BANDWIDTH.1),
-    range("remote.launch_us", LAUNCH.0, LAUNCH.1),
-    range("remote.watts", WATTS.0, WATTS.1),
     range(
         "remote.idle_watts",
-        WATTS.0,
-        "0 to 1e5 watts, remote.watts at most",
+        WATTS,
+        "0 to 1e5 watts, those of the device at most",
     ),
-    range("remote.gathering_factor", FACTOR.0, FACTOR.1),
-    range("remote.fields_efficiency", SHARE.0, SHARE.1),
-    range("remote.splats_efficiency", SHARE.0, SHARE.1),
-    range("remote.pictures_efficiency", SHARE.0, SHARE.1),
-    range("instructions.sample", COUNT.0, COUNT.1),
-    range("instructions.vector", COUNT.0, COUNT.1),
-    range("instructions.code", COUNT.0, COUNT.1),
-    range("instructions.projected", COUNT.0, COUNT.1),
-    range("instructions.harmonics", COUNT.0, COUNT.1),
-    range("instructions.sorted", COUNT.0, COUNT.1),
-    range("instructions.element", COUNT.0, COUNT.1),
-    range("instructions.warped", COUNT.0, COUNT.1),
-    range("instructions.scaled", COUNT.0, COUNT.1),
 ];
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use potamoi_formats::document::{self, Value};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::given;
 use super::gpu::Gpu;
-use super::kernels::Instructions;
 use super::ranges::RANGES;
 use crate::link;
 use potamoi_cycles::mac_array::MacArray;
@@ -55,11 +55,9 @@ pub struct System {
     pub groups_in_flight: u32,
     /// The GPU of the system.
     pub gpu: Gpu,
-    /// The GPU at the other end of the link. It neither warps nor upscales, and misses of the
-    /// device's cache count as misses of its own: both fields for these are refused.
+    /// The GPU at the other end of the link, with a memory of its own. It neither warps nor
+    /// upscales, and misses of the device's cache count as misses of its own.
     pub remote: Gpu,
-    /// Instructions of GPU programs.
-    pub instructions: Instructions,
     /// Bandwidth of the link in bytes a second.
     pub link_bytes_per_second: f64,
     /// Nanojoules of a byte sent or received.
@@ -86,9 +84,8 @@ impl Default for System {
             interconnect_bytes_a_clock: 32.0,
             interconnect_pj_per_byte: 2.0,
             groups_in_flight: 2,
-            gpu: Gpu::XAVIER,
-            remote: Gpu::RTX_2080_TI,
-            instructions: Instructions::default(),
+            gpu: Gpu::xavier(),
+            remote: Gpu::rtx_2080_ti(),
             link_bytes_per_second: link::BYTES_PER_SECOND as f64,
             link_nj_per_byte: link::NANOJOULES_PER_BYTE as f64,
             link_colour_bytes: link::COLOUR_BYTES.into(),
@@ -116,6 +113,19 @@ pub enum SystemError {
         /// The problem.
         problem: String,
     },
+    /// No device has that name.
+    #[error("--system: {0}")]
+    Device(String),
+    /// A field of an earlier model.
+    #[error("{name}: `{field}` is gone: write {instead}")]
+    Gone {
+        /// Name of its source.
+        name: String,
+        /// Path of the field.
+        field: String,
+        /// What to write instead.
+        instead: String,
+    },
     /// A field is out of range.
     #[error("{name}: `{field}` is {value}: expected {expected}")]
     Value {
@@ -139,7 +149,7 @@ impl System {
         Self::from_bytes(text.as_bytes(), name)
     }
 
-    /// Reads a description from a file.
+    /// Reads a description from a file. Paths of device files are relative to its folder.
     ///
     /// # Errors
     /// As [`System::from_toml`], or the file cannot be read or is larger than a mebibyte.
@@ -150,20 +160,29 @@ impl System {
         };
         let bytes = potamoi_base::files::read(path, LARGEST).map_err(|e| fail(e.to_string()))?;
         let long = || fail(format!("expected at most {LARGEST} bytes"));
-        Self::from_bytes(&bytes.ok_or_else(long)?, &path.display().to_string())
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = path.display().to_string();
+        Self::described(&bytes.ok_or_else(long)?, &name, folder)
     }
 
-    /// Reads a description from a file's bytes.
+    /// Reads a description from a file's bytes. Paths of device files are relative to the current
+    /// folder.
     ///
     /// # Errors
     /// As [`System::from_toml`].
     pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, SystemError> {
+        Self::described(bytes, name, Path::new(""))
+    }
+
+    fn described(bytes: &[u8], name: &str, folder: &Path) -> Result<Self, SystemError> {
         let fail = |problem: String| SystemError::Text {
             name: name.to_owned(),
             problem,
         };
         let wrong = |wrong: document::Wrong| fail(wrong.to_string());
         let given = document::toml(bytes).map_err(wrong)?;
+        given::refuse_gone(&given, name)?;
+        let given = given::beside(given, folder);
         // Parts of the GPUs, too, are as in the default where they are not named.
         let default = Self::default().document().map_err(fail)?;
         let system: Self = given.over(default).read().map_err(wrong)?;
@@ -194,7 +213,6 @@ impl System {
                 .field
                 .split('.')
                 .try_fold(&values, |at, part| at.get(part));
-            // A memory of its own is none that every GPU has.
             let value = value.and_then(Value::number);
             if let Some(value) = value.filter(|value| !range.holds(*value)) {
                 return refuse(range.field, value.to_string(), range.expected);
@@ -212,32 +230,18 @@ impl System {
             let value = self.feature_block_banks.to_string();
             return refuse("feature_block_banks", value, "a divisor of feature_banks");
         }
-        for (field, gpu, expected) in [
-            ("gpu.idle_watts", &self.gpu, "gpu.watts at most"),
-            ("remote.idle_watts", &self.remote, "remote.watts at most"),
+        for (field, gpu) in [
+            ("gpu.idle_watts", &self.gpu),
+            ("remote.idle_watts", &self.remote),
         ] {
-            if gpu.idle_watts > gpu.watts {
+            if gpu.idle_watts > gpu.watts() {
+                let expected = "the watts of the device at most";
                 return refuse(field, gpu.idle_watts.to_string(), expected);
             }
         }
-        let fixed = Gpu::RTX_2080_TI;
-        for (field, value, fixed, expected) in [
-            (
-                "remote.cache_bytes",
-                f64::from(self.remote.cache_bytes),
-                f64::from(fixed.cache_bytes),
-                "the default's: misses are counted in the device's cache (gpu.cache_bytes), for both",
-            ),
-            (
-                "remote.pictures_efficiency",
-                self.remote.pictures_efficiency,
-                fixed.pictures_efficiency,
-                "the default's: nothing is warped or scaled there",
-            ),
-        ] {
-            if value != fixed {
-                return refuse(field, value.to_string(), expected);
-            }
+        if self.remote.shares_memory {
+            let expected = "false: the remote machine has a memory of its own";
+            return refuse("remote.shares_memory", "true".to_owned(), expected);
         }
         Ok(())
     }
@@ -275,17 +279,11 @@ mod tests {
         }
     }
 
-    fn all() -> System {
-        let mut all = System::default();
-        all.gpu.memory_gb_s = Some(100.0);
-        all
-    }
-
     /// A number without a range could be any.
     #[test]
     fn every_number_has_a_range_and_every_range_a_number() {
         let mut found = vec![];
-        numbers(&all().document().unwrap(), "", &mut found);
+        numbers(&System::default().document().unwrap(), "", &mut found);
         let mut rows: Vec<_> = RANGES.iter().map(|range| range.field.to_owned()).collect();
         found.sort();
         rows.sort();
@@ -307,13 +305,11 @@ mod tests {
             }
         }
         for text in [
-            "gpu.clock_ghz = 0",
-            "gpu.memory_gb_s = 0.0",
-            "gpu.cache_gb_s = 0",
-            "gpu.fields_efficiency = 1.0001",
-            "gpu.gathering_factor = 0",
-            "gpu.idle_watts = 16",
-            "remote.idle_watts = 251",
+            "gpu.idle_watts = 51",
+            "gpu.device = \"voodoo\"",
+            "gpu.device = 3",
+            "remote.idle_watts = 2001",
+            "remote.shares_memory = true",
             "link_bytes_per_second = 0",
             "interconnect_bytes_a_clock = 0",
             "array_rows = 24.5",

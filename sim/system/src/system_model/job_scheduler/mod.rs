@@ -31,6 +31,27 @@ pub enum Resource {
     Remote,
 }
 
+impl Resource {
+    /// Name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gpu => "GPU",
+            Self::Npu => "MAC array",
+            Self::GatheringUnit => "gathering unit",
+            Self::VectorUnit => "vector unit",
+            Self::Link => "link",
+            Self::Remote => "remote GPU",
+        }
+    }
+
+    /// Whether it is a unit of the accelerator.
+    #[must_use]
+    pub const fn is_unit(self) -> bool {
+        matches!(self, Self::Npu | Self::GatheringUnit | Self::VectorUnit)
+    }
+}
+
 /// A shared channel: jobs that move bytes at the same time share its bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -73,6 +94,18 @@ pub struct Job {
 }
 
 impl Job {
+    /// The job, without time where a unit of the accelerator does it. Its bytes of memory still
+    /// move.
+    pub(crate) fn with_free_units(&self) -> Self {
+        let mut own = self.clone();
+        if own.resource.is_unit() {
+            own.own_ns = 0.0;
+            own.shares
+                .retain(|share| matches!(share.of, Shared::Memory | Shared::Interconnect));
+        }
+        own
+    }
+
     /// Nanoseconds that its bytes need on a channel at full bandwidth.
     #[must_use]
     pub(crate) fn alone_ns(&self, of: Shared) -> f64 {

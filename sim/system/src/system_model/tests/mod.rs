@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod conservation;
+mod gpu;
 mod parts;
 mod rooms;
 mod traffic;
@@ -118,7 +119,8 @@ const WEIGHTS: u64 = 40_000;
 
 const GATHERING: [Gathering; 3] = [Gathering::PixelOrder, Gathering::Streamed, Gathering::Unit];
 
-fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Run {
+/// A frame at both bounds of the GPU's kernels.
+fn bounds(system: &System, work: &FrameWork, gathering: Gathering) -> AtBounds<Run> {
     let model = Model {
         system,
         memory: memory(system.memory_channels),
@@ -128,6 +130,11 @@ fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Run {
         replay: None,
     };
     model.frame(work, gathering).unwrap()
+}
+
+/// A frame where the demands of the GPU's kernels overlap.
+fn frame(system: &System, work: &FrameWork, gathering: Gathering) -> Run {
+    bounds(system, work, gathering).max
 }
 
 /// A path of two references that serve three targets each.

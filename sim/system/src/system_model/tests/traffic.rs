@@ -60,7 +60,7 @@ fn known_sequences_stand_in_for_rates() {
                     weight_bytes: 0,
                     replay,
                 };
-                model.frame(&work, gathering).unwrap()
+                model.frame(&work, gathering).unwrap().max
             };
             let (plain, known) = (run(None), run(Some(&path)));
             let more = known.spent.memory_pj - plain.spent.memory_pj;

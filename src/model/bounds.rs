@@ -1,0 +1,58 @@
+//! Figures at both bounds of the GPU's kernels, as text.
+
+use potamoi_system::system_model::AtBounds;
+
+/// Digits behind the point: about three in all.
+fn digits(value: f64) -> usize {
+    match value.abs() {
+        value if value < 10.0 => 2,
+        value if value < 100.0 => 1,
+        _ => 0,
+    }
+}
+
+fn number(value: f64) -> String {
+    format!("{value:.0$}", digits(value))
+}
+
+/// From the lower to the higher; one figure where both read alike.
+pub(super) fn range(of: &AtBounds<f64>) -> String {
+    let [low, high] = [of.low(), of.high()].map(number);
+    match low == high {
+        true => low,
+        false => format!("{low} to {high}"),
+    }
+}
+
+/// A range with its geometric mean.
+pub(super) fn with_mid(of: &AtBounds<f64>) -> String {
+    let range = range(of);
+    match range.contains(" to ") {
+        true => format!("{range}, mid {}", number(of.mid())),
+        false => range,
+    }
+}
+
+/// A range of a speed-up, which says nothing where it includes 1.
+pub(super) fn ratio(of: &AtBounds<f64>) -> String {
+    let is_one = of.max == 1.0 && of.sum == 1.0;
+    match of.decides() || is_one {
+        true => range(of),
+        false => format!("{}: no conclusion", range(of)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_flips_is_said_to_be_no_conclusion() {
+        let of = |max, sum| AtBounds { max, sum };
+        assert_eq!(ratio(&of(0.9, 1.1)), "0.90 to 1.10: no conclusion");
+        assert_eq!(ratio(&of(31.2, 2.0)), "2.00 to 31.2");
+        assert_eq!(ratio(&of(1.0, 1.0)), "1.00");
+        assert_eq!(with_mid(&of(200.0, 50.0)), "50.0 to 200, mid 100");
+        assert_eq!(with_mid(&of(1.001, 1.002)), "1.00");
+    }
+}
