@@ -29,9 +29,12 @@ const VALUES: &[(&str, &str)] = &[
     ("PIXELS", "pixels"),
     ("SCENE", "name or file"),
     ("SHARE", "share, 0 to 1"),
+    ("SYSTEM", "name of a GPU, or file"),
 ];
 /// Placeholders without a unit.
-const UNITLESS: &[&str] = &["AXES", "DIR", "EFFECT", "FILE", "N", "NAME", "SCENE"];
+const UNITLESS: &[&str] = &[
+    "AXES", "DIR", "EFFECT", "FILE", "N", "NAME", "SCENE", "SYSTEM",
+];
 
 /// Units by quantity (clock, duration, angle), each with its spellings in lower case. Flags have one
 /// unit of each.

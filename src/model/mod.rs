@@ -68,7 +68,7 @@ pub(crate) struct ModelArgs {
     /// Description of the system as TOML, in which omitted fields have the paper's values; or the
     /// paper's system with another GPU, by name: xavier, xavier-15w, orin-nx, agx-orin and others
     /// [default: the paper's system]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "SYSTEM")]
     system: Option<PathBuf>,
     /// Area, clock and energy of the configuration's units, as written by `potamoi synth --json`
     /// [default: the built-in results and formulas]

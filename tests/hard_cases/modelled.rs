@@ -75,7 +75,7 @@ fn pictures_of_samples_are_modelled() {
         };
         let gatherings = [Gathering::PixelOrder, Gathering::Streamed, Gathering::Unit];
         for gathering in gatherings {
-            let run = model.frame(&counted.work, gathering).unwrap();
+            let run = model.frame(&counted.work, gathering).unwrap().sum;
             assert!(
                 run.span_ns > 0.0 && run.span_ns < 1e9,
                 "{name}: {}",
@@ -85,7 +85,7 @@ fn pictures_of_samples_are_modelled() {
         }
         for variant in Variant::ALL {
             for scenario in [Scenario::Local, Scenario::Remote] {
-                let run = model.run(&path, variant, scenario).unwrap().0.run;
+                let run = model.run(&path, variant, scenario).unwrap().0.run.sum;
                 let at = format!("{name} {} {scenario:?}", variant.name);
                 assert!(
                     run.span_ns > 0.0 && run.span_ns < 1e9,

@@ -119,17 +119,22 @@ fn frames(poses: &[([f64; 3], f64)], only: impl Fn(&str) -> bool, within: &[&str
     assert_eq!(scenes.len(), names.len());
     for (scene, found) in names.iter().zip(scenes) {
         for outcome in found["outcomes"].as_array().unwrap() {
-            let name = format!("{scene} {}", outcome["variant"]["name"]);
-            for field in ["span_ns", "frames_per_second"] {
-                let value = outcome[field].as_f64();
-                assert!(value.is_some_and(|v| v > 0.0), "{name}: {field} {value:?}");
+            for bound in ["max", "sum"] {
+                let name = format!("{scene} {} {bound}", outcome["variant"]["name"]);
+                let run = &outcome["run"][bound];
+                for field in ["span_ns", "frames_per_second", "free_units_ns"] {
+                    let value = run[field].as_f64();
+                    assert!(value.is_some_and(|v| v > 0.0), "{name}: {field} {value:?}");
+                }
+                assert!(sound(&run["energy"], &name) >= 9, "{name}");
+                assert!(sound(&run["stages"], &name) > 2, "{name}");
+                assert!(sound(&run["utilisation"], &name) > 0, "{name}");
+                assert!(sound(&run["demand"], &name) > 0, "{name}");
+                assert!(sound(&run["spent"], &name) > 20, "{name}");
             }
-            assert!(sound(&outcome["energy"], &name) >= 9, "{name}");
-            assert!(sound(&outcome["stages"], &name) > 2, "{name}");
-            assert!(sound(&outcome["utilisation"], &name) > 0, "{name}");
-            assert!(sound(&outcome["spent"], &name) > 20, "{name}");
         }
         assert!(found["outcomes"].as_array().unwrap().len() >= 12);
+        assert!(sound(&found["gpu_only"]["fused"], scene) >= 2, "{scene}");
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{ExploreError, Setup};
 struct Change {
     name: &'static str,
     make: fn(&mut System),
-    /// Whether it concerns only the remote GPU.
+    /// Whether it concerns only remote rendering.
     is_remote: bool,
 }
 
@@ -70,7 +70,7 @@ const CHANGES: [Change; 17] = [
     Change::new("a GPU with a memory of its own", |system| {
         system.gpu.shares_memory = false;
     }),
-    Change::new("twice the rate of the link", |system| {
+    Change::remote("twice the rate of the link", |system| {
         system.link_bytes_per_second *= 2.0;
     }),
     Change::new("one group of rays in flight instead of two", |system| {

@@ -102,15 +102,24 @@ const BUILTIN: [(&str, &str); 16] = [
     ("xavier-nx", include_str!("../../devices/xavier-nx.toml")),
 ];
 
+/// Names of devices that stand for one power mode of theirs.
+const ALIASES: [(&str, &str); 1] = [("xavier", "xavier-maxn")];
+
 impl Device {
-    /// The device of that name; see [`Device::names`].
+    /// The device of that name; see [`Device::names`]. `xavier` is `xavier-maxn`.
     ///
     /// # Errors
     ///
     /// [`DeviceError::Unknown`], with the nearest name where one is near.
     pub fn builtin(name: &str) -> Result<Self, DeviceError> {
+        let full = ALIASES.iter().find(|(alias, _)| *alias == name);
+        let name = full.map_or(name, |(_, full)| full);
         let text = BUILTIN.iter().find(|(known, _)| *known == name);
-        let (_, text) = text.ok_or_else(|| DeviceError::unknown(name, &Self::names()))?;
+        let (_, text) = text.ok_or_else(|| {
+            let aliases = ALIASES.iter().map(|(alias, _)| *alias);
+            let known: Vec<_> = Self::names().into_iter().chain(aliases).collect();
+            DeviceError::unknown(name, &known)
+        })?;
         Self::from_text(name, &format!("{name}.toml"), text)
     }
 

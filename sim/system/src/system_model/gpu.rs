@@ -3,9 +3,6 @@
 use potamoi_gpu::Device;
 use serde::{Deserialize, Serialize};
 
-/// Names of devices that stand for one power mode of theirs.
-const SHORT: [(&str, &str); 1] = [("xavier", "xavier-maxn")];
-
 /// A GPU in a system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Written", into = "Written")]
@@ -55,11 +52,10 @@ impl From<Gpu> for Written {
 
 /// A device by its name, or by the path of a file that ends in `.toml`.
 fn device(given: &str) -> Result<Device, potamoi_gpu::DeviceError> {
-    if is_file(given) {
-        return Device::from_file(given);
+    match is_file(given) {
+        true => Device::from_file(given),
+        false => Device::builtin(given),
     }
-    let short = SHORT.iter().find(|(short, _)| *short == given);
-    Device::builtin(short.map_or(given, |(_, name)| name))
 }
 
 /// Whether a text is the path of a file, and no name of a device.
@@ -70,9 +66,6 @@ pub(super) fn is_file(given: &str) -> bool {
 impl Gpu {
     /// The mobile Volta GPU of the paper's Xavier, in its unlimited mode, the one in which the
     /// paper's 1.377 GHz exist. It shares the system's memory. Idle power is an assumption.
-    ///
-    /// # Panics
-    /// Never: a test reads all built-in devices.
     pub(crate) fn xavier() -> Self {
         Self::builtin("xavier-maxn", 1.0, true)
     }
@@ -83,7 +76,7 @@ impl Gpu {
     }
 
     fn builtin(name: &str, idle_watts: f64, shares_memory: bool) -> Self {
-        // A test reads all built-in devices.
+        // Never infinite: tests read all built-in devices.
         let device = device(name).unwrap_or_else(|_| Device::infinite());
         Self {
             device,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::given;
-use super::gpu::Gpu;
+use super::gpu::{Gpu, is_file};
 use super::ranges::RANGES;
 use crate::link;
 use potamoi_cycles::mac_array::MacArray;
@@ -117,13 +117,13 @@ pub enum SystemError {
     #[error("--system: {0}")]
     Device(String),
     /// A field of an earlier model.
-    #[error("{name}: `{field}` is gone: write {instead}")]
+    #[error("{name}: `{field}` is gone; {instead}")]
     Gone {
         /// Name of its source.
         name: String,
         /// Path of the field.
         field: String,
-        /// What to write instead.
+        /// What to do instead.
         instead: String,
     },
     /// A field is out of range.
@@ -165,6 +165,24 @@ impl System {
         Self::described(&bytes.ok_or_else(long)?, &name, folder)
     }
 
+    /// The system that the command line names: a description's file, or the paper's system with
+    /// another device, by name.
+    ///
+    /// # Errors
+    /// As [`System::read`]; no device has that name.
+    pub fn named(given: &Path) -> Result<Self, SystemError> {
+        let is_name = |name: &&str| !is_file(name) && !given.exists();
+        match given.to_str().filter(is_name) {
+            None => Self::read(given),
+            Some(name) => {
+                let system = Self::default();
+                let gpu = system.gpu.clone().of_device(name);
+                let gpu = gpu.map_err(|error| SystemError::Device(error.to_string()))?;
+                Ok(Self { gpu, ..system })
+            }
+        }
+    }
+
     /// Reads a description from a file's bytes. Paths of device files are relative to the current
     /// folder.
     ///
@@ -181,7 +199,14 @@ impl System {
         };
         let wrong = |wrong: document::Wrong| fail(wrong.to_string());
         let given = document::toml(bytes).map_err(wrong)?;
-        given::refuse_gone(&given, name)?;
+        if let Some((field, instead)) = given::gone(&given) {
+            let name = name.to_owned();
+            return Err(SystemError::Gone {
+                name,
+                field,
+                instead,
+            });
+        }
         let given = given::beside(given, folder);
         // Parts of the GPUs, too, are as in the default where they are not named.
         let default = Self::default().document().map_err(fail)?;

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod conservation;
+mod given;
 mod gpu;
 mod parts;
 mod rooms;
