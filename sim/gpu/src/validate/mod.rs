@@ -186,4 +186,7 @@ pub fn ablation(checks: &[Check]) -> Result<Vec<(Term, Summary)>, CountError> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod page;
+#[cfg(test)]
 mod tests;
