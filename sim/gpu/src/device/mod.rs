@@ -12,9 +12,14 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use potamoi_formats::files;
+
 pub use error::DeviceError;
 pub(crate) use error::nearest;
 pub use field::{Better, FIELDS, Field};
+
+/// Size limit of a device file, in bytes.
+const LARGEST: u64 = 1 << 20;
 
 /// Where a figure comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -139,7 +144,7 @@ impl Device {
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, DeviceError> {
         let path = path.as_ref();
         let shown = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| DeviceError::Unreadable {
+        let text = files::read_text(path, LARGEST).map_err(|source| DeviceError::Unreadable {
             file: shown.clone(),
             source,
         })?;

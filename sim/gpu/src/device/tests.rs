@@ -103,6 +103,14 @@ fn a_figure_without_an_origin_is_refused() {
 }
 
 #[test]
+fn devices_of_the_system_and_folders_are_refused_unread() {
+    for path in ["/dev/zero", "/dev"] {
+        let message = Device::from_file(path).unwrap_err().to_string();
+        assert!(message.contains("not a regular file"), "{message}");
+    }
+}
+
+#[test]
 fn what_is_no_toml_is_refused() {
     assert!(refusal("title = ").contains("own.toml: not TOML"));
     let message = Device::from_file("/nowhere.toml").unwrap_err().to_string();
