@@ -145,7 +145,9 @@ fn settings_of_paths_are_compared_on_one_path() {
     assert_eq!(db(still), db(default));
     let turned = point(&report, "phi", "4");
     let half = point(&report, "resolution", "half");
-    for worse in [turned, half] {
+    // In a picture this small, a warped frame takes longer than a full one that overlaps the next;
+    // it takes less the more of it is warped.
+    for (worse, slower) in [(turned, still), (half, default)] {
         for (own, whole) in db(worse).into_iter().zip(db(default)) {
             assert!(own < whole, "{worse}");
         }
@@ -153,7 +155,7 @@ fn settings_of_paths_are_compared_on_one_path() {
             let ssim = |p: &Value| number(&p[beside], "ssim");
             assert!(ssim(worse) < ssim(default), "{worse}");
         }
-        assert!(number(worse, "frame_ns") < number(default, "frame_ns"));
+        assert!(number(worse, "frame_ns") < number(slower, "frame_ns"));
         assert!(worse["worst"].is_null(), "{worse}");
     }
 }
@@ -279,19 +281,21 @@ fn a_frame_takes_what_the_model_of_the_system_says() {
     let model = json(&at.join("m.json"));
     let found = &model["scenes"][0]["outcomes"][1];
     assert_eq!(found["variant"]["name"], "fs+gu", "{found}");
-    // Memory is at the rates of streams here, and replayed there: up to 6 % apart (docs/explanation/system.md).
+    // `cost` has the geometric mean of the GPU's bounds. Memory is at the rates of streams here, and
+    // replayed there: up to 6 % apart (docs/explanation/system.md).
+    let mean = |of: &dyn Fn(&Value) -> f64| {
+        let run = &found["run"];
+        (of(&run["max"]) * of(&run["sum"])).sqrt()
+    };
+    let energy = |run: &Value| {
+        let parts = run["energy"].as_object().unwrap().values();
+        parts.filter_map(Value::as_f64).sum()
+    };
     for (own, of) in [
-        (number(default, "frame_ns"), number(found, "span_ns")),
-        (
-            number(default, "energy_mj"),
-            found["energy"]
-                .as_object()
-                .unwrap()
-                .values()
-                .filter_map(Value::as_f64)
-                .sum(),
-        ),
+        ("frame_ns", mean(&|run| number(run, "span_ns"))),
+        ("energy_mj", mean(&energy)),
     ] {
+        let own = number(default, own);
         assert!((own / of - 1.0).abs() < 0.06, "{own} beside {of}");
     }
 }
