@@ -381,7 +381,7 @@ fn frames_of_another_size_are_refused_by_name() {
         .target(&reference, &camera.resized(45, 35), &camera)
         .unwrap_err();
     assert!(
-        error.to_string().contains("a reference is [90, 70]"),
+        error.to_string().contains("a reference has 90 x 70 pixels"),
         "{error}"
     );
     reference.depth.pop();
