@@ -112,10 +112,11 @@ impl Study<'_> {
         let plan = Plan::new(self.path, plan).map_err(ExploreError::from)?;
         let count = plan.references.len();
         if let Some(none) = self.lost.iter().find(|n| **n >= count) {
-            let why = format!(
-                "--lose {none}: expected the number of a reference of the path, 0 to {}",
-                count.saturating_sub(1)
-            );
+            let expected = match count {
+                1 => "0, the only reference of the path".to_owned(),
+                count => format!("a reference of the path, 0 to {}", count.saturating_sub(1)),
+            };
+            let why = format!("--lose {none}: expected {expected}");
             return Err(ExploreError::Refused(why).into());
         }
         let begun = Instant::now();
