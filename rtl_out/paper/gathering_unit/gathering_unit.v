@@ -33,7 +33,7 @@ module gathering_unit (
   output reg  [31:0]   stat_stall_mft,      // stalls: MVoxel not loaded
   output reg  [31:0]   stat_stall_rit,      // stalls: no entry
   output reg  [31:0]   stat_entries,        // entries issued
-  output wire [7:0]    stat_errors          // sticky; docs/gathering-unit.md names the bits
+  output wire [7:0]    stat_errors          // sticky; docs/reference/gathering-unit.md names the bits
 );
 
   localparam [3:0] GROUPS_IN_FLIGHT = 4'd8;  // FIFO depth

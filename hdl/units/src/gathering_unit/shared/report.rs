@@ -108,7 +108,7 @@ pub(crate) fn outputs(
         m.output_low_in_reset(name, ready, "");
     }
     statistics(m, config, io, stats);
-    let doc = "sticky; docs/gathering-unit.md names the bits";
+    let doc = "sticky; docs/reference/gathering-unit.md names the bits";
     m.output("stat_errors", errors, doc);
 }
 
