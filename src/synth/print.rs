@@ -1,12 +1,12 @@
 //! What `potamoi synth` prints.
 
-use potamoi_synth::{Made, SynthReport};
+use potamoi_synth::{SynthReport, SynthesisedUnit};
 
 use crate::stdout::say;
 use crate::tables;
 
 /// A unit: area by module, longest path, memories.
-pub(super) fn unit(made: &Made) {
+pub(super) fn unit(made: &SynthesisedUnit) {
     let report = &made.report;
     say!(
         "\n{}{}: {} cells, {} of them flip-flops, {:.6} mm^2; period {:.0} ps before wires \

@@ -7,7 +7,7 @@ use potamoi_gates::Truth;
 
 use super::SynthError;
 use super::liberty::{Attribute, Group};
-use super::units::Units;
+use super::physical_units::Units;
 
 /// Groups whose names functions may use beside pins: stored bits of a cell.
 const HOLDS: [&str; 4] = ["ff", "latch", "ff_bank", "latch_bank"];

@@ -29,7 +29,6 @@
 //! # Ok::<(), potamoi_synth::SynthError>(())
 //! ```
 
-mod access;
 mod attributes;
 mod cache_keys;
 mod cacti;
@@ -41,13 +40,14 @@ mod fpga;
 pub mod grid;
 mod liberty;
 mod library;
-mod lookup;
 mod mapped_netlist;
 mod memories;
+mod memory_paths;
 mod netlist;
 mod netlist_digests;
 mod parameters;
 mod path_ends;
+mod physical_units;
 mod power;
 mod power_report;
 mod report;
@@ -55,21 +55,21 @@ mod retime;
 pub mod scaling;
 mod script;
 pub mod study;
+mod table_checks;
 pub mod toolbox;
 mod tools;
 mod unit;
 mod unit_kind;
 mod unit_report;
-mod units;
 mod work_folder;
 
-pub use access::{access_times, with_memories};
 pub use cacti::{Cacti, Figures, Settings, Shape};
 pub use error::SynthError;
 pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
 pub use library::{Cell, Library};
 pub use mapped_netlist::{cell_functions, netlist};
 pub use memories::{Memories, MemoryReport, SYSTEM, macros, model, system};
+pub use memory_paths::{access_times, with_memories};
 pub use netlist::{MemoryArea, ModuleArea};
 pub use netlist_digests::NetlistDigests;
 pub use parameters::Synthesised;
@@ -84,7 +84,7 @@ pub use report::{
     ScaledUnit, SynthReport, ToolsOrigin, differences,
 };
 pub use tools::Tools;
-pub use unit::{Made, STEPS, synthesise};
+pub use unit::{STEPS, SynthesisedUnit, synthesise};
 pub use unit_kind::UnitKind;
 pub use unit_report::{FlopMemory, UnitReport, WithMemories};
 

@@ -9,8 +9,8 @@ use potamoi_gates::Truth;
 use sha2::{Digest as _, Sha256};
 
 use super::liberty::{self, Group};
-use super::units::Units;
-use super::{SynthError, attributes, lookup};
+use super::physical_units::Units;
+use super::{SynthError, attributes, table_checks};
 
 /// Largest size of an unpacked library, in bytes.
 const LIMIT: u64 = 1 << 28;
@@ -96,7 +96,7 @@ impl Library {
         let file = liberty::parse(&text, &origin)?;
         let units = Units::read(&file, &origin)?;
         attributes::check(&file, &units, &origin)?;
-        lookup::check(&file, &units, &origin)?;
+        table_checks::check(&file, &units, &origin)?;
         let reader = Attributes { origin: &origin };
         let mut cells = BTreeMap::new();
         for cell in file.groups("cell") {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::retime::{Retiming, Wanted};
 use super::script::{PERIOD, sta_of_ends};
-use super::{Library, Made, SynthError, Tools, UnitKind};
+use super::{Library, SynthError, SynthesisedUnit, Tools, UnitKind};
 
 /// Version of the cached format.
 const KEPT: &str = "potamoi-ends 1";
@@ -30,7 +30,7 @@ pub struct PathEnd {
 /// OpenSTA fails or prints output that is not understood; files cannot be written.
 pub fn path_ends(
     unit: UnitKind,
-    made: &Made,
+    made: &SynthesisedUnit,
     library: &Library,
     tools: &Tools,
     cache: &Path,

@@ -11,12 +11,12 @@ use super::error::{CHECK_LIBRARY, cannot_keep};
 use super::script::{LIBRARY, NETLIST};
 use super::tools::TIMING;
 use super::work_folder::WorkFolder;
-use super::{Library, Made, SynthError, Tools, UnitKind};
+use super::{Library, SynthError, SynthesisedUnit, Tools, UnitKind};
 
 /// Inputs of a timing run.
 pub(super) struct Retiming<'a> {
     pub(super) unit: UnitKind,
-    pub(super) made: &'a Made,
+    pub(super) made: &'a SynthesisedUnit,
     pub(super) library: &'a Library,
     pub(super) tools: &'a Tools,
     /// Cache folder.

@@ -7,7 +7,7 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_synth::{
-    Extent, Made, Order, POWER_STEPS, STEPS, Sampler, SynthError, UnitKind, estimate,
+    Extent, Order, POWER_STEPS, STEPS, Sampler, SynthError, SynthesisedUnit, UnitKind, estimate,
 };
 
 use super::flow::Flow;
@@ -119,7 +119,7 @@ impl Activity {
     pub fn add(
         &self,
         (config, unit): (&Config, UnitKind),
-        made: &mut Made,
+        made: &mut SynthesisedUnit,
         work: &ActivityWork,
         flow: &Flow<'_>,
         step: &dyn Fn(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use potamoi_formats::config::Config;
-use potamoi_synth::{Library, Made, SynthError, Tools, UnitKind, synthesise};
+use potamoi_synth::{Library, SynthError, SynthesisedUnit, Tools, UnitKind, synthesise};
 
 /// Library, tools and cache of syntheses.
 #[derive(Clone, Copy)]
@@ -26,7 +26,7 @@ impl Flow<'_> {
         config: &Config,
         unit: UnitKind,
         step: &dyn Fn(),
-    ) -> Result<Made, SynthError> {
+    ) -> Result<SynthesisedUnit, SynthError> {
         synthesise(config, unit, self.library, self.tools, self.cache, step)
     }
 }

@@ -21,7 +21,7 @@ use crate::error::cannot_keep;
 use crate::mapped_netlist::Mapping;
 use crate::power_report::{Power, PowerReport};
 use crate::unit::remade_with_names;
-use crate::{Made, SynthError, UnitKind};
+use crate::{SynthError, SynthesisedUnit, UnitKind};
 
 /// Banks and lanes of the slices.
 const BANKS: [u32; 2] = [2, 4];
@@ -37,7 +37,7 @@ pub struct Estimated {
     pub power: Power,
     /// The unit, where it was synthesised again for it: nets of the unit are found by name in its
     /// slices, and the cached unit had other names.
-    pub remade: Option<Made>,
+    pub remade: Option<SynthesisedUnit>,
 }
 
 /// Estimates the power of a unit; cached in `cache` by the netlists of the modules and by work, so
@@ -209,7 +209,11 @@ impl<'a> Order<'a> {
     }
 
     /// The unit with the names of today, where it is composed of slices and was made with others.
-    fn with_names(&self, parts: &[Planned<'_>], cache: &Path) -> Result<Option<Made>, SynthError> {
+    fn with_names(
+        &self,
+        parts: &[Planned<'_>],
+        cache: &Path,
+    ) -> Result<Option<SynthesisedUnit>, SynthError> {
         if parts.iter().all(|part| part.mapping.is_none()) {
             return Ok(None);
         }

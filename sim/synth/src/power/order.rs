@@ -3,7 +3,7 @@
 use potamoi_formats::config::Config;
 
 use super::activity::{GatherWindow, VectorWindow};
-use crate::{Library, Made, Tools, UnitKind};
+use crate::{Library, SynthesisedUnit, Tools, UnitKind};
 
 /// Simulated part of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub struct Order<'a> {
     /// Tools that map slices.
     pub tools: &'a Tools,
     /// The synthesised unit.
-    pub made: &'a Made,
+    pub made: &'a SynthesisedUnit,
     /// Name of the scene.
     pub scene: &'a str,
     /// Work of the gathering unit, and of the vector unit.

@@ -175,7 +175,7 @@ mod tests {
     use crate::power::activity::VectorWindow;
     use crate::power::estimate::Part;
     use crate::power::order::Extent;
-    use crate::{Library, Made, SynthReport, Tools, UnitKind, UnitReport};
+    use crate::{Library, SynthReport, SynthesisedUnit, Tools, UnitKind, UnitReport};
     use potamoi_formats::config::Config;
     use std::path::Path;
 
@@ -259,7 +259,7 @@ mod tests {
         };
         let config = Config::paper();
         assert_eq!((config.vu.lanes, config.clock_mhz), (24, 1000));
-        let made = Made {
+        let made = SynthesisedUnit {
             report: unit(),
             netlist: netlist(24),
             key: String::new(),

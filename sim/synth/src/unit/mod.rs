@@ -24,7 +24,7 @@ use super::{Library, NetlistDigests, SynthError, Tools, UnitKind, UnitReport, fa
 
 /// A synthesised unit, new or cached.
 #[derive(Debug)]
-pub struct Made {
+pub struct SynthesisedUnit {
     /// Its report.
     pub report: UnitReport,
     /// Its gate-level netlist.
@@ -58,7 +58,7 @@ pub fn synthesise(
     tools: &Tools,
     cache: &Path,
     step: &dyn Fn(),
-) -> Result<Made, SynthError> {
+) -> Result<SynthesisedUnit, SynthError> {
     let sources = Sources::new(config, unit)?;
     sources.synthesise(library, tools, cache, Reuse::Cached, step)
 }
@@ -69,13 +69,13 @@ pub fn synthesise(
 /// # Errors
 /// As [`synthesise`].
 pub(super) fn remade_with_names(
-    made: &Made,
+    made: &SynthesisedUnit,
     config: &Config,
     unit: UnitKind,
     library: &Library,
     tools: &Tools,
     cache: &Path,
-) -> Result<Option<Made>, SynthError> {
+) -> Result<Option<SynthesisedUnit>, SynthError> {
     let sources = Sources::new(config, unit)?;
     if made.verilog == sources.hash() {
         return Ok(None);
@@ -126,7 +126,7 @@ impl Sources {
         cache: &Path,
         reuse: Reuse,
         step: &dyn Fn(),
-    ) -> Result<Made, SynthError> {
+    ) -> Result<SynthesisedUnit, SynthError> {
         let (unit, files) = (self.unit, &self.files);
         let (macros, flop_memories) = memories::split(&self.module, unit);
         let is_macro = |file: &str| macros.iter().any(|m| file == format!("{}.v", m.module));
@@ -189,8 +189,8 @@ struct Kept {
 }
 
 impl Kept {
-    fn made(self, netlist: String, key: &Key, is_cached: bool) -> Made {
-        Made {
+    fn made(self, netlist: String, key: &Key, is_cached: bool) -> SynthesisedUnit {
+        SynthesisedUnit {
             report: self.report,
             netlist,
             key: key.hex(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::SynthError;
 use super::liberty::Group;
-use super::units::Units;
+use super::physical_units::Units;
 
 /// Axes of a table.
 const AXES: [&str; 3] = ["index_1", "index_2", "index_3"];

@@ -15,7 +15,9 @@ use super::power::usual_transition_ps;
 use super::retime::{Retiming, Wanted};
 use super::script::{MEMORIES, PERIOD, sta_with_memories};
 use super::unit::longest_path;
-use super::{Library, Made, Memories, SynthError, Tools, UnitKind, WithMemories, scaling};
+use super::{
+    Library, Memories, SynthError, SynthesisedUnit, Tools, UnitKind, WithMemories, scaling,
+};
 
 /// Version of the cached format.
 const KEPT: &str = "potamoi-access 1";
@@ -48,7 +50,7 @@ pub fn access_times(
 /// OpenSTA fails or prints output that is not understood; files cannot be written.
 pub fn with_memories(
     config: &Config,
-    (unit, made): (UnitKind, &Made),
+    (unit, made): (UnitKind, &SynthesisedUnit),
     access_ps: BTreeMap<String, f64>,
     library: &Library,
     tools: &Tools,
