@@ -27,7 +27,7 @@ pub enum Overlap {
 pub struct Frame {
     /// Who launches.
     pub launch: Launch,
-    /// What is launched.
+    /// The launched operations.
     pub kernels: Vec<Kernel>,
 }
 

@@ -24,7 +24,7 @@ const ISSUE_SHARE: f64 = 0.8;
 /// are loaded again for each block (fully fused layers of tiny-cuda-nn, Müller et al. 2021).
 const TENSOR_SHARE: f64 = 0.5;
 
-/// What bounds a time.
+/// Resource that bounds a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Term {
     /// Instructions, on the busiest pipe.
@@ -82,7 +82,7 @@ impl Term {
     }
 }
 
-/// What a kernel asks for, all its threads together.
+/// Demands of a kernel, of all its threads together.
 ///
 /// Instructions are those of warps: 32 lanes count once, however many are active.
 #[derive(Debug, Clone, PartialEq)]

@@ -114,7 +114,7 @@ pub(crate) fn half_layer(
     }
 }
 
-/// What both kinds of layers share: product and bias, two operations.
+/// Operations that both kinds of layers share: product and bias.
 fn operands(name: &'static str, bytes: f64, device: &Device) -> Kernel {
     Kernel {
         l1_lines: bytes / LINE,

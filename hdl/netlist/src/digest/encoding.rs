@@ -19,7 +19,7 @@ impl Encoding {
         self.0.finalize()
     }
 
-    /// What follows.
+    /// Kind of the encoded part that follows.
     pub(super) fn tag(&mut self, tag: u8) {
         self.0.update(&[tag]);
     }

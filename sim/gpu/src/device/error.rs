@@ -18,7 +18,7 @@ pub enum DeviceError {
     Unreadable {
         /// The file.
         file: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The file is not TOML.
@@ -26,7 +26,7 @@ pub enum DeviceError {
     Syntax {
         /// The file.
         file: String,
-        /// What the parser says.
+        /// The error of the parser.
         message: String,
     },
     /// A field is not as it has to be.
@@ -36,11 +36,11 @@ pub enum DeviceError {
         file: String,
         /// The field.
         field: String,
-        /// What is there.
+        /// The value found.
         found: String,
-        /// What has to be there.
+        /// The values allowed.
         expected: String,
-        /// What to do.
+        /// The remedy.
         action: String,
     },
 }

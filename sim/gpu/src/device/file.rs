@@ -7,7 +7,7 @@ use super::{Device, DeviceError, FIELDS, Field, Origin};
 
 /// Keys that hold text.
 const TEXTS: [&str; 2] = ["title", "mode"];
-/// What a figure looks like.
+/// The expected form of a figure.
 const FORM: &str = "`{ value = 1.0, source = \"...\" }` or `{ value = 1.0, assumed = \"why\" }`";
 
 impl Device {

@@ -122,7 +122,7 @@ impl DirectVoxGo {
         all
     }
 
-    /// Weights of what is opaque enough: 152 + 51 bytes a sample.
+    /// Weights of samples above the alpha threshold: 152 + 51 bytes a sample.
     fn weights(&self, part: Chunk, device: &Device) -> Vec<Kernel> {
         let samples = part.by_alpha;
         let walk = Kernel {

@@ -44,7 +44,7 @@ pub enum Kind {
 pub struct Count<P> {
     /// Name in files of rows.
     pub name: &'static str,
-    /// What is counted, per frame.
+    /// Description of the count, per frame.
     pub meaning: &'static str,
     /// How it changes.
     pub kind: Kind,
@@ -79,7 +79,7 @@ pub trait Program: Sized + 'static {
 pub struct Named {
     /// Name in files of rows.
     pub name: &'static str,
-    /// What is counted, per frame.
+    /// Description of the count, per frame.
     pub meaning: &'static str,
     /// How it changes.
     pub kind: Kind,
@@ -133,7 +133,7 @@ pub enum CountError {
 pub struct Registered {
     /// Name in files of rows.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// Description in one line.
     pub title: &'static str,
     counts: fn() -> Vec<Named>,
     frame: fn(&Registered, &Counts, &Device) -> Result<Frame, CountError>,

@@ -70,7 +70,7 @@ impl Splatting {
         }
     }
 
-    /// What precedes rendering: projection, pairs of Gaussians and tiles, their order.
+    /// Operations before rendering: projection, pairs of Gaussians and tiles, sorting.
     #[must_use]
     pub fn preparation(&self) -> Vec<Kernel> {
         let mut kernels = vec![self.preprocess(), self.scan(), self.duplicate()];
@@ -91,7 +91,7 @@ impl Splatting {
         (self.width / TILE).ceil() * (self.height / TILE).ceil()
     }
 
-    /// What Python does around the rasterizer.
+    /// Operations of Python around the rasterizer.
     fn python(&self, device: &Device) -> Vec<Kernel> {
         let gaussians = self.gaussians;
         // Binding: outputs and buffers are allocated, radii and gradients of means zeroed.

@@ -4,12 +4,10 @@
 //! Source: torch-ngp `tensoRF/network.py` (`forward`, `get_sigma_feat`, `get_color_feat`); 16
 //! components of density and 48 of colour. About 13.3 KB a slot.
 
-use super::rounds::shares;
-use super::torch_ngp::{activated, begin, composited, marched};
+use super::torch_ngp::{activated, composited, in_rounds, marched};
 use super::{Count, Program, counts};
-use crate::frame::Launch;
 use crate::kernel::{SECTOR, WARP};
-use crate::operations::{copied, elementwise, half_layer};
+use crate::operations::{elementwise, half_layer};
 use crate::{Device, Frame, Kernel};
 
 /// Components of density and of colour.
@@ -113,14 +111,8 @@ impl Program for TorchTensorf {
     ];
 
     fn frame(&self, device: &Device) -> Frame {
-        let mut kernels = vec![begin(self.rays, device)];
-        for share in shares(self.rounds) {
-            kernels.extend(self.round(share, device));
-        }
-        kernels.push(copied("preds.detach().cpu()", self.rays * 16.0, 4.0));
-        Frame {
-            launch: Launch::Framework,
-            kernels,
-        }
+        in_rounds(self.rays, self.rounds, device, [], |share| {
+            self.round(share, device)
+        })
     }
 }

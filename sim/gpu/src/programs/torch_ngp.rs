@@ -31,8 +31,8 @@ pub struct TorchNgp {
     pub parameters: f64,
 }
 
-/// What starts a frame: rays, where they meet the box, outputs.
-pub(super) fn begin(rays: f64, device: &Device) -> Kernel {
+/// First operation of a frame: rays, their intersections with the box, outputs.
+fn begin(rays: f64, device: &Device) -> Kernel {
     elementwise(
         "rays, near_far_from_aabb, outputs",
         rays,
@@ -42,7 +42,26 @@ pub(super) fn begin(rays: f64, device: &Device) -> Kernel {
     )
 }
 
-/// What starts a round: slots are zeroed and marched into.
+/// A frame of the framework: its rounds, `end`, and the copy of colour and depth, in single
+/// precision, to the host.
+pub(super) fn in_rounds(
+    rays: f64,
+    rounds: f64,
+    device: &Device,
+    end: impl IntoIterator<Item = Kernel>,
+    round: impl FnMut(f64) -> Vec<Kernel>,
+) -> Frame {
+    let mut kernels = vec![begin(rays, device)];
+    kernels.extend(shares(rounds).into_iter().flat_map(round));
+    kernels.extend(end);
+    kernels.push(copied("preds.detach().cpu()", rays * 16.0, 4.0));
+    Frame {
+        launch: Launch::Framework,
+        kernels,
+    }
+}
+
+/// First operations of a round: slots are zeroed, then filled by marching.
 pub(super) fn marched(slots: f64, looks: f64, device: &Device) -> [Kernel; 2] {
     [
         elementwise("zero xyzs, dirs, deltas", slots, 64.0, 5.0, device),
@@ -50,7 +69,7 @@ pub(super) fn marched(slots: f64, looks: f64, device: &Device) -> [Kernel; 2] {
     ]
 }
 
-/// What ends a round: composite, keep the rays that are alive.
+/// Last operations of a round: compositing, and selection of the rays that go on.
 pub(super) fn composited(rays: f64, share: f64, slots: f64, device: &Device) -> [Kernel; 2] {
     [
         heavier(
@@ -127,18 +146,9 @@ impl Program for TorchNgp {
     ];
 
     fn frame(&self, device: &Device) -> Frame {
-        let mut kernels = vec![begin(self.rays, device)];
-        for share in shares(self.rounds) {
-            kernels.extend(self.round(share, device));
-        }
-        kernels.extend([
-            elementwise("background, depth", self.rays, 100.0, 8.0, device),
-            // Colour and depth in single precision.
-            copied("preds.detach().cpu()", self.rays * 16.0, 4.0),
-        ]);
-        Frame {
-            launch: Launch::Framework,
-            kernels,
-        }
+        let background = elementwise("background, depth", self.rays, 100.0, 8.0, device);
+        in_rounds(self.rays, self.rounds, device, [background], |share| {
+            self.round(share, device)
+        })
     }
 }

@@ -88,7 +88,7 @@ fn row(entry: &RowEntry, file: &CountFile) -> Result<Row, RowError> {
         })?;
         merged.extend(set);
     }
-    // Those of the row itself come last.
+    // Counts of the row itself come last.
     merged.extend(&entry.counts);
     let mut counts = BTreeMap::new();
     for (name, count) in merged {

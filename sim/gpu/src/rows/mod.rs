@@ -53,7 +53,7 @@ pub enum At {
 /// A measured frame rate.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// What was measured.
+    /// Program, device and counts of the measurement.
     pub row: Row,
     /// Least frames a second that are published for it.
     pub least: f64,
@@ -63,13 +63,13 @@ pub struct Measured {
     pub publication: String,
     /// Version of the program.
     pub version: String,
-    /// What was timed.
+    /// Timed region.
     pub timed: String,
     /// Power mode.
     pub mode: String,
     /// Resolution of the pictures.
     pub resolution: String,
-    /// What is not documented, where the row stands beside and is not judged.
+    /// Missing documentation, for which the row is not judged.
     pub beside: Option<String>,
     /// The term or count that is missing, where the prediction is off by more than twice.
     pub missing: Option<String>,
@@ -87,7 +87,7 @@ impl Measured {
         file::measured(include_str!("../../rows/measured.toml"), &Row::all()?)
     }
 
-    /// Frames a second: the geometric mean of what is published.
+    /// Geometric mean of the least and the most published frames a second.
     #[must_use]
     pub fn frames_s(&self) -> f64 {
         (self.least * self.most).sqrt()
@@ -108,7 +108,7 @@ pub enum RowError {
     Form {
         /// The file.
         file: &'static str,
-        /// What is wrong, and what to do.
+        /// The fault, and its remedy.
         message: String,
     },
     /// The device of a row is refused.

@@ -7,7 +7,7 @@ use crate::{Bounds, Term};
 /// A prediction beside a measurement.
 #[derive(Debug, Clone)]
 pub struct Check {
-    /// What was measured.
+    /// The measurement.
     pub measured: Measured,
     /// Predicted time at the likely counts.
     pub mid: Bounds,

@@ -19,7 +19,7 @@ fn a_summary_separates_bias_and_spread() {
     assert_eq!(own.in_twice, 2);
 }
 
-/// What the model is accepted by: a row that is off by more than twice says what it misses. A lower error comes from better counts alone: neither constants
+/// Acceptance of the model: a row that is off by more than twice names the missing term or count. A lower error comes from better counts alone: neither constants
 /// nor the rule of overlap are changed to meet rows.
 #[test]
 fn judged_rows_are_reached() {

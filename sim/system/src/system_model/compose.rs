@@ -412,7 +412,7 @@ impl<'a> Composer<'a> {
         let bytes = bytes * work.frame_pixels as f64;
         self.spent.link_bytes += bytes;
         let ns = bytes / self.system.link_bytes_per_second * 1e9;
-        // What is received is written to memory.
+        // Received bytes are written to memory.
         let received = Transfers {
             written: bytes,
             dma_transfers: 1,

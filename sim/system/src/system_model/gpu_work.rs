@@ -7,7 +7,7 @@ use super::gpu::Gpu;
 /// Work that is launched together.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GpuWork {
-    /// What is launched, in this order.
+    /// The launched operations, in this order.
     pub kernels: Vec<Kernel>,
     /// Bytes read sequentially from memory.
     pub read_bytes: f64,

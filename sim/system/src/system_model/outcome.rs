@@ -60,7 +60,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// What bounds it: the resource or channel whose own work needs the largest share of the span,
+    /// The bottleneck: the resource or channel whose own work needs the largest share of the span,
     /// and that share.
     #[must_use]
     pub fn bottleneck(&self) -> (&'static str, f64) {

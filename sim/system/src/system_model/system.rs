@@ -123,7 +123,7 @@ pub enum SystemError {
         name: String,
         /// Path of the field.
         field: String,
-        /// What to do instead.
+        /// The remedy.
         instead: String,
     },
     /// A field is out of range.
