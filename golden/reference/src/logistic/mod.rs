@@ -4,7 +4,7 @@ use astro_float::{BigFloat, Consts, RoundingMode};
 use potamoi_formats::config::ExpConfig;
 use rayon::prelude::*;
 
-use super::exact_exponential::{ERROR_BITS, ExactError, ExpError, WORKING_BITS};
+use super::exact_exponential::{ERROR_BITS, ExactError, ExpError, WORKING_BITS, parts};
 use super::widths::budget;
 
 /// Fraction bits of a stored value, which is below 1.
@@ -42,11 +42,11 @@ impl LogisticReference {
         let fine = exponentials(0..1 << FINE, -(frac_bits as i32))?;
         let blocks = (16u32 << frac_bits >> FINE) + 1;
         let coarse = exponentials(0..blocks, FINE as i32 - frac_bits as i32)?;
+        let logarithm = Logarithm::new()?;
         let block = |coarse: &BigFloat| {
-            let mut consts = library()?;
             let values = fine
                 .iter()
-                .map(|fine| both(&(coarse.mul(fine, WORKING_BITS, NEAREST)), &mut consts));
+                .map(|fine| both(&coarse.mul(fine, WORKING_BITS, NEAREST), &logarithm));
             values.collect::<Result<Vec<_>, _>>()
         };
         let blocks: Vec<_> = coarse.par_iter().map(block).collect::<Result<_, _>>()?;
@@ -147,19 +147,70 @@ fn exponentials(codes: std::ops::Range<u32>, power: i32) -> Result<Vec<BigFloat>
 }
 
 /// `e / (1 + e)` and `ln(1 + e)` with [`FRACTION`] fraction bits, truncated.
-fn both(e: &BigFloat, consts: &mut Consts) -> Result<(u128, u128), ExactError> {
-    let one = BigFloat::from_f64(1.0, WORKING_BITS);
-    let y = one.add(e, WORKING_BITS, NEAREST);
-    let fixed = |value: BigFloat| {
-        let (mantissa, exponent) = super::exact_exponential::parts(&value)
-            .ok_or_else(|| ExactError::Library(format!("of {e} comes {value}")))?;
-        // The mantissa has 126 fraction bits, and the value is below 1.
-        Ok(mantissa >> (126 - FRACTION as i32 - exponent).clamp(0, 127))
-    };
-    Ok((
-        fixed(e.div(&y, WORKING_BITS, NEAREST))?,
-        fixed(y.ln(WORKING_BITS, NEAREST, consts))?,
-    ))
+fn both(e: &BigFloat, logarithm: &Logarithm) -> Result<(u128, u128), ExactError> {
+    let y = e.add(&logarithm.one, WORKING_BITS, NEAREST);
+    let sigmoid = e.div(&y, WORKING_BITS, NEAREST);
+    Ok((fixed(&sigmoid)?, fixed(&logarithm.of_one_and(e, &y)?)?))
+}
+
+/// A number below 1 with [`FRACTION`] fraction bits, truncated.
+fn fixed(value: &BigFloat) -> Result<u128, ExactError> {
+    let (mantissa, exponent) = positive(value)?;
+    // The mantissa has 126 fraction bits.
+    Ok(mantissa >> (126 - FRACTION as i32 - exponent).clamp(0, 127))
+}
+
+fn positive(value: &BigFloat) -> Result<(u128, i32), ExactError> {
+    parts(value).ok_or_else(|| ExactError::Library(format!("a value is {value}")))
+}
+
+/// `ln(1 + e)` from logarithms of a grid: a call of the library a value would take ten times as
+/// long.
+struct Logarithm {
+    one: BigFloat,
+    /// `g = 1 + k 2^-GRID` and its logarithm, for every `k` up to `2^GRID`.
+    grid: Vec<(BigFloat, BigFloat)>,
+    /// `2 / (2j + 1)`, the last first.
+    terms: Vec<BigFloat>,
+}
+
+/// Bits of the grid between 1 and 2.
+const GRID: i32 = 9;
+/// Terms of the series. Its argument is at most 2^-11, so that the first term left out is below
+/// 2^-145.
+const TERMS: u32 = 6;
+
+impl Logarithm {
+    fn new() -> Result<Self, ExactError> {
+        let mut consts = library()?;
+        let number = |value: f64| BigFloat::from_f64(value, WORKING_BITS);
+        let mut point = |k: u32| {
+            let g = number(1.0 + f64::from(k) * 2f64.powi(-GRID));
+            let ln = g.ln(WORKING_BITS, NEAREST, &mut consts);
+            (g, ln)
+        };
+        let term = |j: u32| number(2.0).div(&number(f64::from(2 * j + 1)), WORKING_BITS, NEAREST);
+        Ok(Self {
+            one: number(1.0),
+            grid: (0..=1 << GRID).map(&mut point).collect(),
+            terms: (0..TERMS).rev().map(term).collect(),
+        })
+    }
+
+    /// `ln(y)` of `y = 1 + e`, for `e` in (0, 1]: `ln(g) + 2 artanh((y - g) / (y + g))`.
+    fn of_one_and(&self, e: &BigFloat, y: &BigFloat) -> Result<BigFloat, ExactError> {
+        let (p, rm) = (WORKING_BITS, NEAREST);
+        let (mantissa, exponent) = positive(e)?;
+        let near = mantissa as f64 * 2f64.powi(exponent - 126 + GRID);
+        let k = (near.round() as usize).min(self.grid.len() - 1);
+        let (g, ln) = &self.grid[k];
+        let z = y.sub(g, p, rm).div(&y.add(g, p, rm), p, rm);
+        let square = z.mul(&z, p, rm);
+        let series = self.terms.iter().fold(BigFloat::new(p), |sum, term| {
+            sum.mul(&square, p, rm).add(term, p, rm)
+        });
+        Ok(series.mul(&z, p, rm).add(ln, p, rm))
+    }
 }
 
 /// An upper bound of the error of `of` by an engine of `config`, in units of the last place.
