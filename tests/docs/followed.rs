@@ -1,5 +1,5 @@
 //! Pages that say how to add something are followed: their examples are added to a copy of the
-//! crates and tested there.
+//! crates and, since that takes long, tested there by `make test-full` alone.
 //!
 //! A file is new after a line ``New file `PATH`:``; lines are added after ``In `PATH`, below
 //! `LINE`:`` and put in its place after ``In `PATH`, in place of `LINE`:``. The block that follows is
@@ -219,7 +219,33 @@ fn copy(folder: &Path) {
     write(&own.join("Cargo.toml"), text.as_bytes());
 }
 
+/// Each change has one place in today's sources, and what comes of it is Rust as `rustfmt` writes it.
 #[test]
+fn what_the_pages_add_fits_the_sources() {
+    let folder = tempfile::tempdir().unwrap();
+    copy(folder.path());
+    let changes = all_changes();
+    let paths: BTreeSet<_> = changes.iter().map(|c| &c.path).collect();
+    for path in paths {
+        let file = folder.path().join(path);
+        let text = read(&file);
+        for change in changes.iter().filter(|c| c.path == *path) {
+            assert!(text.contains(&change.text), "{change:?}");
+        }
+        // From standard input: modules of the file are left out.
+        let done = Command::new("rustfmt")
+            .args(["--edition", "2024", "--check", "--config-path"])
+            .arg(root())
+            .stdin(std::fs::File::open(&file).unwrap())
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&done.stdout) + String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{path}: {said}");
+    }
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
 fn what_the_pages_add_passes_its_tests() {
     let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let folder = scratch.join("followed");
