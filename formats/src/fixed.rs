@@ -25,6 +25,7 @@ pub enum Rounding {
 /// `value / 2^shift`, rounded. Exact for every input with `shift <= 126`;
 /// larger shifts give the limit (0, or -1 for `Floor` of a negative value).
 #[must_use]
+#[inline]
 pub fn round_shift(value: i128, shift: u32, rounding: Rounding) -> i128 {
     if shift == 0 {
         return value;
@@ -85,30 +86,35 @@ impl Format {
 
     /// Total width in bits, sign included.
     #[must_use]
+    #[inline]
     pub const fn width(self) -> u32 {
         self.int_bits + self.frac_bits + self.signed as u32
     }
 
     /// Fraction bits.
     #[must_use]
+    #[inline]
     pub const fn frac_bits(self) -> u32 {
         self.frac_bits
     }
 
     /// Integer bits, without the sign.
     #[must_use]
+    #[inline]
     pub const fn int_bits(self) -> u32 {
         self.int_bits
     }
 
     /// Whether codes are two's complement.
     #[must_use]
+    #[inline]
     pub const fn is_signed(self) -> bool {
         self.signed
     }
 
     /// The smallest code.
     #[must_use]
+    #[inline]
     pub const fn min(self) -> i128 {
         if self.signed {
             -(1i128 << (self.width() - 1))
@@ -119,6 +125,7 @@ impl Format {
 
     /// The largest code.
     #[must_use]
+    #[inline]
     pub const fn max(self) -> i128 {
         let magnitude = self.width() - self.signed as u32;
         (1i128 << magnitude) - 1
@@ -126,6 +133,7 @@ impl Format {
 
     /// Saturates a code to the range. Returns whether it was outside.
     #[must_use]
+    #[inline]
     pub fn saturate(self, code: i128) -> (i128, bool) {
         let held = code.clamp(self.min(), self.max());
         (held, held != code)
@@ -133,11 +141,12 @@ impl Format {
 
     /// The code of `value`, rounded and saturated; `None` for NaN.
     #[must_use]
+    #[inline]
     pub fn quantise(self, value: f64, rounding: Rounding) -> Option<i128> {
         if value.is_nan() {
             return None;
         }
-        let scaled = value * 2f64.powi(self.frac_bits as i32);
+        let scaled = value * power_of_two(self.frac_bits as i32);
         let rounded = match rounding {
             Rounding::Floor => scaled.floor(),
             Rounding::HalfEven => scaled.round_ties_even(),
@@ -150,6 +159,11 @@ impl Format {
                 }
             }
         };
+        // Whole tables are quantised: the bounds of most formats are exact in 64-bit floats.
+        if self.width() <= 53 {
+            let [low, high] = [self.min() as i64, self.max() as i64];
+            return Some((rounded.clamp(low as f64, high as f64) as i64).into());
+        }
         // Every f64 at or past 2^64 saturates, so the cast below is exact.
         let held = rounded.clamp(-(2f64.powi(65)), 2f64.powi(65));
         Some(self.saturate(held as i128).0)
@@ -157,15 +171,23 @@ impl Format {
 
     /// The value of a code.
     #[must_use]
+    #[inline]
     pub fn value(self, code: i128) -> f64 {
-        code as f64 * 2f64.powi(-(self.frac_bits as i32))
+        code as f64 * power_of_two(-(self.frac_bits as i32))
     }
 
     /// One unit in the last place (ulp).
     #[must_use]
+    #[inline]
     pub fn ulp(self) -> f64 {
-        2f64.powi(-(self.frac_bits as i32))
+        power_of_two(-(self.frac_bits as i32))
     }
+}
+
+/// `2^power`, of a normal number.
+#[inline]
+fn power_of_two(power: i32) -> f64 {
+    f64::from_bits(((1023 + power) as u64) << 52)
 }
 
 impl fmt::Display for Format {
@@ -280,6 +302,25 @@ mod tests {
             Some(s.min())
         );
         assert_eq!(s.quantise(f64::NAN, Rounding::Floor), None);
+    }
+
+    /// Formats of up to 53 bits saturate in floating point, wider ones as integers: both do alike.
+    #[test]
+    fn narrow_and_wide_formats_saturate_alike() {
+        let all = [Rounding::Floor, Rounding::HalfUp, Rounding::HalfEven];
+        for width in 1..=53 {
+            for narrow in [Format::unsigned(width, 0), Format::signed(width - 1, 0)] {
+                let ends = [narrow.min(), narrow.max()];
+                for (end, off) in ends.iter().flat_map(|end| [-1, 0, 1].map(|off| (end, off))) {
+                    let code = end + off;
+                    let found = all.map(|way| narrow.quantise(code as f64, way));
+                    assert_eq!(found, [Some(narrow.saturate(code).0); 3], "{narrow} {code}");
+                }
+            }
+        }
+        for power in -64..=64 {
+            assert_eq!(power_of_two(power), 2f64.powi(power));
+        }
     }
 
     proptest! {

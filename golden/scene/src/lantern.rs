@@ -110,20 +110,26 @@ fn nearest(p: DVec3) -> (f64, Material) {
 
 /// Signed distance, to first order, to the paper's surface.
 fn paper(p: DVec3) -> f64 {
-    let implicit = |p: DVec3| {
-        let up = (p.z - LAMP.z) / HALF_HEIGHT;
+    // The radius at a height, and what the height adds.
+    let level = |z: f64| {
+        let up = (z - LAMP.z) / HALF_HEIGHT;
         let hoop = (up * HOOPS * std::f64::consts::FRAC_PI_2).sin().abs();
         let radius = RADIUS * (0.965 + 0.045 * hoop.sqrt());
+        (radius, up.abs().powf(2.6))
+    };
+    let implicit = |p: DVec3, (radius, added): (f64, f64)| {
         let across = p.truncate().length() / radius;
-        across.powf(2.2) + up.abs().powf(2.6) - 1.0
+        across.powf(2.2) + added - 1.0
     };
     let e = 0.25 * VOXEL;
+    let own = level(p.z);
+    let [above, below] = [p + DVec3::Z * e, p - DVec3::Z * e];
     let slope = DVec3::new(
-        implicit(p + DVec3::X * e) - implicit(p - DVec3::X * e),
-        implicit(p + DVec3::Y * e) - implicit(p - DVec3::Y * e),
-        implicit(p + DVec3::Z * e) - implicit(p - DVec3::Z * e),
+        implicit(p + DVec3::X * e, own) - implicit(p - DVec3::X * e, own),
+        implicit(p + DVec3::Y * e, own) - implicit(p - DVec3::Y * e, own),
+        implicit(above, level(above.z)) - implicit(below, level(below.z)),
     ) / (2.0 * e);
-    implicit(p) / slope.length().max(1.0)
+    implicit(p, own) / slope.length().max(1.0)
 }
 
 /// Rings at both ends of the paper, four feet and the handle.

@@ -165,7 +165,7 @@ fn surface(scene: Analytic, eyes: &[DVec3], spacing: f64) -> Vec<(DVec3, DVec3)>
         .collect();
     let cells = (0..nx * ny * nz).into_par_iter().filter(|i| {
         let v = [i % nx + 1, i / nx % ny + 1, i / (nx * ny) + 1];
-        v[0] < nx && v[1] < ny && v[2] < nz
+        near(*i) && v[0] < nx && v[1] < ny && v[2] < nz
     });
     let found = cells.filter_map(|i| {
         let corners = |k: usize| i + (k & 1) + nx * ((k >> 1 & 1) + ny * (k >> 2));
@@ -308,14 +308,16 @@ fn is_steep(scene: Analytic, at: DVec3, density: f64) -> bool {
     let e = 0.5 * voxel;
     let next = |to: DVec3| (scene.density(at + to * e) - density).abs();
     let most = |axis: DVec3| next(axis).max(next(-axis));
-    let steep = dvec3(most(DVec3::X), most(DVec3::Y), most(DVec3::Z)).length() * 2.0 * voxel;
-    density * voxel >= THICK || steep >= STEEP
+    let steep = || dvec3(most(DVec3::X), most(DVec3::Y), most(DVec3::Z)).length() * 2.0 * voxel;
+    density * voxel >= THICK || steep() >= STEEP
 }
 
 /// Blobs with the optical depth of the surrounding fog.
 fn fog(scene: Analytic, spacing: f64) -> Vec<Splat> {
     let (corner, [nx, ny, nz]) = lattice(scene, spacing);
-    let blobs = (0..nx * ny * nz).into_par_iter().filter_map(|i| {
+    let near = near(scene, spacing);
+    let blobs = (0..nx * ny * nz).into_par_iter().filter(|i| near(*i));
+    let blobs = blobs.filter_map(|i| {
         let v = [i % nx, i / nx % ny, i / (nx * ny)];
         let low = corner + spacing * DVec3::from(v.map(|v| v as f64));
         let mut sum = 0.0;
