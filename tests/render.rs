@@ -17,7 +17,7 @@ fn the_hardware_renders_the_fixed_picture_and_counts_its_work() {
                     "--scene",
                     scene,
                     "--width",
-                    "64",
+                    "32",
                     "--numerics",
                     numerics,
                     "--out",

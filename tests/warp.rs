@@ -5,23 +5,16 @@ use std::path::Path;
 use crate::common::{self, expect, json, shared};
 use serde_json::Value;
 
-const SMALL: [&str; 6] = [
-    "warp",
-    "--scene",
-    "cairn:voxels",
-    "--width",
-    "48",
-    "--frames",
-];
+const SCENE: [&str; 3] = ["warp", "--scene", "cairn:voxels"];
 
-fn warp(folder: &Path, frames: &str, more: &[&str]) -> Value {
-    let mut arguments = SMALL.to_vec();
-    arguments.push(frames);
-    arguments.extend(more);
-    arguments.extend(["--json", "warp.json"]);
-    expect(folder, 0, &arguments);
+fn warp(folder: &Path, [width, frames]: [&str; 2], more: &[&str]) -> Value {
+    let size = ["--width", width, "--frames", frames, "--json", "warp.json"];
+    expect(folder, 0, &[&SCENE[..], &size, more].concat());
     json(&folder.join("warp.json"))
 }
+
+/// Side and frames where what is in the pictures does not matter.
+const SMALL: [&str; 2] = ["24", "9"];
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
@@ -32,7 +25,7 @@ fn ways_stand_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
     let report = warp(
         folder.path(),
-        "20",
+        ["48", "20"],
         &["--method", "sparw,temp,ds2", "--window", "6,16"],
     );
     assert_eq!(report["format_version"], 2);
@@ -81,8 +74,9 @@ fn frames_and_their_origins_are_written_and_the_same_on_any_number_of_threads() 
         let done = common::potamoi()
             .current_dir(folder.path())
             .env("RAYON_NUM_THREADS", threads)
-            .args(SMALL)
-            .args(["5", "--window", "4", "--out-dir", out])
+            .args(SCENE)
+            .args(["--width", "32", "--frames", "5"])
+            .args(["--window", "4", "--out-dir", out])
             .output()
             .unwrap();
         assert!(done.status.success(), "{done:?}");
@@ -97,7 +91,7 @@ fn frames_and_their_origins_are_written_and_the_same_on_any_number_of_threads() 
 #[test]
 fn a_lost_reference_is_made_up_for_by_full_rendering() {
     let folder = tempfile::tempdir().unwrap();
-    let report = warp(folder.path(), "9", &["--window", "3", "--lose", "1"]);
+    let report = warp(folder.path(), SMALL, &["--window", "3", "--lose", "1"]);
     let variant = &report["variants"][0];
     assert_eq!(variant["fallbacks"], 3);
     for frame in variant["frames"].as_array().unwrap() {
@@ -116,13 +110,13 @@ fn frames_go_without_references_that_come_too_late() {
     let folder = tempfile::tempdir().unwrap();
     let server = ["--window", "3", "--frame-ms", "40", "--server-ms"];
     let late = [&server[..], &["2000", "--timeout-ms", "100"]].concat();
-    let report = warp(folder.path(), "9", &late);
+    let report = warp(folder.path(), SMALL, &late);
     let variant = &report["variants"][0];
     assert_eq!(variant["fallbacks"], 9);
     assert_eq!(variant["frame"]["model"]["psnr_db"], Value::Null);
-    assert_eq!(variant["frame"]["pixels"]["full"], 9 * 48 * 48);
+    assert_eq!(variant["frame"]["pixels"]["full"], 9 * 24 * 24);
     let in_time = [&server[..], &["20"]].concat();
-    let report = warp(folder.path(), "9", &in_time);
+    let report = warp(folder.path(), SMALL, &in_time);
     assert_eq!(report["variants"][0]["fallbacks"], 0);
 }
 
@@ -131,7 +125,7 @@ fn phi_is_swept_and_a_small_one_renders_more() {
     let folder = tempfile::tempdir().unwrap();
     let report = warp(
         folder.path(),
-        "12",
+        ["48", "12"],
         // 3.6 degrees a frame.
         &["--fps", "10", "--window", "6", "--phi", "1,4,90"],
     );
@@ -166,16 +160,19 @@ fn schedules_overlap_references_and_targets_and_live_frames_are_the_same() {
         "--chrome-trace",
         "given.json",
     ];
-    let given = [&window[..], &["--frame-ms", "40", "--warp-ms", "1"]].concat();
-    let report = warp(at, "20", &given);
+    let size = ["24", "20"];
+    let times = ["--frame-ms", "40", "--warp-ms", "1"];
+    let report = warp(at, size, &[&window[..], &times].concat());
     let timing = &report["variants"][0]["timing"];
     assert_eq!(timing["times"], "given");
+    assert_eq!(report["variants"][0]["fallbacks"], 0);
     assert!(number(&timing["overlap_ms"]) > 1.0, "{timing}");
     let trace = json(&at.join("given.json"));
     let events = trace["traceEvents"].as_array().unwrap();
     assert!(events.len() > 25, "{}", events.len());
     // The paper's formula begins a reference with its first target, which waits.
-    let late = warp(at, "20", &[&given[..], &["--lead", "0"]].concat());
+    let lead = ["--window", "5", "--lead", "0"];
+    let late = warp(at, size, &[&lead[..], &times].concat());
     let waits = |report: &Value| {
         let all = report["variants"][0]["timing"]["waits_ms"]
             .as_array()
@@ -199,11 +196,8 @@ fn schedules_overlap_references_and_targets_and_live_frames_are_the_same() {
         "--chrome-trace",
         "live.json",
     ];
-    let report = warp(at, "20", &live);
+    let report = warp(at, size, &live);
     assert_eq!(report["variants"][0]["timing"]["times"], "measured");
-    // `given` was written again with another lead.
-    let again = warp(at, "20", &given);
-    assert_eq!(again["variants"][0]["fallbacks"], 0);
     for n in 0..20 {
         let name = format!("frame.{n:04}.png");
         let [a, b] = ["given", "live"].map(|f| std::fs::read(at.join(f).join(&name)).unwrap());
@@ -215,7 +209,11 @@ fn schedules_overlap_references_and_targets_and_live_frames_are_the_same() {
 fn depth_is_of_the_model_of_a_mesh_or_given() {
     let folder = tempfile::tempdir().unwrap();
     let at = |depth: &[&str]| {
-        let report = warp(folder.path(), "8", &[&["--window", "4"], depth].concat());
+        let report = warp(
+            folder.path(),
+            ["48", "8"],
+            &[&["--window", "4"], depth].concat(),
+        );
         let variant = &report["variants"][0];
         (
             number(&variant["frame"]["model"]["psnr_db"]),

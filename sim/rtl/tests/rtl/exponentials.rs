@@ -63,10 +63,20 @@ const FORMS: [(&str, f64, u64, u64); 8] = [
 /// Equal to the twin in every bit, as far from the function as stated, monotone,
 /// and without a bubble.
 #[test]
-fn every_input_of_every_form() {
+fn every_input_of_each_kind_of_form() {
+    every_input(&[FORMS[1], FORMS[2], FORMS[5], FORMS[6], FORMS[7]]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn every_input_of_the_other_forms() {
+    every_input(&[FORMS[0], FORMS[3], FORMS[4]]);
+}
+
+fn every_input(forms: &[(&str, f64, u64, u64)]) {
     let codes: Vec<i32> = (0..65_536).collect();
     let zeros = vec![0; codes.len()];
-    for (knobs, limit, interval, latency) in FORMS {
+    for &(knobs, limit, interval, latency) in forms {
         let config = config(&format!(
             "[vu]\nlanes = 4\nops = [\"exp\"]\n[vu.exp]\n{knobs}"
         ));
@@ -166,13 +176,13 @@ fn settings(engine: EngineKind, vector_every: u64, inject: Option<Injection>) ->
 /// found.
 #[test]
 fn both_scenes_pass_with_each_kind_of_form() {
-    both_scenes_pass(&[FORMS[0].0, FORMS[1].0, FORMS[4].0, FORMS[7].0]);
+    both_scenes_pass(&[FORMS[1].0, FORMS[4].0, FORMS[7].0]);
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn both_scenes_pass_with_every_form() {
-    both_scenes_pass(&[FORMS[5].0, FORMS[6].0]);
+    both_scenes_pass(&[FORMS[0].0, FORMS[5].0, FORMS[6].0]);
 }
 
 /// Not with base two: no renderer folds log2 e into its powers.

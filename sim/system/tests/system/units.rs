@@ -12,8 +12,8 @@ use potamoi_splats::{self as splats, Profile};
 use potamoi_system::system_model::work::FrameWork;
 use potamoi_units::vector_unit::vector_unit;
 
-fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
-    let camera = garden::camera().resized(96, 80);
+fn garden_picture(units: &mut dyn Units, [width, height]: [u32; 2]) -> splats::FixedFrame {
+    let camera = garden::camera().resized(width, height);
     let options = splats::FixedOptions {
         background: garden::BACKGROUND,
         ..splats::FixedOptions::default()
@@ -25,8 +25,8 @@ fn garden_picture(units: &mut dyn Units) -> splats::FixedFrame {
 fn splats_through_the_hardware_equal_the_twins_and_all_are_counted() {
     let config = Config::paper();
     let (mut twins, mut rtl) = (ReferenceUnits::new(&config), RtlUnits::new(&config));
-    let expected = garden_picture(&mut twins);
-    let found = garden_picture(&mut rtl);
+    let expected = garden_picture(&mut twins, [64, 54]);
+    let found = garden_picture(&mut rtl, [64, 54]);
     assert_eq!(found, expected);
     assert_eq!(rtl.counts(), twins.counts());
     assert_eq!(rtl.counts().feature_vectors, found.stats.gathers);
@@ -41,7 +41,7 @@ fn voxels_through_the_hardware_equal_the_twins_and_all_are_counted() {
     let config = Config::paper();
     let field = StoredField::from(lantern::lantern().unwrap());
     let made = FixedField::new(&field, &config).unwrap();
-    let camera = lantern::camera(48, 48);
+    let camera = lantern::camera(32, 32);
     let render = |units: &mut dyn Units| {
         made.render(&camera, &FixedOptions::default(), units)
             .unwrap()
@@ -61,7 +61,7 @@ fn one_flipped_constant_changes_the_picture() {
     let text = "[gu]\nbanks = 8\nports = 1\n[vu]\nlanes = 4\n";
     let config = Config::from_toml(text, "test").unwrap();
     let right = vector_unit(&config).unwrap();
-    let picture = |units: &mut RtlUnits| garden_picture(units).picture;
+    let picture = |units: &mut RtlUnits| garden_picture(units, [32, 27]).picture;
     let expected = picture(&mut RtlUnits::new(&config));
     let flip = Fault {
         module: "exp_constants".to_owned(),
