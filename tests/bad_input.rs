@@ -169,10 +169,7 @@ fn old_names_of_flags_work_with_a_note() {
             format!("{model} --energy e.svg --roofline r.svg --trace t.json"),
             format!("{model} --plot-energy e.svg --plot-roofline r.svg --chrome-trace t.json"),
         ),
-        (
-            "cost --unit methods".to_owned(),
-            "cost --study methods".to_owned(),
-        ),
+        ("cost --unit exp".to_owned(), "cost --study exp".to_owned()),
         (
             format!("estimate --grid {grid} --unit gu"),
             format!("estimate --fit-to {grid} --unit gu"),
