@@ -95,6 +95,7 @@ impl Scene {
                 self.follow(cameras_of(&frames), index, &path)?;
                 self.set_size(*width, *height)
             }
+            CameraDescription::Trajectory(own) => self.follow_motion(own, folder),
             CameraDescription::Orbit {
                 azimuth,
                 elevation,
@@ -191,6 +192,7 @@ impl Scene {
             let expected = format!("0 to {}, as {} has", cameras.len() - 1, file.display());
             return Err(self.value("camera.index", index.to_string(), &expected));
         };
+        self.motion = None;
         // Cameras are of the file's world, the model from its own origin on.
         let there = DAffine3::from_translation(self.origin);
         let from_origin = |own: Camera| Camera {

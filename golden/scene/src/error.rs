@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use super::camera_file::CameraFileError;
 use super::colmap::ColmapError;
+use super::trajectory::TrajectoryError;
 use super::transforms::TransformsError;
 use potamoi_fields::FieldError;
 use potamoi_march::MarchError;
@@ -97,6 +98,9 @@ pub enum SceneError {
     /// Poses of a reconstruction are invalid or not supported.
     #[error(transparent)]
     Poses(#[from] ColmapError),
+    /// A recorded motion is invalid or not supported.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
     /// A field cannot be loaded or rendered.
     #[error(transparent)]
     Field(#[from] FieldError),

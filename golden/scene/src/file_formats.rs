@@ -19,6 +19,7 @@ pub fn formats() -> Vec<&'static Format> {
         &super::picture_files::PNG,
         &super::picture_files::EXR,
     ];
+    all.extend(super::trajectory::FORMATS);
     all.extend(algorithms::files().map(|file| file.format));
     all.extend(files::READERS.iter().flat_map(|reader| reader.formats));
     all.push(&compact_3dgs::FORMAT);

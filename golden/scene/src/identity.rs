@@ -20,6 +20,7 @@ impl Scene {
             model,
             camera,
             path,
+            motion,
             up,
             background,
             profile,
@@ -46,6 +47,7 @@ impl Scene {
             ("model", found.content(|| model.key())),
             ("camera", hash_of(camera)),
             ("path", hash_of(path)),
+            ("motion", hash_of(motion)),
             ("up", hash_of(up)),
             ("background", hash_of(background)),
             ("profile", hash_of(profile)),
@@ -116,11 +118,13 @@ mod tests {
             stop_below: Some(0.25),
             ..Precision::default()
         };
+        let motion = || crate::trajectory::Motion::of_a_circle(&scene.camera);
         let changed: Vec<(&str, Scene)> = vec![
             ("name", with(&|s| s.name.push('x'))),
             ("model", with(&|s| s.model = Arc::clone(&other.model))),
             ("camera", with(&|s| s.camera.focal.x += 1e-9)),
             ("path", with(&|s| s.path = vec![scene.camera; 2])),
+            ("motion", with(&|s| s.motion = Some(motion()))),
             ("up", with(&|s| s.up = DVec3::new(1.0, 0.0, -0.0))),
             ("background", with(&|s| s.background[2] += 1e-6)),
             ("profile", with(&|s| s.profile = Profile::Brush)),

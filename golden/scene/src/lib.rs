@@ -13,6 +13,7 @@
 mod bound;
 mod builtin;
 pub mod camera_file;
+mod camera_path;
 mod camera_setup;
 pub mod characterise;
 pub mod colmap;
@@ -38,6 +39,7 @@ pub mod model_facts;
 mod orbit;
 mod picture_files;
 mod ready_models;
+mod recorded_motion;
 mod render;
 mod render_options;
 mod scene_list;
@@ -45,6 +47,7 @@ pub mod surface;
 #[cfg(test)]
 mod tests;
 pub mod trace;
+pub mod trajectory;
 pub mod transforms;
 mod unverified_parts;
 mod warp_renderer;
@@ -65,6 +68,7 @@ use glam::DVec3;
 
 use crate::compact_3dgs::Compact;
 use crate::model_facts::Cache;
+use crate::trajectory::Motion;
 use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
@@ -155,9 +159,6 @@ impl Model {
     }
 }
 
-/// Speed of the default path around a model without a path of its own, in degrees a second.
-const TURN: f64 = 36.0;
-
 /// A model, a camera and render options.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
@@ -167,6 +168,8 @@ pub struct Scene {
     camera: Camera,
     /// The cameras of a camera file, from the chosen one on.
     path: Vec<Camera>,
+    /// A recorded motion that the camera follows.
+    motion: Option<Motion>,
     /// The vertical axis, for orbits.
     up: DVec3,
     background: [f32; 3],
@@ -252,54 +255,6 @@ impl Scene {
     /// Sets the division of splats into MVoxels.
     pub fn set_cells(&mut self, cells: Cells) {
         self.cells = cells;
-    }
-
-    /// Number of cameras in the camera file, from the chosen one on, if the camera is from a file.
-    #[must_use]
-    pub fn path_length(&self) -> Option<u32> {
-        (!self.path.is_empty()).then(|| self.path.len().try_into().unwrap_or(u32::MAX))
-    }
-
-    /// The first `frames` cameras of a path through the scene. If the camera is from a file, the
-    /// path continues in the file, and `fps` is not used. Otherwise it is the built-in path at
-    /// `fps` frames a second; a model without one is circled about the vertical axis through its
-    /// middle at 36 degrees a second. Successive frames overlap almost completely at 30 frames a
-    /// second, but not at 1.
-    ///
-    /// # Errors
-    /// The rate is outside 0.001 to 1000, or there are more frames than the file has or more than
-    /// 100,000.
-    pub fn path(&self, fps: f64, frames: u32) -> Result<Vec<Camera>, SceneError> {
-        let refuse = |field, value: String, expected: &str| {
-            Err(SceneError::Value {
-                scene: self.name.clone(),
-                field,
-                value,
-                expected: expected.to_owned(),
-            })
-        };
-        if !self.path.is_empty() {
-            let found = self.path.get(..frames as usize);
-            let expected = format!("at most {}, as its cameras have", self.path.len());
-            let all = found.map(<[Camera]>::to_vec);
-            return all.map_or_else(|| refuse("frames", frames.to_string(), &expected), Ok);
-        }
-        if !(1e-3..=1e3).contains(&fps) {
-            return refuse("fps", fps.to_string(), "0.001 to 1000 frames a second");
-        }
-        if frames > 100_000 {
-            return refuse("frames", frames.to_string(), "at most 100000");
-        }
-        let Camera { width, height, .. } = self.camera;
-        let middle = self.default_orbit().target;
-        let at = |k| {
-            let seconds = f64::from(k) / fps;
-            match self.truth {
-                Some(analytic) => analytic.camera(seconds, width, height),
-                None => orbit::turned(&self.camera, middle, self.up, TURN * seconds),
-            }
-        };
-        Ok((0..frames).map(at).collect())
     }
 
     /// The rule set for splats.

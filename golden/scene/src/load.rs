@@ -117,6 +117,7 @@ impl Scene {
             model: model.into(),
             camera,
             path: vec![],
+            motion: None,
             up,
             background,
             profile: Profile::Inria,

@@ -13,7 +13,7 @@ pub(crate) static DESCRIPTION: Format = Format {
 };
 
 /// The keys that are read here.
-const OWN: [Key; 28] = [
+const OWN: [Key; 37] = [
     key(
         "model.kind",
         "builtin, splats, compact-3dgs, images, or that of a field: its table of keys names it",
@@ -43,14 +43,54 @@ const OWN: [Key; 28] = [
     ),
     key(
         "camera.kind",
-        "orbit, opencv-json, transforms or colmap; not of images",
+        "orbit, opencv-json, transforms, colmap or trajectory; not of images",
     ),
     key(
         "camera.path",
         "the file or folder, from the description's folder",
     ),
-    key("camera.index", "which camera of the file, from 0"),
+    key(
+        "camera.index",
+        "which camera of the file, from 0; of a trajectory, of the file `at`",
+    ),
     key("camera.name", "of COLMAP: which image"),
+    key(
+        "camera.format",
+        "of a trajectory: tum, euroc, kitti, replica or poses; recognised from the file unless given",
+    ),
+    key(
+        "camera.rate_hz",
+        "of a trajectory: frames a second, 0.001 to 1000; those of the command (`--fps`) unless given",
+    ),
+    key(
+        "camera.start_s",
+        "of a trajectory: seconds after the first pose; 0 unless given",
+    ),
+    key(
+        "camera.duration_s",
+        "of a trajectory: seconds; up to the last pose unless given",
+    ),
+    key(
+        "camera.scale",
+        "of a trajectory: scene units a unit of the file, above 0 to 1e9; unless given, the camera \
+         moves away from its first place by half the scene's radius at most",
+    ),
+    key(
+        "camera.at",
+        "of a trajectory: first-view, or a camera file of either kind, at whose camera it begins",
+    ),
+    key(
+        "camera.times",
+        "of a trajectory of KITTI: the file of its times",
+    ),
+    key(
+        "camera.file_hz",
+        "of a trajectory without times: its poses a second, 0.001 to 1000",
+    ),
+    key(
+        "camera.t_bs",
+        "of a trajectory: the camera's pose in the body, 16 numbers by rows; the identity unless given",
+    ),
     key("camera.width", "pixels a row, 1 to 16384"),
     key("camera.height", "rows, 1 to 16384"),
     key("camera.azimuth", "degrees"),

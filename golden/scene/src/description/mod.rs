@@ -4,6 +4,7 @@ mod keys;
 mod model;
 #[cfg(test)]
 mod tests;
+mod trajectory;
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,7 @@ use super::SceneError;
 pub(super) use keys::DESCRIPTION;
 pub(super) use model::{ImagesDescription, ModelDescription};
 use potamoi_base::file_keys::told;
+pub(super) use trajectory::TrajectoryDescription;
 
 /// The largest description, in bytes.
 const LIMIT: u64 = 1 << 20;
@@ -77,6 +79,8 @@ pub(super) enum CameraDescription {
         /// Height in pixels; by default the file's.
         height: Option<u32>,
     },
+    /// Recorded motion, placed in the scene.
+    Trajectory(Box<TrajectoryDescription>),
     /// A camera that looks at a point from a distance.
     Orbit {
         /// Degrees about the vertical axis; by default that of the default orbit.

@@ -323,7 +323,7 @@ fn a_model_without_a_way_is_gone_about() {
                 azimuth = 10\nelevation = 5\ndistance = 3\n";
     fs::write(&path, text).unwrap();
     let scene = Scene::open(path.to_str().unwrap()).unwrap();
-    assert_eq!(scene.path_length(), None);
+    assert_eq!(scene.path_length(30.0), None);
     let way = scene.path(1.0, 11).unwrap();
     assert!(
         way[0]

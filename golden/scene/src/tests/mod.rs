@@ -5,6 +5,7 @@ mod described;
 mod fields;
 mod masked;
 mod precision;
+mod recorded_motion;
 mod shared_cases;
 mod splat_bounds;
 

@@ -69,7 +69,7 @@ fn cameras_of_the_shared_cases_are_right_or_refused_by_name() {
     let said = described("unsorted").unwrap().left_open().join("; ");
     assert!(said.contains("order of frames: the file's"), "{said}");
     let poses = described("c_noblank1").unwrap();
-    assert_eq!(poses.path_length(), Some(4));
+    assert_eq!(poses.path_length(30.0), Some(4));
     assert!(is_same(&poses.camera, &base));
 }
 

@@ -67,7 +67,7 @@ impl Source {
     /// Whether the frame rate can be chosen.
     #[must_use]
     pub fn is_timed(&self) -> bool {
-        matches!(self, Self::Scene(scene) if scene.path_length().is_none())
+        matches!(self, Self::Scene(scene) if scene.follows_fps())
     }
 
     /// Cameras of `frames` frames. Without a number, `usual` for a built-in path and all for a
@@ -83,7 +83,7 @@ impl Source {
     ) -> Result<Vec<Camera>, ExploreError> {
         Ok(match self {
             Self::Scene(scene) => {
-                let all = scene.path_length();
+                let all = scene.path_length(fps);
                 let frames = frames.unwrap_or_else(|| all.map_or(usual, |all| usual.min(all)));
                 scene.path(fps, frames)?
             }
