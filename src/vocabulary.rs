@@ -312,7 +312,7 @@ fn faults_of_a_vocabulary_are_found() {
         Arg::new(name).long(name).value_name(value).help(help)
     };
     let found = |flag: Arg| faults(&with(flag)).join("; ");
-    let fps = "Frame rate of the scene's own camera path [default: 30]";
+    let fps = "Frame rate of the scene's own camera path, or of a recorded motion [default: 30]";
     assert_eq!(found(flag("fps", "FPS", fps)), "");
     assert!(found(flag("fps", "FPS", "Another [default: 1]")).contains("another meaning"));
     assert!(found(flag("fps", "MS", fps)).contains("another meaning"));

@@ -27,7 +27,7 @@ pub(crate) struct EffectsArgs {
     /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Frame rate of the scene's own camera path
+    /// Frame rate of the scene's own camera path, or of a recorded motion
     #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
     /// Keep the camera at its pose in every frame

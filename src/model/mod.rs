@@ -62,7 +62,7 @@ pub(crate) struct ModelArgs {
     /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Frame rate of the scene's own camera path
+    /// Frame rate of the scene's own camera path, or of a recorded motion
     #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     fps: f64,
     /// Description of the system as TOML, in which omitted fields have the paper's values; or the

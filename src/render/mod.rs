@@ -38,7 +38,7 @@ pub(crate) struct RenderArgs {
     /// Number of frames on the camera path [default: one picture, from the scene's camera]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Frame rate of the scene's own camera path
+    /// Frame rate of the scene's own camera path, or of a recorded motion
     #[arg(long, value_name = "FPS", default_value_t = 30.0, requires = "frames")]
     fps: f64,
     /// Write the report as JSON; several scenes or frames share one report

@@ -2,6 +2,7 @@
 
 mod methods;
 mod picture;
+mod rates;
 mod report;
 mod source;
 mod tables;
@@ -11,9 +12,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use potamoi_base::camera::Camera;
 use potamoi_base::effects::Effect;
 use potamoi_base::outputs as files;
-use potamoi_explore::warping::{Method, MethodSettings, PlannedMethod, Study, Truth, Warping};
+use potamoi_explore::warping::{
+    Method, MethodSettings, PlannedMethod, Source, Study, Truth, Warping,
+};
 use potamoi_scene::scenes_named;
 use potamoi_system::path_schedule::chrome_trace;
 use potamoi_warp::{Frame, Rule};
@@ -47,9 +51,14 @@ pub(crate) struct WarpArgs {
     /// Number of frames on the camera path [default: three windows, or all frames of a file]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Frame rate of the scene's own camera path
-    #[arg(long, value_name = "FPS", default_value_t = 30.0)]
-    fps: f64,
+    /// Frame rate of the scene's own camera path, or of a recorded motion
+    #[arg(
+        long,
+        value_name = "FPS,...",
+        value_delimiter = ',',
+        default_value = "30"
+    )]
+    fps: Vec<f64>,
     #[command(flatten)]
     depth: DepthArgs,
     #[command(flatten)]
@@ -70,6 +79,9 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref(), args.timing.chrome_trace.as_ref()])?;
     args.timing.check()?;
     let bar = progress::bar(0, "warping");
+    if args.fps.len() > 1 {
+        return args.at_rates(&bar);
+    }
     let mut truth = Truth::default();
     if args.scenes.is_empty() {
         let found = args.found(args.scene.name(), &mut truth, &bar)?;
@@ -110,8 +122,14 @@ impl WarpArgs {
     /// Warps one scene by all methods.
     fn found(&self, name: &str, truth: &mut Truth, bar: &ProgressBar) -> Result<Warping, Failure> {
         let source = source::open(&self.scene, name)?;
-        let path = source.path(self.fps, self.frames, 3 * self.methods.longest_window())?;
-        let depths = self.depth.choices(&source);
+        let fps = self.fps[0];
+        let path = source.path(fps, self.frames, 3 * self.methods.longest_window())?;
+        self.along(&source, &path, fps, truth, bar)
+    }
+
+    /// The methods, with their rules and plans.
+    fn planned(&self, source: &Source) -> Result<Vec<PlannedMethod>, Failure> {
+        let depths = self.depth.choices(source);
         let names: Vec<String> = depths.iter().map(ToString::to_string).collect();
         let methods = self.methods.settings(&names);
         self.check(&methods)?;
@@ -125,10 +143,23 @@ impl WarpArgs {
                     warps_still,
                     ..rule
                 },
-                plan: self.methods.plan(&settings, &source),
+                plan: self.methods.plan(&settings, source),
                 settings,
             });
         }
+        Ok(planned)
+    }
+
+    /// Warps the frames of a path by all methods.
+    fn along(
+        &self,
+        source: &Source,
+        path: &[Camera],
+        fps: f64,
+        truth: &mut Truth,
+        bar: &ProgressBar,
+    ) -> Result<Warping, Failure> {
+        let planned = self.planned(source)?;
         if let Some(folder) = &self.out_dir {
             files::prepare([Some(&folder.join("frame.0000.png"))])?;
         }
@@ -137,10 +168,10 @@ impl WarpArgs {
             None => Ok(()),
         };
         let study = Study {
-            source: &source,
-            path: &path,
-            depths: &depths,
-            fps: source.is_timed().then_some(self.fps),
+            source,
+            path,
+            depths: &self.depth.choices(source),
+            fps: source.rate(fps),
             timetable: self.timing.timetable(),
             lost: &self.lose,
         };

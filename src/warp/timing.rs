@@ -128,6 +128,9 @@ pub(super) fn print(timing: &Timing, name: &str, trace: Option<&PathBuf>) {
         timing.latency_max_ms,
         timing.overlap_ms
     );
+    if let Some(late) = timing.deadline_misses {
+        say!("    deadline misses: {late} frames not shown within a frame's time of their pose");
+    }
     if timing.warping_is_free {
         say!("    warping is assumed to take no time; set its time with --warp-ms");
     }

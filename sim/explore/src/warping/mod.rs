@@ -3,6 +3,7 @@
 
 mod method;
 mod quality;
+mod rates;
 mod source;
 mod study;
 mod timetable;
@@ -10,6 +11,7 @@ mod variant;
 
 pub use method::{Method, MethodSettings};
 pub use quality::{Footage, FrameQuality, ImageQuality, Measured, Part, Truth};
+pub use rates::{Pace, RateRow, Rates};
 pub use source::{Depth, Source};
 pub use study::{PlannedMethod, Study};
 pub use timetable::{GivenTimes, Times, Timetable, Timing};

@@ -70,6 +70,35 @@ impl Source {
         matches!(self, Self::Scene(scene) if scene.follows_fps())
     }
 
+    /// The rate of its path for a command's rate `fps`; `None` for frames without times.
+    #[must_use]
+    pub fn rate(&self, fps: f64) -> Option<f64> {
+        match self {
+            Self::Scene(scene) => scene.path_rate(fps),
+            Self::Images(_) => None,
+        }
+    }
+
+    /// Number of frames of its path at `fps` frames a second, where it ends.
+    #[must_use]
+    pub fn length(&self, fps: f64) -> Option<u32> {
+        match self {
+            Self::Scene(scene) => scene.path_length(fps),
+            Self::Images(images) => images.len().try_into().ok(),
+        }
+    }
+
+    /// The scene on its own path, if its camera follows a recorded motion.
+    #[must_use]
+    pub fn without_motion(&self) -> Option<Self> {
+        match self {
+            Self::Scene(scene) if scene.has_motion() => {
+                Some(Self::Scene(Box::new(scene.without_motion())))
+            }
+            _ => None,
+        }
+    }
+
     /// Cameras of `frames` frames. Without a number, `usual` for a built-in path and all for a
     /// file, but not more.
     ///

@@ -125,7 +125,9 @@ impl Study<'_> {
         let depth = self.depths[settings.depth].to_string();
         let times = &self.timetable.times;
         Ok(Variant {
-            timing: schedule.as_ref().map(|own| Timing::of(own, times)),
+            timing: schedule
+                .as_ref()
+                .map(|own| Timing::of(own, times, self.fps)),
             schedule,
             seconds,
             ..Variant::new(settings, depth, measured, &plan, self.path)

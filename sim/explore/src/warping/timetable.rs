@@ -79,6 +79,10 @@ pub struct Timing {
     pub latency_mean_ms: f64,
     /// Largest latency, in milliseconds.
     pub latency_max_ms: f64,
+    /// Frames that were not shown within a frame's time of their pose; `None` where poses have no
+    /// rate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deadline_misses: Option<usize>,
     /// Milliseconds in which a reference and a target were rendered at once.
     pub overlap_ms: f64,
     /// Waits of frames by cause, in milliseconds.
@@ -87,6 +91,15 @@ pub struct Timing {
     pub utilisation: Vec<(&'static str, f64)>,
     /// Traffic on the link.
     pub link: LinkUse,
+}
+
+/// Numbers of the frames of a schedule that were not shown within a frame's time of their pose, at
+/// `fps` frames a second. Poses come at times rounded to a nanosecond.
+pub(super) fn late_frames(schedule: &Schedule, fps: f64) -> impl Iterator<Item = usize> {
+    let most = (1e9 / fps).ceil();
+    let frames = schedule.frames.iter();
+    let late = frames.filter(move |frame| (frame.shown - frame.pose) as f64 > most);
+    late.map(|frame| frame.number)
 }
 
 impl Timetable {
@@ -157,7 +170,7 @@ pub(super) fn given_up(schedule: &Schedule) -> BTreeSet<usize> {
 
 impl Timing {
     /// Summary of a schedule for a source of times.
-    pub(super) fn of(schedule: &Schedule, times: &Times) -> Self {
+    pub(super) fn of(schedule: &Schedule, times: &Times, fps: Option<f64>) -> Self {
         let ms = |nanos: Nanos| nanos as f64 / NANOS_A_MILLISECOND;
         let totals = &schedule.totals;
         let waits = totals.frame_waits.named();
@@ -171,6 +184,10 @@ impl Timing {
             span_ms: ms(totals.span),
             latency_mean_ms: ms(totals.latency_mean),
             latency_max_ms: ms(totals.latency_max),
+            // What is measured has the poses of what was shown.
+            deadline_misses: fps
+                .filter(|_| matches!(times, Times::Given(_)))
+                .map(|fps| late_frames(schedule, fps).count()),
             overlap_ms: ms(totals.overlap),
             waits_ms: waits.map(|(name, time)| (name, ms(time))).to_vec(),
             utilisation: Resource::ALL

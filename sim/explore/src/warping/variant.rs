@@ -165,7 +165,7 @@ fn prediction_errors(plan: &Plan, path: &[Camera]) -> Vec<(f64, f64)> {
 }
 
 impl Prediction {
-    fn of(errors: &[(f64, f64)]) -> Option<Self> {
+    pub(super) fn of(errors: &[(f64, f64)]) -> Option<Self> {
         let count = errors.len() as f64;
         (count > 0.0).then(|| Self {
             references: errors.len(),
