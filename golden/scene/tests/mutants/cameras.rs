@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use image::{DynamicImage, ImageFormat, Rgb32FImage, RgbaImage};
 use potamoi_base::file_keys::Notes;
+use potamoi_scene::trajectory::{self, FileFacts};
 use potamoi_scene::{Images, camera_file, colmap, transforms};
 use potamoi_warp::Renderer as _;
 
@@ -48,6 +49,61 @@ const COLMAP: [(&str, &str); 2] = [
         include_str!("../../../tests/fixtures/colmap/images.txt"),
     ),
 ];
+
+const TUM: &str = "# timestamp tx ty tz qx qy qz qw\n\
+    1311868163.8697 -0.1357 -1.4217 1.4764 0.0 0.0 0.0 1.0\n\
+    1311868163.9031 -0.1360 -1.4227 1.4768 0.0 0.0 0.0199 0.9998\n\
+    1311868163.9364 -0.1366 -1.4240 1.4771 0.0 0.0 0.0399 0.9992\n";
+
+const EUROC: &str = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], \
+    q_RS_y [], q_RS_z [], v_RS_R_x [m s^-1]\n\
+    1403636580838555648,4.68,-1.78,0.78,1.0,0.0,0.0,0.0,-0.02\n\
+    1403636580843555328,4.69,-1.78,0.79,0.9998,0.0,0.0,0.0199,-0.02\n";
+
+/// Poses, and their times beside them.
+const KITTI: [(&str, &str); 2] = [
+    (
+        "00.txt",
+        "1 0 0 0 0 1 0 0 0 0 1 0\n0.6 0 0.8 -0.04 0 1 0 -0.02 -0.8 0 0.6 0.86\n",
+    ),
+    ("times.txt", "0.000000e+00\n1.036224e-01\n"),
+];
+
+const REPLICA: &str =
+    "1 0 0 0.5 0 1 0 0 0 0 1 2 0 0 0 1\n0.6 -0.8 0 0.5 0.8 0.6 0 0 0 0 1 2 0 0 0 1\n";
+
+/// Times go forward, and the camera is somewhere in between.
+fn trajectory(path: &Path) -> Verdict {
+    let read = trajectory::read(path, &FileFacts::default(), &mut Notes::default());
+    Verdict::of(read, |found| {
+        let samples = found.samples();
+        let forward = samples.windows(2).all(|w| w[0].seconds < w[1].seconds);
+        if samples.len() < 2 || !forward {
+            return Err(format!("its times are those of {samples:?}"));
+        }
+        for sample in samples.iter().take(100) {
+            for seconds in [sample.seconds, sample.seconds / 2.0] {
+                let pose = found.pose(seconds).ok_or("no pose in between")?;
+                if !(pose.position.is_finite() && pose.rotation.is_normalized()) {
+                    return Err(format!("a pose is {pose:?}"));
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+fn mutated_kitti(rng: &mut Rng) -> Files {
+    let one = rng.below(KITTI.len());
+    let all = KITTI.iter().enumerate().map(|(k, (name, whole))| {
+        let bytes = match k == one {
+            true => text::mutate(whole, rng),
+            false => whole.as_bytes().to_vec(),
+        };
+        ((*name).to_owned(), bytes)
+    });
+    all.collect()
+}
 
 fn files(path: &Path) -> Verdict {
     Verdict::of(camera_file::read(path, &mut Notes::default()), |cameras| {
@@ -218,7 +274,28 @@ pub(crate) fn formats() -> Vec<Format> {
         mutant: Arc::new(move |rng| single(file, tree::json(whole, rng))),
         judge,
     };
+    let lines = |name, file: &'static str, whole: &'static str| Format {
+        name,
+        binary: super::BINARY,
+        whole: Arc::new(move || single(file, whole.into())),
+        mutant: Arc::new(move |rng| single(file, text::mutate(whole, rng))),
+        judge: trajectory,
+    };
     vec![
+        lines("tum", "groundtruth.txt", TUM),
+        lines("euroc", "data.csv", EUROC),
+        lines("replica", "traj.txt", REPLICA),
+        Format {
+            name: "kitti",
+            binary: super::BINARY,
+            whole: Arc::new(|| {
+                let all = KITTI.iter();
+                all.map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec()))
+                    .collect()
+            }),
+            mutant: Arc::new(mutated_kitti),
+            judge: trajectory,
+        },
         json("cameras_json", "cameras.json", CAMERAS, files),
         json("transforms_json", "transforms.json", TRANSFORMS, paths),
         json("transforms_of_angles", "transforms.json", ANGLES, paths),

@@ -21,7 +21,7 @@ use crate::splats::small_ply;
 const LANTERN: &str = "[model]\nkind = \"builtin\"\nname = \"lantern\"\n[camera]\nkind = \"orbit\"\n\
     azimuth = 30.0\nwidth = 64\nheight = 48\n[render]\nbackground = [0.1, 0.2, 0.3]\n\
     halo = \"split\"\nstep = 1.0\ngroup_side = 16\nstop_below = 0.01\n";
-const SCENES: [&str; 4] = [
+const SCENES: [&str; 5] = [
     "[model]\nkind = \"dvgo\"\npath = \"a.tar\"\n[camera]\nkind = \"orbit\"\nazimuth = 30.0\n\
      elevation = 20.0\ndistance = 3.0\nfov = 40.0\ntarget = [0.0, 0.0, 0.5]\nwidth = 64\nheight = 48\n\
      [render]\nbackground = [0.1, 0.2, 0.3]\nhalo = \"split\"\n",
@@ -32,8 +32,11 @@ const SCENES: [&str; 4] = [
      path = \"cameras.json\"\nindex = 0\nwidth = 32\nheight = 32\n[render]\nconic_bits = 12\n\
      alpha_min = 0.01\nstop_below = 0.001\n",
     "[model]\nkind = \"splats\"\npath = \"a.ply\"\n[camera]\nkind = \"colmap\"\npath = \".\"\nindex = 0\n",
+    "[model]\nkind = \"splats\"\npath = \"a.ply\"\n[camera]\nkind = \"trajectory\"\n\
+     path = \"way.txt\"\nformat = \"tum\"\nrate_hz = 30.0\nstart_s = 0.5\nduration_s = 1.0\n\
+     scale = 0.5\nat = \"transforms.json\"\nindex = 0\nwidth = 32\n",
 ];
-const BESIDE: [(&str, &[u8]); 5] = [
+const BESIDE: [(&str, &[u8]); 6] = [
     (
         "a.tar",
         include_bytes!("../../../tests/fixtures/dvgo/tiny.tar"),
@@ -55,6 +58,10 @@ const BESIDE: [(&str, &[u8]); 5] = [
     (
         "images.txt",
         include_bytes!("../../../tests/fixtures/colmap/images.txt"),
+    ),
+    (
+        "way.txt",
+        b"0 0 0 0 0 0 0 1\n1 0.5 0 0 0 0 0 1\n2 0.5 0.5 0 0 0 0.6 0.8\n",
     ),
 ];
 
