@@ -232,6 +232,100 @@ fn depth_is_of_the_model_of_a_mesh_or_given() {
     }
 }
 
+/// A camera that goes ahead evenly for a second, then stands.
+fn way(folder: &Path, more: &str) {
+    let pose = |k: u32| {
+        let ahead = f64::from(k.min(100)) / 100.0;
+        format!("{} 0 0 {ahead} 0 0 0 1\n", f64::from(k) / 100.0)
+    };
+    let poses: String = (0..=200).map(pose).collect();
+    std::fs::write(folder.join("way.txt"), poses).unwrap();
+    let scene = format!(
+        "[model]\nkind = \"builtin\"\nname = \"garden\"\n[camera]\nkind = \"trajectory\"\n\
+         path = \"way.txt\"\nscale = 0.5\nwidth = 24\nheight = 24\n{more}"
+    );
+    std::fs::write(folder.join("s.toml"), scene).unwrap();
+}
+
+/// Two rates of a recorded motion and of the orbit, in one table and one report.
+#[test]
+fn a_recorded_motion_stands_beside_the_orbit_at_several_rates() {
+    let folder = tempfile::tempdir().unwrap();
+    way(folder.path(), "");
+    let arguments =
+        "warp --scene s.toml --fps 20,50 --frames 8 --window 4 --frame-ms 60 --json r.json";
+    let arguments: Vec<&str> = arguments.split(' ').collect();
+    let said = expect(folder.path(), 0, &arguments);
+    assert!(
+        said.contains("deadline misses") && said.contains("way.txt: format: tum"),
+        "{said}"
+    );
+    let report = json(&folder.path().join("r.json"));
+    let rows = report["rates"].as_array().unwrap();
+    let own: Vec<_> = rows
+        .iter()
+        .map(|row| (number(&row["fps"]), row["path"].as_str().unwrap()))
+        .collect();
+    assert_eq!(
+        own,
+        [
+            (20.0, "trajectory"),
+            (20.0, "orbit"),
+            (50.0, "trajectory"),
+            (50.0, "orbit")
+        ]
+    );
+    for row in rows {
+        assert_eq!(row["frames"], 8);
+        // Two seconds, both ends included, and the same number on the orbit.
+        let fps = number(&row["fps"]);
+        assert_eq!(number(&row["motion_frames"]), 2.0 * fps + 1.0);
+        assert_eq!(
+            number(&row["prediction"]["references"]),
+            ((2.0 * fps - 2.0) / 4.0).floor()
+        );
+        // A full frame takes longer than its time, so that the first is late.
+        assert!(number(&row["deadline_misses"]) >= 1.0, "{row}");
+        assert!(number(&row["no_miss_up_to_ms"]) > 0.0, "{row}");
+    }
+    // An even way is predicted but for the frames after its end; an orbit is not straight.
+    let error = |row: &Value, what: &str| number(&row["prediction"][what]);
+    let [even, orbit] = [&rows[2], &rows[3]];
+    assert!(error(even, "largest_degrees") < 1e-6, "{even}");
+    assert!(error(even, "mean_distance") < 0.01 && error(orbit, "mean_distance") > 0.01);
+
+    // With a rate of its own, the motion is scheduled at that rate.
+    way(folder.path(), "rate_hz = 25\nduration_s = 0.4\n");
+    let said = expect(
+        folder.path(),
+        0,
+        &[
+            "warp",
+            "--scene",
+            "s.toml",
+            "--window",
+            "4",
+            "--frame-ms",
+            "60",
+        ],
+    );
+    assert!(
+        said.contains("10 frames of 24 x 24 at 25 frames a second"),
+        "{said}"
+    );
+    let said = expect(
+        folder.path(),
+        2,
+        &["warp", "--scene", "s.toml", "--fps", "30,72"],
+    );
+    assert!(said.contains("--fps: expected one rate"), "{said}");
+    let render = "render --scene s.toml --numerics float --frames 10 --out p.png";
+    expect(folder.path(), 0, &render.split(' ').collect::<Vec<_>>());
+    let pictures =
+        [0, 9].map(|n| std::fs::read(folder.path().join(format!("p.{n:04}.png"))).unwrap());
+    assert_ne!(pictures[0], pictures[1]);
+}
+
 #[test]
 fn scenes_and_depths_stand_side_by_side() {
     let folder = tempfile::tempdir().unwrap();

@@ -138,6 +138,7 @@ fn print(all: &Rates, is_scheduled: bool) {
             "predicted references",
             "prediction error, degrees",
             "at most",
+            "standing still",
             "units of the scene",
             "deadline misses",
             "no miss up to, ms",
@@ -154,8 +155,9 @@ fn print(all: &Rates, is_scheduled: bool) {
             number(row.psnr_to_truth_db, 2),
             format!("{:.1}", 100.0 * row.rendered_share),
             prediction.map_or_else(|| "-".to_owned(), |p| p.references.to_string()),
-            number(prediction.map(|p| p.mean_radians.to_degrees()), 3),
-            number(prediction.map(|p| p.largest_radians.to_degrees()), 3),
+            number(prediction.map(|p| p.mean_degrees), 3),
+            number(prediction.map(|p| p.largest_degrees), 3),
+            number(prediction.map(|p| p.still_degrees), 3),
             number(prediction.map(|p| p.mean_distance), 4),
             number(row.deadline_misses.map(|n| n as f64), 0),
             number(row.no_miss_up_to_ms, 2),
@@ -163,14 +165,19 @@ fn print(all: &Rates, is_scheduled: bool) {
     }
     say!("{table}");
     say!(
-        "  prediction error: of the references of the whole motion, on average and at most, and the \
-         distance on average\n  deadline misses: frames not shown within a frame's time of their \
-         pose{}\n  no miss up to: the longest time of a full frame \
-         with which no frame behind the first window is late",
+        "  prediction error: of the references of the whole motion, on average and at most; standing \
+         still: the same with the last known pose; units of the scene: distance, on average"
+    );
+    say!(
+        "  deadline misses: frames not shown within a frame's time of their pose{}",
         match is_scheduled {
             true => "",
             false => "; give the time of a full frame, --frame-ms",
         }
+    );
+    say!(
+        "  no miss up to: the longest time of a full frame with which no frame behind the first \
+         window is late"
     );
     if all.rates.iter().any(|row| row.path == "orbit") {
         say!(

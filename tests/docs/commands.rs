@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{figures, name, pages, read};
+use super::{figures, folder_with_docs, name, pages, read};
 use crate::common::expect;
 
 /// What a page says to do.
@@ -69,7 +69,7 @@ fn steps_are_commands_and_files() {
 fn commands_in_the_documents_work() {
     let pages = pages();
     let run = |page: &PathBuf| {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = folder_with_docs();
         let mut count = 0;
         for step in steps(&read(page)) {
             match step {

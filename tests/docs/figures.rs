@@ -34,7 +34,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use serde_json::Value;
 
-use super::{name, pages, read, root};
+use super::{folder_with_docs, name, pages, read, root};
 use crate::common::{run, stderr, stdout};
 
 const END: &str = "<!-- end -->";
@@ -279,7 +279,7 @@ pub(super) fn of_command(command: &str) -> Option<Said> {
 }
 
 fn printed(commands: &[&str]) -> Result<Printed, String> {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder_with_docs();
     let mut texts = vec![];
     for command in commands.iter().filter(|command| **command != "files") {
         let arguments: Vec<&str> = command.split(' ').collect();

@@ -56,3 +56,12 @@ fn name(page: &Path) -> String {
 fn read(page: &Path) -> String {
     std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{}: {e}", page.display()))
 }
+
+/// An empty folder for commands of the book, but for a link to the book's files: commands name those
+/// from the top of the repository.
+fn folder_with_docs() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let docs = root().join("docs");
+    std::os::unix::fs::symlink(docs, folder.path().join("docs")).unwrap();
+    folder
+}

@@ -11,7 +11,7 @@ mod variant;
 
 pub use method::{Method, MethodSettings};
 pub use quality::{Footage, FrameQuality, ImageQuality, Measured, Part, Truth};
-pub use rates::{Pace, RateRow, Rates};
+pub use rates::{Pace, PredictionError, RateRow, Rates};
 pub use source::{Depth, Source};
 pub use study::{PlannedMethod, Study};
 pub use timetable::{GivenTimes, Times, Timetable, Timing};

@@ -25,6 +25,54 @@ pub struct Pace<'a> {
     pub motion: &'a [Camera],
 }
 
+/// Error of predicted reference poses against the camera's actual ones.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PredictionError {
+    /// References that count.
+    pub references: usize,
+    /// Mean angle between both directions.
+    pub mean_degrees: f64,
+    /// Largest angle.
+    pub largest_degrees: f64,
+    /// Mean angle if the last known pose were taken instead of the predicted one.
+    pub still_degrees: f64,
+    /// Mean distance between both positions, in the scene's units.
+    pub mean_distance: f64,
+}
+
+impl PredictionError {
+    /// Of a path's plan; `None` without predicted references within the path.
+    fn of(plan: &Plan, path: &[Camera]) -> Option<Self> {
+        let own = Prediction::of(&plan.prediction_errors(path))?;
+        let still = plan.references.iter().filter_map(|reference| {
+            let truth = path.get(reference.predicted_for?)?;
+            let known = path.get(reference.known)?;
+            Some(turn(known, truth))
+        });
+        Some(Self {
+            references: own.references,
+            mean_degrees: own.mean_radians.to_degrees(),
+            largest_degrees: own.largest_radians.to_degrees(),
+            still_degrees: still.sum::<f64>().to_degrees() / own.references as f64,
+            mean_distance: own.mean_distance,
+        })
+    }
+}
+
+/// Angle in radians between the directions of two cameras, also small ones.
+fn turn(from: &Camera, to: &Camera) -> f64 {
+    let [a, b] = [from, to].map(|camera| camera.world_to_camera.matrix3);
+    let m = b * a.transpose();
+    let skew = [
+        m.y_axis.z - m.z_axis.y,
+        m.z_axis.x - m.x_axis.z,
+        m.x_axis.y - m.y_axis.x,
+    ];
+    let sin = skew.map(|v| v * v).iter().sum::<f64>().sqrt() / 2.0;
+    let cos = (m.x_axis.x + m.y_axis.y + m.z_axis.z - 1.0) / 2.0;
+    sin.atan2(cos)
+}
+
 /// A method on a path at a rate.
 #[derive(Debug, Clone, Serialize)]
 pub struct RateRow {
@@ -46,7 +94,7 @@ pub struct RateRow {
     pub motion_frames: usize,
     /// Error of the reference poses predicted along the whole motion; `None` for methods without
     /// prediction.
-    pub prediction: Option<Prediction>,
+    pub prediction: Option<PredictionError>,
     /// Frames that were not shown within a frame's time of their pose, where times are given.
     pub deadline_misses: Option<usize>,
     /// The longest render time of a full frame, in milliseconds, with which no frame behind the first
@@ -86,7 +134,7 @@ impl RateRow {
         let (mut prediction, mut longest) = (None, None);
         if predicts {
             let whole = Plan::new(pace.motion, plan)?;
-            prediction = Prediction::of(&whole.prediction_errors(pace.motion));
+            prediction = PredictionError::of(&whole, pace.motion);
             let plan = Plan::new(pace.frames, plan)?;
             longest = longest_without_miss(pace, &plan, &counts(variant), timetable)?;
         }
