@@ -40,8 +40,10 @@ pub(super) fn read(
     clock.check(count)
 }
 
-/// A line's time as text and in seconds, where it has one, and its pose.
-fn pose(line: Line<'_>, dialect: Dialect) -> Result<(Option<(&str, f64)>, Pose), Wrong> {
+/// A line's time as text and in seconds, where it has one.
+type Time<'a> = Option<(&'a str, f64)>;
+
+fn pose(line: Line<'_>, dialect: Dialect) -> Result<(Time<'_>, Pose), Wrong> {
     let words = line.words()?;
     let (counts, expected): (&[usize], _) = match dialect {
         Dialect::Kitti => (&[12], "12: three rows of a matrix"),

@@ -99,6 +99,7 @@ impl Motion {
 }
 
 #[cfg(test)]
+#[allow(clippy::expect_used)]
 impl Motion {
     /// A quarter of a circle within a second, from a camera on.
     pub(crate) fn of_a_circle(camera: &Camera) -> Self {

@@ -30,7 +30,8 @@ impl Pose {
         let rotation = DQuat::from_xyzw(x, y, z, w);
         let length = rotation.length();
         // Not a number is in no range.
-        if !((length - 1.0).abs() <= UNIT_TOLERANCE) {
+        let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
+        if !is_unit {
             let expected = format!("of length 1, to {UNIT_TOLERANCE}");
             let value = format!("x {x}, y {y}, z {z}, w {w}, of length {length:.4}");
             return Err(("the quaternion", value, expected));
