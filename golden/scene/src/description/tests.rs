@@ -6,7 +6,7 @@ use super::*;
 
 fn kinds() -> [(&'static str, Vec<&'static str>); 2] {
     let models = [&MODEL_KINDS[..], &field_kinds()].concat();
-    let cameras = vec!["opencv-json", "transforms", "colmap", "orbit"];
+    let cameras = vec!["opencv-json", "transforms", "colmap", "trajectory", "orbit"];
     [("model", models), ("camera", cameras)]
 }
 
