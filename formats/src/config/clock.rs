@@ -43,10 +43,10 @@ pub(super) fn in_mhz(document: Value) -> Result<(Value, Option<String>), Wrong> 
 }
 
 impl Config {
-    /// Clock in GHz.
+    /// Assumed clock in GHz; `None`: the clock that synthesis reaches.
     #[must_use]
-    pub fn clock_ghz(&self) -> f64 {
-        f64::from(self.clock_mhz) / 1e3
+    pub fn clock_ghz(&self) -> Option<f64> {
+        Some(f64::from(self.clock_mhz?) / 1e3)
     }
 
     /// All of it as TOML for [`Config::from_toml`].
@@ -54,9 +54,12 @@ impl Config {
     /// # Errors
     /// None known: every field has a form in TOML.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
-        let old = format!("{OLD} = {}\n", self.clock_mhz);
-        let new = format!("{KEY} = {:?}\n", self.clock_ghz());
-        Ok(toml::to_string(self)?.replacen(&old, &new, 1))
+        let text = toml::to_string(self)?;
+        let Some((mhz, ghz)) = self.clock_mhz.zip(self.clock_ghz()) else {
+            return Ok(text);
+        };
+        let [old, new] = [format!("{OLD} = {mhz}\n"), format!("{KEY} = {ghz:?}\n")];
+        Ok(text.replacen(&old, &new, 1))
     }
 }
 
@@ -70,7 +73,7 @@ mod tests {
     fn a_clock_is_read_and_written_in_ghz() {
         for (text, mhz) in [("1.0", 1000), ("1", 1000), ("0.333", 333), ("2.05", 2050)] {
             let config = Config::from_toml(&format!("clock_ghz = {text}"), "c").unwrap();
-            assert_eq!(config.clock_mhz, mhz, "{text}");
+            assert_eq!(config.clock_mhz, Some(mhz), "{text}");
             let again = config.to_toml().unwrap();
             assert!(
                 again.starts_with("clock_ghz = ") && !again.contains(OLD),
@@ -78,6 +81,16 @@ mod tests {
             );
             assert_eq!(Config::from_toml(&again, "again").unwrap(), config);
         }
+    }
+
+    /// A configuration without the key has the clock that is reached; the hardware is the same.
+    #[test]
+    fn an_assumed_clock_changes_no_hardware() {
+        let [own, assumed] = ["", "clock_ghz = 0.7"].map(|t| Config::from_toml(t, "c").unwrap());
+        assert_eq!((own.clock_ghz(), assumed.clock_ghz()), (None, Some(0.7)));
+        assert!(!own.to_toml().unwrap().contains("clock_ghz"));
+        assert_eq!(own.hash(), assumed.hash());
+        assert_eq!(assumed.without_clock(), own);
     }
 
     #[test]

@@ -32,10 +32,11 @@ pub use vu::VuConfig;
 /// The paper's sizes, the default of every command.
 pub(crate) const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 7] = [
+pub const PRESETS: [(&str, &str); 8] = [
     ("paper", PAPER_PRESET),
     ("fields", include_str!("../../../configs/fields.toml")),
     ("piecewise", include_str!("../../../configs/piecewise.toml")),
+    ("pipelined", include_str!("../../../configs/pipelined.toml")),
     ("small", include_str!("../../../configs/small.toml")),
     ("compact", include_str!("../../../configs/compact.toml")),
     ("parity", include_str!("../../../configs/parity.toml")),
@@ -52,9 +53,10 @@ const LIMIT: u64 = 1 << 20;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// Clock in MHz, which converts cycles to time; `clock_ghz`, in GHz, in files. The paper states
-    /// none; 1000 is a named assumption.
-    pub clock_mhz: u32,
+    /// Assumed clock in MHz, which converts cycles to time; `clock_ghz`, in GHz, in files. `None`:
+    /// the clock that synthesis reaches. The paper states none. No hardware depends on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock_mhz: Option<u32>,
     /// The MVoxel that the gathering unit holds.
     pub mvoxel: MvoxelConfig,
     /// The ray index table's buffer and stream.
@@ -68,7 +70,7 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            clock_mhz: 1000,
+            clock_mhz: None,
             mvoxel: MvoxelConfig::default(),
             rit: RitConfig::default(),
             gu: GuConfig::default(),
@@ -194,14 +196,23 @@ impl Config {
         Self::default()
     }
 
-    /// A stable hash of the parameters, 12 hexadecimal digits, which identifies the configuration
-    /// in headers, traces and results.
+    /// A stable hash of the parameters, 12 hexadecimal digits, which identifies the hardware in
+    /// headers, traces and results.
     ///
-    /// It covers the parameters that differ from their defaults, by field and value. A new
-    /// parameter that a configuration does not set leaves its hash unchanged.
+    /// It covers the parameters that differ from their defaults, by field and value, but for the
+    /// assumed clock. A new parameter that a configuration does not set leaves its hash unchanged.
     #[must_use]
     pub fn hash(&self) -> String {
-        identity::hash(self, &Self::default())
+        identity::hash(&self.without_clock(), &Self::default())
+    }
+
+    /// The same hardware at the clock that synthesis reaches.
+    #[must_use]
+    pub fn without_clock(&self) -> Self {
+        Self {
+            clock_mhz: None,
+            ..self.clone()
+        }
     }
 }
 

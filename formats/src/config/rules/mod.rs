@@ -13,10 +13,12 @@ mod vector;
 pub fn check(config: &Config) -> RuleBreaches {
     let mut out = RuleBreaches::default();
     out.require(
-        (1..=10_000).contains(&config.clock_mhz),
+        config
+            .clock_mhz
+            .is_none_or(|mhz| (1..=10_000).contains(&mhz)),
         "clock",
         "clock_ghz",
-        config.clock_ghz(),
+        config.clock_ghz().unwrap_or_default(),
         "0.001 to 10: it converts cycles to time",
     );
     gathering(config, &mut out);
