@@ -1,7 +1,8 @@
 //! Potamoi's hardware units as netlists, and the Verilog of a configuration.
 //!
 //! [`gathering_unit`] and [`vector_unit`] each build a module from a configuration; [`emit`] prints
-//! both. Every size, width and stage comes from the configuration.
+//! both. Every size, width and stage comes from the configuration. [`array_mac`] is of no
+//! configuration: it stands for the array around the units in synthesis.
 //!
 //! ```
 //! use potamoi_formats::config::Config;
@@ -14,6 +15,7 @@
 //! # Ok::<(), potamoi_netlist::IrErrors>(())
 //! ```
 
+pub mod array_mac;
 mod circuits;
 pub mod emit;
 pub mod gathering_unit;

@@ -29,6 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
 //! ```
 
+mod array_mac;
 mod beats;
 mod compare;
 mod engine;
@@ -50,6 +51,7 @@ pub mod verify;
 mod wave_dump;
 mod words;
 
+pub use array_mac::WeightProducts;
 pub use beats::{FeatureBeat, GatherBeats, InputBeat, feature_beats};
 pub use compare::Check;
 pub use engine::EngineKind;
