@@ -50,6 +50,7 @@ mod path_ends;
 mod physical_units;
 mod power;
 mod power_report;
+pub mod published_cells;
 mod report;
 mod retime;
 pub mod scaling;

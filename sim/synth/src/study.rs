@@ -101,7 +101,7 @@ impl Variant {
             return Config::from_toml(text, self.name);
         }
         let text = match self.unit {
-            UnitKind::Gathering => self.text.to_owned(),
+            UnitKind::Gathering | UnitKind::ArrayMac => self.text.to_owned(),
             UnitKind::Vector => format!("[vu]\nops = [\"exp\"]\n[vu.exp]\n{}", self.text),
         };
         Config::from_toml(&text, self.name)
@@ -207,18 +207,10 @@ pub fn once(config: &Config) -> [(&'static str, Vec<Table>); 2] {
 /// Multiply-accumulate units of the paper's array.
 const ARRAY: u64 = 24 * 24;
 
-/// Square micrometres of the paper's array (Sec. "Experimental Setup": a multiplier, an
-/// accumulator, two registers of 16 bits), each taken for a reducer and the registers.
+/// Square micrometres of the paper's array, of units as [`UnitKind::ArrayMac`].
 #[must_use]
-pub fn array_um2(unit: &UnitReport) -> Option<f64> {
-    let reducer = unit.modules.iter().find(|m| m.module == "reducer")?;
-    let flops: f64 = unit
-        .modules
-        .iter()
-        .map(|m| m.count as f64 * m.flop_area_um2)
-        .sum();
-    let registers = 2.0 * 16.0 * flops / unit.flops as f64;
-    Some(ARRAY as f64 * (reducer.area_um2 + registers))
+pub fn array_um2(mac: &UnitReport) -> f64 {
+    ARRAY as f64 * mac.area_um2
 }
 
 /// Square micrometres of what joins lanes and banks in a feature-major unit: the
@@ -272,24 +264,12 @@ mod tests {
         unit
     }
 
-    /// 576 of a reducer of 7 um^2 and 32 flip-flops of 0.5: 4 x 10 flip-flops have 16 um^2,
-    /// 24 others 16.
+    /// As docs/explanation/synthesis.md states it at 12 nm.
     #[test]
-    fn an_array_is_reducers_and_registers() {
-        let own = unit(vec![
-            module("reducer", 4, 10, 7.0, 4.0),
-            module("rest", 2, 12, 9.0, 8.0),
-        ]);
-        assert_eq!(array_um2(&own), Some(576.0 * (7.0 + 32.0 * 0.5)));
-        assert_eq!(array_um2(&unit(vec![module("rest", 1, 1, 1.0, 1.0)])), None);
-        // As docs/explanation/synthesis.md states it at 12 nm.
-        let paper = SynthReport::checked_in().unwrap()[0]
-            .clone()
-            .raw
-            .units
-            .remove(0);
-        let mm2 = array_um2(&paper).unwrap() * 2.29e-6;
-        assert_eq!(format!("{mm2:.3}"), "0.254");
+    fn an_array_is_its_units() {
+        let [paper, _] = SynthReport::checked_in().unwrap();
+        let mac = paper.unit(UnitKind::ArrayMac).unwrap();
+        assert_eq!(format!("{:.3}", array_um2(mac) * 2.29e-6), "0.229");
     }
 
     #[test]

@@ -4,8 +4,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_formats::units::{ARRAY_MAC, GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_netlist::{IrErrors, Module};
+use potamoi_units::array_mac::array_mac;
 use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::vector_unit::vector_unit;
 
@@ -16,15 +17,21 @@ pub enum UnitKind {
     Gathering,
     /// The vector unit.
     Vector,
+    /// A multiply-accumulate unit of the array; the same in every configuration.
+    ArrayMac,
 }
 
 impl UnitKind {
+    /// All units.
+    pub const ALL: [Self; 3] = [Self::Gathering, Self::Vector, Self::ArrayMac];
+
     /// Its top module.
     #[must_use]
     pub const fn top(self) -> &'static str {
         match self {
             Self::Gathering => GATHERING_UNIT,
             Self::Vector => VECTOR_UNIT,
+            Self::ArrayMac => ARRAY_MAC,
         }
     }
 
@@ -33,6 +40,7 @@ impl UnitKind {
         let module = match self {
             Self::Gathering => gathering_unit(config)?,
             Self::Vector => vector_unit(config)?,
+            Self::ArrayMac => array_mac()?,
         };
         Ok(Arc::new(module.without_reset_gates()))
     }

@@ -28,6 +28,7 @@ use potamoi_synth::{
     Library, Sampler, SynthError, Tools, UnitKind, Verified, cell_functions, default_library,
     netlist, verify_netlist,
 };
+use potamoi_units::array_mac::array_mac;
 use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::vector_unit::vector_unit;
 use rand::{Rng, SeedableRng};
@@ -96,6 +97,7 @@ fn module(config: &Config, unit: UnitKind) -> Arc<Module> {
     match unit {
         UnitKind::Gathering => gathering_unit(config).unwrap(),
         UnitKind::Vector => vector_unit(config).unwrap(),
+        UnitKind::ArrayMac => array_mac().unwrap(),
     }
 }
 
@@ -239,6 +241,24 @@ fn a_lane_computes_the_same_in_cells() {
     assert!(matches!(found, Err(RtlError::Mismatch(_))), "{found:?}");
     let found = cells.own(&sampler).unwrap_err();
     assert!(matches!(&found, SynthError::Rtl(e) if matches!(**e, RtlError::Mismatch(_))));
+}
+
+/// Products of the features that were gathered, four channels of each sample.
+#[test]
+fn a_unit_of_the_array_computes_the_same_in_cells() {
+    let library = handful();
+    let mut cells = InCells::new(FOUR_BANKS, UnitKind::ArrayMac, &library);
+    let work = tasks(&cells.config, 3, &[[9, 5], [4, 1]]);
+    let sampler = sampled(&cells.config, &work.0);
+    let own = cells.own(&sampler).unwrap();
+    // A weight takes a cycle to load.
+    assert_eq!(
+        (own.runs, own.items, own.cycles),
+        (2, 4 * 6, 2 * (4 * 6 + 4 + 1))
+    );
+    cells.netlist = cells.netlist.replacen("  NAND2 ", "  NOR2 ", 1);
+    let found = cells.own(&sampler).unwrap_err().to_string();
+    assert!(found.contains("array_mac: "), "{found}");
 }
 
 /// Libraries of foundries' kind, under Verilator, with stalls too.

@@ -5,6 +5,7 @@
 //! minimise the squares of relative errors. Errors are measured by cross-validation: at each point
 //! of the grid with formulas fitted without it.
 
+mod composed;
 mod estimate;
 mod formulas;
 mod left_out;
@@ -13,6 +14,7 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
+pub use composed::Ratio;
 pub use estimate::{EnergiesOf, Estimate, EstimatedModule, ScaledEstimate, Work};
 pub use formulas::Formula;
 pub use left_out::{LeftOut, PointErrors, Spread};

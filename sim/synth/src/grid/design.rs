@@ -68,21 +68,31 @@ impl Family {
 pub type Differences = Vec<String>;
 
 impl Family {
+    /// The family with the same pipelining, whatever else differs; `None` for a unit without numbers
+    /// that a formula could be of.
+    pub(crate) const fn plain(config: &Config, unit: UnitKind) -> Option<Self> {
+        match unit {
+            UnitKind::Gathering if config.gu.pipelined => Some(Self::GatheringPipelined),
+            UnitKind::Gathering => Some(Self::Gathering),
+            UnitKind::Vector if config.vu.exp.pipelined => Some(Self::VectorPipelined),
+            UnitKind::Vector => Some(Self::Vector),
+            UnitKind::ArrayMac => None,
+        }
+    }
+
+    /// Fields whose numbers its formulas take.
+    pub(crate) fn numbers(self) -> impl Iterator<Item = &'static str> + Clone {
+        self.knobs().iter().map(|(field, _)| *field)
+    }
+
     /// The family of a configuration's unit, and its numbers outside the grid: `field = value, the
     /// grid has a to b`.
     ///
     /// # Errors
     /// The fields in which the unit differs from every family in more than numbers.
     pub fn of(config: &Config, unit: UnitKind) -> Result<(Self, Vec<String>), Differences> {
-        let is_pipelined = match unit {
-            UnitKind::Gathering => config.gu.pipelined,
-            UnitKind::Vector => config.vu.exp.pipelined,
-        };
-        let family = match (unit, is_pipelined) {
-            (UnitKind::Gathering, false) => Self::Gathering,
-            (UnitKind::Gathering, true) => Self::GatheringPipelined,
-            (UnitKind::Vector, false) => Self::Vector,
-            (UnitKind::Vector, true) => Self::VectorPipelined,
+        let Some(family) = Self::plain(config, unit) else {
+            return Err(vec![format!("formulas are of other units than {unit}")]);
         };
         let (own, usual) = (fields(config), fields(&Config::default()));
         let (mut others, mut beyond) = (vec![], vec![]);
@@ -291,6 +301,7 @@ fn matters(field: &str, unit: UnitKind) -> bool {
     match unit {
         UnitKind::Gathering => !field.starts_with("vu.") && field != "clock_mhz",
         UnitKind::Vector => field.starts_with("vu."),
+        UnitKind::ArrayMac => false,
     }
 }
 

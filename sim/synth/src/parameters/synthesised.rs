@@ -1,8 +1,8 @@
 //! Parameters of presets that come with the program.
 
-use potamoi_formats::config::{Config, PRESETS};
+use potamoi_formats::config::Config;
 
-use super::REMEDY;
+use super::{FIELDS, PAPER, REMEDY};
 use crate::grid::is_same_unit;
 use crate::{SynthError, SynthReport, UnitKind};
 
@@ -15,26 +15,40 @@ pub struct Synthesised {
     pub report: SynthReport,
 }
 
+/// Presets that were synthesised, with what `potamoi synth --json` wrote: one line each.
+const PRESETS_SYNTHESISED: [(&str, &str); 4] = [
+    ("paper", PAPER),
+    ("fields", FIELDS),
+    (
+        "piecewise",
+        include_str!("../../../../synth/piecewise-asap7.json"),
+    ),
+    (
+        "pipelined",
+        include_str!("../../../../synth/pipelined-asap7.json"),
+    ),
+];
+
 impl Synthesised {
-    /// Parameters of the presets `paper` and `fields` that come with the program.
+    /// Parameters of the synthesised presets that come with the program, in ASAP7 at 7 nm.
     ///
     /// # Errors
     /// As [`SynthReport::checked_in`].
-    pub fn checked_in() -> Result<[Self; 2], SynthError> {
-        let [paper, fields] = SynthReport::checked_in()?;
-        let of = |name: &str, report| -> Result<Self, SynthError> {
-            let (_, text) = PRESETS
-                .iter()
-                .find(|(own, _)| *own == name)
-                .unwrap_or(&PRESETS[0]);
-            let config = Config::from_toml(text, name).map_err(|e| SynthError::Parameters {
-                path: name.into(),
-                why: e.to_string(),
+    pub fn checked_in() -> Result<Vec<Self>, SynthError> {
+        let of = |(name, text): &(&str, &str)| -> Result<Self, SynthError> {
+            let path = format!("synth/{name}-asap7.json");
+            let fail = |why: String| SynthError::Parameters {
+                path: path.clone().into(),
+                why,
                 remedy: REMEDY,
-            })?;
+            };
+            let report = SynthReport::parse(text).map_err(fail)?;
+            let unknown = || fail(format!("{name} is no preset"));
+            let config = Config::preset(name).ok_or_else(unknown)?;
+            let report = report.of(&config, path.as_ref())?;
             Ok(Self { config, report })
         };
-        Ok([of("paper", paper)?, of("fields", fields)?])
+        PRESETS_SYNTHESISED.iter().map(of).collect()
     }
 
     /// Whether a unit of a configuration equals the synthesised one.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
 
-use crate::{NetlistDigests, SYSTEM, SynthReport, UnitKind};
+use crate::{NetlistDigests, SYSTEM, SynthReport, Synthesised, UnitKind};
 
 fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../synth/paper-asap7.json")
@@ -47,10 +47,7 @@ fn the_papers_parameters_are_read() {
     );
     assert!(report.memory(SYSTEM, "mft_bank").is_none());
 
-    let other = Config {
-        clock_mhz: 500,
-        ..config
-    };
+    let other = Config::preset("small").unwrap();
     let error = report.of(&other, &path()).unwrap_err().to_string();
     assert!(
         error.contains("expected") && error.contains(&other.hash()),
@@ -114,13 +111,14 @@ fn keys_that_nobody_knows_are_refused_at_every_depth() {
 /// Netlists that were changed since need another synthesis: `make parameters`.
 #[test]
 fn the_parameters_are_of_what_is_generated_now() {
-    let [paper, fields] = SynthReport::checked_in().unwrap();
-    let records = SynthReport::of_records().unwrap();
-    for (report, preset) in [(paper, "paper"), (fields, "fields"), (records, "paper")] {
-        let config = Config::preset(preset).unwrap();
+    let mut all = Synthesised::checked_in().unwrap();
+    all.push(Synthesised {
+        config: Config::paper(),
+        report: SynthReport::of_records().unwrap(),
+    });
+    for Synthesised { config, report } in all {
         for unit in &report.raw.units {
-            let kinds = [UnitKind::Gathering, UnitKind::Vector];
-            let kind = kinds
+            let kind = UnitKind::ALL
                 .into_iter()
                 .find(|kind| kind.top() == unit.unit)
                 .unwrap();
@@ -128,7 +126,8 @@ fn the_parameters_are_of_what_is_generated_now() {
             assert_eq!(
                 unit.netlists.changed(&now),
                 [""; 0],
-                "{preset}, {}",
+                "{}, {}",
+                config.hash(),
                 unit.unit
             );
         }

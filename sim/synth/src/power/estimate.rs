@@ -12,6 +12,7 @@ use potamoi_result_cache as result_cache;
 
 use super::library::PowerLibrary;
 use super::measure::{Measured, Work, measure};
+use super::multiply::MultiplyWindow;
 use super::order::{Extent, Order};
 use super::static_data::{StaticData, named_loads};
 use super::total::Ran;
@@ -50,6 +51,7 @@ pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Estimated, SynthError
     let work = match (order.unit, order.windows) {
         (UnitKind::Gathering, (Some(window), _)) => Work::Gather(window.clone()),
         (UnitKind::Vector, (_, Some(window))) => Work::Vector(window.clone()),
+        (UnitKind::ArrayMac, (Some(window), _)) => Work::Multiply(MultiplyWindow::of(window)),
         _ => {
             let absent = format!("the scene {} has too little work for it", order.scene);
             return Ok(Estimated {
@@ -151,6 +153,7 @@ impl<'a> Order<'a> {
         match self.unit {
             UnitKind::Gathering => self.config.gu.banks,
             UnitKind::Vector => self.config.vu.lanes,
+            UnitKind::ArrayMac => 1,
         }
     }
 
@@ -161,6 +164,7 @@ impl<'a> Order<'a> {
             Work::Gather(window) => (BANKS, window.can_be_sliced(self.config)),
             // The slowest lane decides when a vector is done.
             Work::Vector(_) => (LANES, !self.config.vu.exp.early_out),
+            Work::Multiply(_) => ([1, 1], false),
         };
         let configs = sizes.map(|size| self.slice(size));
         let is_whole = self.extent == Extent::Whole
@@ -184,6 +188,8 @@ impl<'a> Order<'a> {
                 let work = match work {
                     Work::Gather(w) => Work::Gather(w.of_banks(self.config, &set)),
                     Work::Vector(w) => Work::Vector(w.of_lanes(all as usize, &set)),
+                    // Never in slices.
+                    Work::Multiply(w) => Work::Multiply(w.clone()),
                 };
                 (share, work)
             };
@@ -204,6 +210,7 @@ impl<'a> Order<'a> {
         match self.unit {
             UnitKind::Gathering => config.gu.banks = size,
             UnitKind::Vector => config.vu.lanes = size,
+            UnitKind::ArrayMac => {}
         }
         config
     }

@@ -8,6 +8,7 @@ use potamoi_rtl::{GateEngine, RtlError, VectorBatch};
 
 use super::activity::{GatherWindow, VectorWindow};
 use super::count::{Counter, Energies};
+use super::multiply::MultiplyWindow;
 use super::static_data::StaticData;
 use crate::SynthError;
 
@@ -19,6 +20,7 @@ const REST: u64 = 64;
 pub(super) enum Work {
     Gather(GatherWindow),
     Vector(VectorWindow),
+    Multiply(MultiplyWindow),
 }
 
 impl Work {
@@ -45,6 +47,7 @@ impl Work {
                 let done = engine.compute(config, &batches, &results);
                 Ok(done.map_err(wrong)?.busy)
             }
+            Self::Multiply(window) => engine.multiply(&window.runs).map_err(wrong),
         }
     }
 
@@ -53,7 +56,7 @@ impl Work {
     pub(super) fn kinds(&self, all: usize) -> Vec<(f64, Range<usize>)> {
         let full = match self {
             Self::Gather(window) => window.banks_of_last_segment(all),
-            Self::Vector(_) => all,
+            Self::Vector(_) | Self::Multiply(_) => all,
         };
         let kinds = [0..full, full..all];
         let kinds = kinds.into_iter().filter(|range| !range.is_empty());
@@ -67,6 +70,7 @@ impl Work {
         match self {
             Self::Gather(window) => window.entries(),
             Self::Vector(window) => window.elements(),
+            Self::Multiply(window) => window.products(),
         }
     }
 }

@@ -18,6 +18,7 @@ mod count;
 mod estimate;
 mod library;
 mod measure;
+mod multiply;
 mod order;
 mod static_data;
 mod table;

@@ -50,7 +50,8 @@ impl Order<'_> {
         }
         let [zero, glitches] = [&ways[0], &ways[1]];
         let leakage_nw = zero.0.values().map(|(_, leakage)| leakage).sum();
-        let clock_ghz = (f64::from(self.config.clock_mhz) / 1e3).min(self.made.report.clock_ghz);
+        let reached = self.made.report.clock_ghz;
+        let clock_ghz = (self.config.clock_ghz()).map_or(reached, |ghz| ghz.min(reached));
         let figures = |way: &(Whole, Whole, f64)| {
             let sum = |whole: &Whole| {
                 let all = whole.values().map(|(energies, _)| *energies);
@@ -123,6 +124,7 @@ impl Order<'_> {
         let name = match self.unit {
             UnitKind::Gathering => "bank",
             UnitKind::Vector => "lane",
+            UnitKind::ArrayMac => "unit",
         };
         let s = if size == 1 { "" } else { "s" };
         format!("{size} {name}{s}")
@@ -132,6 +134,7 @@ impl Order<'_> {
         match self.unit {
             UnitKind::Gathering => "sample",
             UnitKind::Vector => "exponential",
+            UnitKind::ArrayMac => "product",
         }
     }
 }
@@ -142,7 +145,7 @@ type Whole = BTreeMap<String, (Energies, f64)>;
 fn channels(work: &Work) -> u64 {
     match work {
         Work::Gather(window) => window.tasks.first().map_or(0, |t| t.channels as u64),
-        Work::Vector(_) => 0,
+        Work::Vector(_) | Work::Multiply(_) => 0,
     }
 }
 
@@ -162,6 +165,12 @@ fn describe(work: &Work) -> String {
             "{} operations `{}` in {} runs of the frame",
             window.elements(),
             window.op.map_or("", |op| op.code.name()),
+            window.runs.len()
+        ),
+        Work::Multiply(window) => format!(
+            "{} products of the features gathered, in {} channels, by weights drawn from a bell of \
+             a quarter of their range",
+            window.products(),
             window.runs.len()
         ),
     }
@@ -258,7 +267,7 @@ mod tests {
             opensta: String::new(),
         };
         let config = Config::paper();
-        assert_eq!((config.vu.lanes, config.clock_mhz), (24, 1000));
+        assert_eq!((config.vu.lanes, config.clock_mhz), (24, None));
         let made = SynthesisedUnit {
             report: unit(),
             netlist: netlist(24),
@@ -325,7 +334,7 @@ mod tests {
 
         // A clock below what is reached is the clock.
         let slow = Config {
-            clock_mhz: 200,
+            clock_mhz: Some(200),
             ..config.clone()
         };
         let order = Order {

@@ -9,6 +9,7 @@ use potamoi_gates::{Flat, NoCount};
 use super::activity::Sampler;
 use super::library::PowerLibrary;
 use super::measure::Work;
+use super::multiply::MultiplyWindow;
 use super::static_data::StaticData;
 use super::unavailable::Unavailable;
 use crate::{Library, SynthError, UnitKind};
@@ -45,6 +46,10 @@ pub fn verify_netlist(
     let work = match unit {
         UnitKind::Gathering => sampler.gather_window().map(Work::Gather),
         UnitKind::Vector => sampler.vector_window().map(Work::Vector),
+        UnitKind::ArrayMac => {
+            let gathered = sampler.gather_window();
+            gathered.map(|own| Work::Multiply(MultiplyWindow::of(&own)))
+        }
     };
     let work = work.ok_or_else(|| wrong("there is no work for it".to_owned()))?;
     let cells = PowerLibrary::read(library)?;
