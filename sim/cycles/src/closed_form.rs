@@ -374,6 +374,31 @@ impl ClosedVector {
         }
         out
     }
+
+    /// [`ClosedVector::cycles`] of one operation on so many elements, where no length depends on
+    /// values: without early termination.
+    #[must_use]
+    pub fn cycles_of_any(&self, op: OpCode, elements: u64) -> VectorCycles {
+        let timing = &self.timing;
+        let vectors = elements.div_ceil(self.lanes as u64);
+        if vectors == 0 {
+            return VectorCycles::default();
+        }
+        let (code, exponent) = (op.code(), 0);
+        let occupied = timing.occupancy(code, exponent) * vectors;
+        let drained = if timing.pipelined {
+            timing.interval - 1
+        } else {
+            0
+        };
+        VectorCycles {
+            vectors,
+            busy: occupied + drained,
+            elapsed: occupied - timing.occupancy(code, exponent)
+                + timing.latency(code, exponent)
+                + 1,
+        }
+    }
 }
 
 /// [`ClosedVector::cycles`] for one list of operations.

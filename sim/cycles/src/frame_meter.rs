@@ -2,8 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use super::{ClosedVector, GatherWork, runs};
+use super::{ClosedVector, GatherWork, WorkError, runs};
 use potamoi_formats::config::{Config, RitPath};
+use potamoi_formats::units::OpCode;
 use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 use serde::{Deserialize, Serialize};
@@ -120,14 +121,137 @@ impl std::ops::AddAssign for Batch {
     }
 }
 
+/// What the units do in a step, without what depends on the vector unit's lanes and pipeline or on
+/// the array. [`BatchEvents::priced`] adds that.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BatchEvents {
+    /// Counts of the gathering unit; those of vector unit and array are 0.
+    pub gathered: Batch,
+    /// Vector operations, equal ones once.
+    pub operations: Vec<Operations>,
+    /// Matrix products, equal ones once: rows, depth and columns, and their number.
+    pub products: Vec<([u64; 3], u64)>,
+}
+
+/// Equal vector operations.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Operations {
+    /// The operation.
+    pub code: OpCode,
+    /// Elements of each.
+    pub elements: u64,
+    /// Number of operations.
+    pub count: u64,
+    /// Cycles and busy cycles of each, where they depend on operands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<[u64; 2]>,
+}
+
+/// Vector unit and array that events are priced with.
+#[derive(Debug, Clone)]
+pub struct Pricing {
+    vector: ClosedVector,
+    array: MacArray,
+}
+
+impl Pricing {
+    /// The units of a configuration beside an array.
+    ///
+    /// # Errors
+    /// A configuration that breaks its rules.
+    pub fn new(config: &Config, array: MacArray) -> Result<Self, WorkError> {
+        Ok(Self {
+            vector: ClosedVector::new(config)?,
+            array,
+        })
+    }
+
+    fn operations(&self, own: &Operations) -> Batch {
+        let [elapsed, busy] = own.cycles.unwrap_or_else(|| {
+            let cycles = self.vector.cycles_of_any(own.code, own.elements);
+            [cycles.elapsed, cycles.busy]
+        });
+        let elements = own.count * own.elements;
+        Batch {
+            operations: own.count,
+            elements,
+            vector_cycles: own.count * elapsed,
+            vector_busy: own.count * busy,
+            operand_bytes: OPERAND * elements * (1 + u64::from(own.code.takes_both())),
+            result_bytes: OPERAND * elements,
+            ..Batch::default()
+        }
+    }
+
+    fn products(&self, [rows, depth, columns]: [u64; 3], count: u64) -> Batch {
+        let product = Product {
+            rows,
+            depth,
+            columns,
+        };
+        let (folds, _) = self.array.folds(&product);
+        let across = columns.div_ceil(self.array.columns);
+        Batch {
+            products: count,
+            macs: count * product.operations(),
+            array_cycles: count * self.array.cycles(&product),
+            input_bytes: count * rows * depth * across * CODE,
+            weight_bytes: count * folds * self.array.units() * CODE,
+            output_bytes: count * rows * columns * CODE,
+            partial_bytes: count * self.array.partial_bytes(&product),
+            ..Batch::default()
+        }
+    }
+}
+
+impl BatchEvents {
+    /// The counts of a step with these units.
+    #[must_use]
+    pub fn priced(&self, with: &Pricing) -> Batch {
+        let mut sum = self.gathered;
+        for own in &self.operations {
+            sum += with.operations(own);
+        }
+        for (product, count) in &self.products {
+            sum += with.products(*product, *count);
+        }
+        sum
+    }
+
+    fn computed(&mut self, code: OpCode, elements: u64, cycles: Option<[u64; 2]>) {
+        let alike = |own: &&mut Operations| {
+            (own.code, own.elements, own.cycles) == (code, elements, cycles)
+        };
+        match self.operations.iter_mut().rev().find(alike) {
+            Some(own) => own.count += 1,
+            None => self.operations.push(Operations {
+                code,
+                elements,
+                count: 1,
+                cycles,
+            }),
+        }
+    }
+
+    fn multiplied(&mut self, product: [u64; 3]) {
+        match self.products.iter_mut().find(|(own, _)| *own == product) {
+            Some((_, count)) => *count += 1,
+            None => self.products.push((product, 1)),
+        }
+    }
+
+    fn is_some(&self) -> bool {
+        self.gathered.runs > 0 || !self.operations.is_empty() || !self.products.is_empty()
+    }
+}
+
 /// Observer that counts the work of units of a configuration. Cycle models of the same runs give
 /// the cycles.
 pub struct FrameMeter {
     config: Config,
-    /// Set with the first operation.
+    /// Where lengths of operations depend on operands; set with the first operation.
     vector: Option<ClosedVector>,
-    array: MacArray,
-    batches: Vec<Batch>,
+    batches: Vec<BatchEvents>,
     is_computing: bool,
     sums: GatherSums,
     /// Wall time of the cycle models.
@@ -152,14 +276,13 @@ impl GatherSums {
 }
 
 impl FrameMeter {
-    /// A meter for units of `config` and a MAC array.
+    /// A meter for units of `config`.
     #[must_use]
-    pub fn new(config: &Config, array: MacArray) -> Self {
+    pub fn new(config: &Config) -> Self {
         Self {
             config: config.clone(),
             vector: None,
-            array,
-            batches: vec![Batch::default()],
+            batches: vec![BatchEvents::default()],
             is_computing: false,
             sums: GatherSums::default(),
             modelled: Duration::ZERO,
@@ -180,14 +303,16 @@ impl FrameMeter {
 
     /// The batches, in order.
     #[must_use]
-    pub fn into_batches(self) -> Vec<Batch> {
-        let some = |batch: &Batch| batch.runs + batch.operations + batch.products > 0;
-        self.batches.into_iter().filter(some).collect()
+    pub fn into_events(self) -> Vec<BatchEvents> {
+        self.batches
+            .into_iter()
+            .filter(BatchEvents::is_some)
+            .collect()
     }
 
-    fn batch(&mut self) -> &mut Batch {
+    fn batch(&mut self) -> &mut BatchEvents {
         if self.batches.is_empty() {
-            self.batches.push(Batch::default());
+            self.batches.push(BatchEvents::default());
         }
         let last = self.batches.len() - 1;
         &mut self.batches[last]
@@ -195,14 +320,14 @@ impl FrameMeter {
 
     fn count(&mut self, tasks: &[GatherTask]) -> Result<(), UnitError> {
         if std::mem::take(&mut self.is_computing) {
-            self.batches.push(Batch::default());
+            self.batches.push(BatchEvents::default());
         }
         for run in runs(tasks) {
             let begun = Instant::now();
             let work = GatherWork::new(&self.config, run)?;
             let own = counted(run, &work, &self.config)?;
             self.modelled += begun.elapsed();
-            *self.batch() += own;
+            self.batch().gathered += own;
             let set = work.run();
             let groups = |entries: usize| entries.div_ceil(self.config.gu.ports as usize) as u64;
             for (task, mvoxel) in run.iter().zip(set.mvoxels) {
@@ -262,41 +387,54 @@ impl Observer for FrameMeter {
 
     fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError> {
         let VectorCall { op, a, .. } = call;
-        let begun = Instant::now();
-        let vector = match &self.vector {
-            Some(vector) => vector,
-            None => self.vector.insert(ClosedVector::new(&self.config)?),
+        let cycles = match self.config.vu.exp.early_out {
+            false => None,
+            true => {
+                let begun = Instant::now();
+                let vector = match &self.vector {
+                    Some(vector) => vector,
+                    None => self.vector.insert(ClosedVector::new(&self.config)?),
+                };
+                let cycles = vector.cycles(&[(op.code, a)]);
+                self.modelled += begun.elapsed();
+                Some([cycles.elapsed, cycles.busy])
+            }
         };
-        let cycles = vector.cycles(&[(op.code, a)]);
-        self.modelled += begun.elapsed();
         self.is_computing = true;
-        *self.batch() += Batch {
-            operations: 1,
-            elements: a.len() as u64,
-            vector_cycles: cycles.elapsed,
-            vector_busy: cycles.busy,
-            operand_bytes: OPERAND * (a.len() as u64) * (1 + u64::from(op.code.takes_both())),
-            result_bytes: OPERAND * a.len() as u64,
-            ..Batch::default()
-        };
+        self.batch().computed(op.code, a.len() as u64, cycles);
         Ok(())
     }
 
     fn multiplied(&mut self, product: &Product) {
-        let (folds, _) = self.array.folds(product);
-        let across = product.columns.div_ceil(self.array.columns);
-        let array_cycles = self.array.cycles(product);
-        let held = self.array.units();
-        let partial_bytes = self.array.partial_bytes(product);
-        *self.batch() += Batch {
-            products: 1,
-            macs: product.operations(),
-            array_cycles,
-            input_bytes: product.rows * product.depth * across * CODE,
-            weight_bytes: folds * held * CODE,
-            output_bytes: product.rows * product.columns * CODE,
-            partial_bytes,
-            ..Batch::default()
-        };
+        let Product {
+            rows,
+            depth,
+            columns,
+        } = *product;
+        self.batch().multiplied([rows, depth, columns]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Without early termination the cycles of an operation follow from its length.
+        #[test]
+        fn lengths_alone_decide_cycles(
+            elements in 0usize..400,
+            lanes in 1u32..40,
+            pipelined in any::<bool>(),
+            code in prop::sample::select(&[OpCode::Add, OpCode::Exp, OpCode::Multiply][..]),
+        ) {
+            let text = format!("[vu]\nlanes = {lanes}\n[vu.exp]\npipelined = {pipelined}\n");
+            let vector = ClosedVector::new(&Config::from_toml(&text, "test").unwrap()).unwrap();
+            let values: Vec<i32> = (0..elements as i32).map(|i| i * 977).collect();
+            let any = vector.cycles_of_any(code, elements as u64);
+            prop_assert_eq!(vector.cycles(&[(code, &values)]), any);
+        }
     }
 }

@@ -168,11 +168,11 @@ impl Layout {
         self.stall_bank as f64 / self.cycles.max(1) as f64
     }
 
-    /// Cycles of reading MVoxels and ray index tables at the memory's bandwidth.
+    /// Cycles of `clock_ghz` of reading MVoxels and ray index tables at the memory's bandwidth.
     #[must_use]
-    pub fn bandwidth_cycles(&self) -> u64 {
+    pub fn bandwidth_cycles(&self, clock_ghz: f64) -> u64 {
         let seconds = (self.mvoxel_bytes + self.rit_bytes) as f64 / DRAM_BYTES_PER_SECOND;
-        (seconds * f64::from(self.config.clock_mhz) * 1e6).ceil() as u64
+        (seconds * clock_ghz * 1e9).ceil() as u64
     }
 
     /// From here on requires unrounded sums, as parts of cells do.
