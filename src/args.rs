@@ -18,7 +18,7 @@ pub(crate) const WITHOUT_CONFIGURATION: [&str; 3] = ["warp", "cache", "doctor"];
 /// Options of all subcommands.
 #[derive(Debug, Default, Args)]
 pub(crate) struct Common {
-    /// Configuration file, or a preset: paper, fields, small, compact, parity, feature-major, piecewise [default: paper]
+    /// Configuration file, or a preset: paper, fields, small, compact, parity, feature-major, piecewise, pipelined [default: paper]
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
 }
@@ -76,6 +76,34 @@ impl Common {
         self.config
             .as_ref()
             .map_or_else(String::new, |path| format!(" --config {}", quoted(path)))
+    }
+}
+
+/// The clock of commands that turn cycles into time.
+#[derive(Debug, Default, Args)]
+pub(crate) struct ClockArgs {
+    /// Clock of the accelerator, whatever its blocks reach; figures at it are marked [default: the
+    /// configuration's, or 1 over the longest period of its blocks as synthesised]
+    #[arg(long, value_name = "GHZ")]
+    assume_clock: Option<f64>,
+}
+
+impl ClockArgs {
+    /// A configuration with the assumed clock, if there is one.
+    pub(crate) fn chosen(&self, chosen: ConfigChoice) -> Result<ConfigChoice, Failure> {
+        let Some(ghz) = self.assume_clock else {
+            return Ok(chosen);
+        };
+        let mhz = (1e3 * ghz).round();
+        if !(1.0..=10_000.0).contains(&mhz) || (1e3 * ghz - mhz).abs() > 1e-6 {
+            let expected = "expected 0.001 to 10 GHz, a multiple of 0.001";
+            return Err(Failure::Usage(format!("--assume-clock {ghz}: {expected}")));
+        }
+        let config = Config {
+            clock_mhz: Some(mhz as u32),
+            ..chosen.config
+        };
+        Ok(ConfigChoice { config, ..chosen })
     }
 }
 

@@ -211,7 +211,9 @@ fn totals(own: &UnitEstimate) {
             100.0 * estimate.work.busy,
             estimate.work.channels
         ),
-        UnitKind::Vector => format!("busy {:.1} % of cycles", 100.0 * estimate.work.busy),
+        UnitKind::Vector | UnitKind::ArrayMac => {
+            format!("busy {:.1} % of cycles", 100.0 * estimate.work.busy)
+        }
     };
     let scaled = |of: fn(&ScaledEstimate) -> f64| own.scaled.as_ref().map(of);
     let rows = [

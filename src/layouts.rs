@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
+use crate::model::clock;
 use crate::progress;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
@@ -103,11 +104,12 @@ fn name(layout: &Layout) -> String {
 
 fn print(report: &Report) {
     say!(
-        "{} at {} x {}: {} samples gathered (cycle model, streams ready)",
+        "{} at {} x {}: {} samples gathered (cycle model, streams ready); {}",
         report.scene,
         report.width,
         report.height,
-        report.found.samples
+        report.found.samples,
+        clock::said(&report.found.clock)
     );
     let mut table = tables::lined(
         1,

@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_explore::accuracy::Price;
 
-use crate::args::Common;
+use crate::args::{ClockArgs, Common};
 use crate::failure::Failure;
 use crate::scene::SceneArgs;
 
@@ -33,6 +33,8 @@ pub(crate) struct CostArgs {
     study: Option<Study>,
     #[command(flatten)]
     scene: SceneArgs,
+    #[command(flatten)]
+    clock: ClockArgs,
     /// Knobs to vary [default: all knobs of the scene]
     #[arg(
         long,

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use potamoi_explore::accuracy::knobs::Knob;
 use potamoi_explore::accuracy::{ImageQuality, Point, SearchResult, Sweep};
+use potamoi_system::system_model::ClockOrigin;
 
 use crate::model::ladder;
 use crate::stdout::say;
@@ -47,6 +48,7 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
             "SSIM",
             "gathering cycles",
             "vector cycles",
+            "GHz",
             "us per frame",
             "relative to default",
             "mJ",
@@ -74,6 +76,7 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
             number(truth.and_then(|t| t.ssim), 5),
             point.gather_cycles.to_string(),
             point.vector_cycles.to_string(),
+            clock(point),
             format!("{:.1}", point.frame_ns * 1e-3),
             format!("{:.3}", point.frame_ns / default.frame_ns),
             number(point.energy_mj, 3),
@@ -83,8 +86,9 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     }
     say!("{table}");
     say!(
-        "mJ and mm^2: - where no formula covers the units (potamoi synth measures them); PSNR: - \
-         where there is no reference picture"
+        "GHz: 1 over the longest period of the accelerator's blocks at 12 nm, before wires: ~ \
+         estimated, ! assumed, else synthesised; mJ and mm^2: - where no synthesis and no formula \
+         covers the units (potamoi synth measures them); PSNR: - where there is no reference picture"
     );
     for knob in knobs {
         say!("{}", sentence(knob, report));
@@ -183,12 +187,22 @@ pub(super) fn found(found: &SearchResult, default: &Point) {
     );
 }
 
+/// The accelerator's clock, marked where it is not synthesised.
+fn clock(point: &Point) -> String {
+    let mark = match point.clock_origin {
+        ClockOrigin::Synthesised => "",
+        ClockOrigin::Estimated => "~",
+        ClockOrigin::Assumed => "!",
+    };
+    format!("{mark}{:.2}", point.clock_ghz)
+}
+
 /// One line a point.
 pub(super) fn csv(report: &Sweep) -> String {
     let units = report.default_point().units.named();
     let units = units.map(|(name, _)| format!("{name}_max_ulp,{name}_bound_ulp,{name}_mean_ulp"));
     let mut text = format!(
-        "knob,setting,{},model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,frame_ns,energy_mj,area_mm2,front\n",
+        "knob,setting,{},model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,clock_ghz,clock_origin,frame_ns,energy_mj,area_mm2,front\n",
         units.join(",")
     );
     let field = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
@@ -211,7 +225,7 @@ pub(super) fn csv(report: &Sweep) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{}",
             p.knob,
             p.setting,
             units
@@ -224,6 +238,8 @@ pub(super) fn csv(report: &Sweep) -> String {
             p.gather_cycles,
             p.vector_cycles,
             p.array_cycles,
+            p.clock_ghz,
+            p.clock_origin.word(),
             p.frame_ns,
             field(p.energy_mj),
             field(p.area_mm2),

@@ -24,6 +24,11 @@ pub(super) fn range(of: &AtBounds<f64>) -> String {
     }
 }
 
+/// A range that may not be known.
+pub(super) fn known(of: Option<&AtBounds<f64>>) -> String {
+    of.map_or_else(|| "-".to_owned(), range)
+}
+
 /// A range with its geometric mean.
 pub(super) fn with_mid(of: &AtBounds<f64>) -> String {
     let range = range(of);

@@ -5,6 +5,7 @@ use potamoi_system::system_model::System;
 use potamoi_system::system_model::work::Replay;
 
 use super::ModelArgs;
+use super::clock;
 use super::report::{self, Report};
 use crate::args::Common;
 use crate::failure::Failure;
@@ -18,10 +19,11 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
     let found = Fidelity::of(&setup, &Shown(&spinner))?;
     spinner.finish_and_clear();
     say!(
-        "{}, {} x {}: one frame in full, gathered by the unit; cycle models are the default",
+        "{}, {} x {}: one frame in full, gathered by the unit; cycle models are the default; {}",
         found.scene,
         found.size[0],
-        found.size[1]
+        found.size[1],
+        clock::said(&setup.costs().clock)
     );
     print(&found.rungs);
     print_memory(&found.memory);

@@ -1,6 +1,7 @@
 //! `potamoi model`: time, energy and quality of a scene's frames on the whole system.
 
 mod bounds;
+pub(crate) mod clock;
 pub(crate) mod ladder;
 mod limits;
 mod octree;
@@ -21,7 +22,7 @@ use potamoi_scene::{Scene, scenes_named};
 use potamoi_system::system_model::work::{PathOptions, PathWork};
 use potamoi_system::system_model::{Scenario, System, Variant, chrome_trace};
 
-use crate::args::Common;
+use crate::args::{ClockArgs, Common};
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{SceneArgs, say_not_checked};
@@ -74,6 +75,8 @@ pub(crate) struct ModelArgs {
     /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE")]
     synth: Option<PathBuf>,
+    #[command(flatten)]
+    clock: ClockArgs,
     /// Write a plot of a frame's energy by part and variant, as SVG
     #[arg(
         long,
@@ -231,7 +234,7 @@ impl ModelArgs {
 
     fn setup(&self, common: &Common, system: &System, scene: Scene) -> Result<Setup, Failure> {
         Ok(Setup::new(
-            common.chosen_for(&scene)?,
+            self.clock.chosen(common.chosen_for(&scene)?)?,
             system,
             scene,
             self.synth.as_deref(),

@@ -51,21 +51,23 @@ fn print(scenes: &[Merging]) {
         "gathering with memory, uJ",
         "saving",
     ]);
+    let known = |of: Option<String>| of.unwrap_or_else(|| "-".to_owned());
     let less = |of: [f64; 2]| format!("{:.1} %", 100.0 * (1.0 - of[1] / of[0]));
     let pair = |of: [f64; 2], digits: usize| format!("{:.digits$} > {:.digits$}", of[0], of[1]);
-    let mut sums = [0.0; 4];
+    let mut sums = [Some(0.0); 4];
     for Merging { scene, size, sides } in scenes {
         let of = |f: fn(&Side) -> f64| sides.each_ref().map(f);
         let gathering = of(|s| s.gathering_ns);
         let computation = of(|s| s.computation_ns);
-        let energy = of(|s| s.computation_pj);
-        let gathered = of(|s| s.gathering_pj);
+        let both = |of: [Option<f64>; 2]| Some([of[0]?, of[1]?]);
+        let energy = both(sides.each_ref().map(|s| s.computation_pj));
+        let gathered = both(sides.each_ref().map(|s| s.gathering_pj));
         let used = of(|s| 100.0 * s.array_use);
-        for (sum, [a, b]) in sums
-            .iter_mut()
-            .zip([gathering, computation, energy, gathered])
-        {
-            *sum += a / b / scenes.len() as f64;
+        let all = [Some(gathering), Some(computation), energy, gathered];
+        for (sum, of) in sums.iter_mut().zip(all) {
+            *sum = sum
+                .zip(of)
+                .map(|(sum, [a, b])| sum + a / b / scenes.len() as f64);
         }
         table.add_row([
             format!("{scene}, {} x {}", size[0], size[1]),
@@ -77,20 +79,20 @@ fn print(scenes: &[Merging]) {
             format!("{:.2}", computation[0] / computation[1]),
             format!("{} %", pair(used, 1)),
             format!("{:.2}", sides[0].passes as f64 / sides[1].passes as f64),
-            pair(energy.map(|pj| pj * 1e-6), 1),
-            less(energy),
-            pair(gathered.map(|pj| pj * 1e-6), 1),
-            less(gathered),
+            known(energy.map(|of| pair(of.map(|pj| pj * 1e-6), 1))),
+            known(energy.map(less)),
+            known(gathered.map(|of| pair(of.map(|pj| pj * 1e-6), 1))),
+            known(gathered.map(less)),
         ]);
     }
     say!("{table}");
     say!(
-        "mean speed-up: gathering {:.2}, computation {:.2}; mean energy saving: computation \
-         {:.1} %, gathering {:.1} %",
-        sums[0],
-        sums[1],
-        100.0 * (1.0 - 1.0 / sums[2]),
-        100.0 * (1.0 - 1.0 / sums[3])
+        "mean speed-up: gathering {}, computation {}; mean energy saving: computation {}, gathering \
+         {}",
+        known(sums[0].map(|mean| format!("{mean:.2}"))),
+        known(sums[1].map(|mean| format!("{mean:.2}"))),
+        known(sums[2].map(|mean| format!("{:.1} %", 100.0 * (1.0 - 1.0 / mean)))),
+        known(sums[3].map(|mean| format!("{:.1} %", 100.0 * (1.0 - 1.0 / mean))))
     );
     say!(
         "the paper: 7.2 > 172.8 points, a tree below 200 KB; speed-ups 1.3 and 3.5; savings 70.1 \

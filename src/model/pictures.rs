@@ -20,14 +20,17 @@ pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
     let names: Vec<String> = outcomes.iter().map(label).collect();
     let most = outcomes
         .iter()
-        .map(|o| o.run.total_mj().high())
+        .map(|o| mid(o).iter().map(|(_, mj)| mj).sum())
         .fold(0.0, f64::max);
     let bars = outcomes.len() as u32 + BESIDE;
     let size = (SIZE.0.max(bars * BAR), SIZE.1);
     picture(path, size, |area| {
         let title = format!(
-            "{}, {} x {}: energy of a frame by part, mean of both bounds",
-            found.scene, found.size[0], found.size[1]
+            "{}, {} x {}: energy of a frame by part, mean of both bounds{}",
+            found.scene,
+            found.size[0],
+            found.size[1],
+            not_known(found)
         );
         let mut chart = ChartBuilder::on(area)
             .caption(title, TITLE)
@@ -70,13 +73,22 @@ pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
     })
 }
 
-/// Energy by part, the geometric mean of both bounds of the GPU's kernels.
-fn mid(of: &Outcome) -> [(&'static str, f64); 11] {
-    let mut parts = of.run.max.energy.named();
-    for (part, (_, sum)) in parts.iter_mut().zip(of.run.sum.energy.named()) {
-        part.1 = (part.1 * sum).sqrt();
+/// Energy by part, the geometric mean of both bounds of the GPU's kernels; 0 where it is not known,
+/// which the title says.
+fn mid(of: &Outcome) -> Vec<(&'static str, f64)> {
+    let [max, sum] = [&of.run.max, &of.run.sum].map(|run| run.energy.named());
+    let both = max.into_iter().zip(sum);
+    both.map(|((name, max), (_, sum))| (name, (max.zip(sum)).map_or(0.0, |(a, b)| (a * b).sqrt())))
+        .collect()
+}
+
+/// Blocks without energy, for the title.
+fn not_known(found: &Modelled) -> String {
+    let blocks: Vec<_> = (found.energy_unknown.iter()).map(|own| own.block).collect();
+    match blocks.is_empty() {
+        true => String::new(),
+        false => format!("; without {}, not known", blocks.join(" and ")),
     }
-    parts
 }
 
 /// Roofline: multiplications a second over multiplications a byte of memory, below the limits of

@@ -4,7 +4,7 @@ use potamoi_explore::system::{CountedScene, Sensitivity, SensitivityRow};
 use potamoi_system::system_model::{Scenario, System};
 
 use super::ModelArgs;
-use super::bounds::{range, ratio};
+use super::bounds::{known, ratio};
 use super::report::{self, Report};
 use crate::args::Common;
 use crate::failure::Failure;
@@ -46,7 +46,7 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
         let of = |row: &SensitivityRow| -> Vec<String> {
             let own = row.means.iter();
             own.filter(|m| m.scenario == *scenario && m.variant != "baseline")
-                .map(|m| format!("{} ({})", ratio(&m.speed_up), range(&m.saving)))
+                .map(|m| format!("{} ({})", ratio(&m.speed_up), known(m.saving.as_ref())))
                 .collect()
         };
         let names = found.rows.iter().take(1).flat_map(|row| &row.means);

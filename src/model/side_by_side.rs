@@ -3,7 +3,8 @@
 use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, gathering_speed_up};
 use potamoi_system::system_model::{Alone, AtBounds, Outcome, Scenario};
 
-use super::bounds::{range, ratio};
+use super::bounds::{known, range, ratio};
+use super::clock;
 use super::report::Report;
 use super::tables::{figure, percent, scenarios, times};
 use crate::stdout::say;
@@ -20,6 +21,7 @@ pub(super) fn print(report: &Report<Modelled>) {
             .collect();
         let mut header = vec![
             "speed-up (saving)".to_owned(),
+            "GHz".to_owned(),
             "frames/s of the baseline".to_owned(),
         ];
         header.extend(
@@ -29,7 +31,8 @@ pub(super) fn print(report: &Report<Modelled>) {
         let mut rows = tables::plain(header);
         for found in &report.scenes {
             let mut row = vec![
-                found.scene.clone(),
+                clock::marked(&found.scene, &found.clock),
+                format!("{:.2}", found.clock.ghz),
                 range(&found.outcomes[at].run.frames_per_second()),
             ];
             row.extend(own.iter().map(|i| {
@@ -37,34 +40,37 @@ pub(super) fn print(report: &Report<Modelled>) {
                 format!(
                     "{} ({})",
                     ratio(&found.speed_up(o)),
-                    range(&found.saving(o))
+                    known(found.saving(o).as_ref())
                 )
             }));
             rows.add_row(row);
         }
         let count = report.scenes.len() as f64;
-        type Ratio = dyn Fn(&Modelled, &Outcome) -> AtBounds<f64>;
+        type Ratio = dyn Fn(&Modelled, &Outcome) -> Option<AtBounds<f64>>;
         let mean = |of: &Ratio, i: usize, is_geometric: bool| {
-            let all = || (report.scenes.iter()).map(|found| of(found, &found.outcomes[i]));
+            let all = (report.scenes.iter()).map(|found| of(found, &found.outcomes[i]));
+            let all: Vec<AtBounds<f64>> = all.collect::<Option<_>>()?;
+            let all = || all.iter().copied();
             let mean = |own: fn(AtBounds<f64>) -> f64| match is_geometric {
                 true => (all().map(|all| own(all).ln()).sum::<f64>() / count).exp(),
                 false => all().map(own).sum::<f64>() / count,
             };
-            AtBounds {
+            Some(AtBounds {
                 max: mean(|own| own.max),
                 sum: mean(|own| own.sum),
-            }
+            })
         };
         for (name, is_geometric) in [("mean", false), ("geometric mean", true)] {
-            let mut row = vec![name.to_owned(), String::new()];
+            let mut row = vec![name.to_owned(), String::new(), String::new()];
             row.extend(own.iter().map(|i| {
-                let speed_up = mean(&|found, o| found.speed_up(o), *i, is_geometric);
+                let speed_up = mean(&|found, o| Some(found.speed_up(o)), *i, is_geometric);
                 let saving = mean(&|found, o| found.saving(o), *i, is_geometric);
-                format!("{} ({})", ratio(&speed_up), range(&saving))
+                let speed_up = speed_up.map_or_else(String::new, |own| ratio(&own));
+                format!("{speed_up} ({})", known(saving.as_ref()))
             }));
             rows.add_row(row);
         }
-        let mut row = vec!["the paper's mean".to_owned(), String::new()];
+        let mut row = vec!["the paper's mean".to_owned(), String::new(), String::new()];
         row.extend(own.iter().map(|i| {
             let paper = Paper::of(&first.outcomes[*i], first.options.window);
             format!("{} ({})", figure(paper.speed_up), figure(paper.saving))

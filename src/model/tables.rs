@@ -6,7 +6,8 @@ use potamoi_system::system_model::work::{PathReplay, Replayed};
 use potamoi_system::system_model::{AtBounds, Frames, Gpu, Outcome, Run, Scenario, System};
 use potamoi_warp::Profile;
 
-use super::bounds::{range, ratio, with_mid};
+use super::bounds::{known, range, ratio, with_mid};
+use super::clock;
 use super::limits;
 use crate::stdout::say;
 use crate::tables;
@@ -166,17 +167,14 @@ fn heading(found: &Modelled) {
         }
     );
     say!(
-        "  units: {}, by cycle models (--ladder: beside formulas and Verilated units), {} GHz \
-         assumed{}; full frames are counted at the references' poses; {:.1} % of the targets' \
-         non-void pixels are rendered",
+        "  units: {}, by cycle models (--ladder: beside formulas and Verilated units), {}; full \
+         frames are counted at the references' poses; {:.1} % of the targets' non-void pixels are \
+         rendered",
         found.preset.map_or_else(
             || "as configured".to_owned(),
             |name| format!("preset {name}")
         ),
-        found.clock_ghz,
-        found.reached_ghz.map_or_else(String::new, |ghz| format!(
-            " ({ghz:.2} reached at 12 nm before wires)"
-        )),
+        clock::said(&found.clock),
         100.0 * found.rendered_share
     );
     if let Some(memory) = &found.memory {
@@ -229,7 +227,7 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
         let spent = &o.run.max.spent;
         let paper = Paper::of(o, found.options.window);
         speed.add_row([
-            o.variant.name.to_owned(),
+            clock::marked(o.variant.name, &found.clock),
             with_mid(&o.run.frames_per_second()),
             frames_per_second(o, &found.algorithm)
                 .unwrap_or("-")
@@ -237,8 +235,8 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
             range(&o.run.span_ns().map(|ns| ns * 1e-6 / frames)),
             ratio(&found.speed_up(o)),
             figure(paper.speed_up),
-            range(&o.run.total_mj()),
-            range(&found.saving(o)),
+            known(o.run.total_mj().as_ref()),
+            known(found.saving(o).as_ref()),
             figure(paper.saving),
             format!(
                 "{:.2}",
@@ -307,7 +305,10 @@ fn energy(own: &[&Outcome]) -> comfy_table::Table {
         let mut row = vec![o.variant.name.to_owned()];
         let sum = o.run.sum.energy.named();
         let both = o.run.max.energy.named().into_iter().zip(sum);
-        row.extend(both.map(|((_, max), (_, sum))| range(&AtBounds { max, sum })));
+        row.extend(both.map(|((_, max), (_, sum))| {
+            let both = max.zip(sum).map(|(max, sum)| AtBounds { max, sum });
+            known(both.as_ref())
+        }));
         energy.add_row(row);
     }
     energy
@@ -337,7 +338,15 @@ fn gathering_alone(found: &Modelled) {
 
 /// Source of the energies, and what is assumed.
 fn assumptions(found: &Modelled, system: &System) {
+    say!("\n{}", clock::table(&found.clock));
     say!("\nenergy: {}", found.energy_origin);
+    for unknown in &found.energy_unknown {
+        say!(
+            "energy of the {} is not known: {}",
+            unknown.block,
+            unknown.why
+        );
+    }
     say!(
         "GPU: {}; assumed: walked and blending shares and the longest tile of splats, lines and \
          sectors of a request of fields (sim/gpu/rows)",

@@ -1,6 +1,6 @@
 //! What `potamoi synth` prints.
 
-use potamoi_synth::{SynthReport, SynthesisedUnit};
+use potamoi_synth::{SynthReport, SynthesisedUnit, published_cells};
 
 use crate::stdout::say;
 use crate::tables;
@@ -160,15 +160,24 @@ pub(super) fn totals(report: &SynthReport) {
         for (own, raw) in own.macros.iter().zip(&raw.macros) {
             let figures = &own.figures;
             say!(
-                "{}: {} of {:.0} um^2, {:.5} mm^2; {:.3} pJ read, {:.3} pJ write; {:.0} ps cycle",
+                "{}: {} of {:.0} um^2, {:.5} mm^2 ({:.5} by a published cell); {:.3} pJ read, {:.3} \
+                 pJ write; {:.0} ps cycle",
                 own.memory,
                 raw.count,
                 figures.area_um2,
                 raw.count as f64 * figures.area_um2 * 1e-6,
+                raw.count as f64 * published_cells::area_um2(&raw.shape) * 1e-6,
                 figures.read_pj,
                 figures.write_pj,
                 figures.cycle_ps
             );
         }
+        say!(
+            "published cell: {:.3} um^2 at 16 nm with one port (Chen et al., ISSCC 2014), {:.0} % of a \
+             macro (assumed), larger by its ports; CACTI's areas at {} nm are below the bare cell",
+            published_cells::CELL_UM2,
+            100.0 * published_cells::EFFICIENCY,
+            scaled.node_nm
+        );
     }
 }

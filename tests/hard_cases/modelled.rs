@@ -12,7 +12,7 @@ use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised};
 use potamoi_system::system_model::work::{FrameWork, PathOptions, PathWork};
 use potamoi_system::system_model::{
-    Costs, Gathering, Memory, Model, Program, Scenario, System, Variant,
+    Costs, Gathering, Memory, Model, Parameters, Program, Scenario, System, Variant,
 };
 use potamoi_warp::Profile;
 
@@ -63,8 +63,15 @@ fn pictures_of_samples_are_modelled() {
         };
         let path = PathWork::count(&scene, config, &options, &|| ()).unwrap();
         assert_eq!(path.references[0], counted.work, "{name}");
-        let (fit, own) = (Fit::checked_in().unwrap(), &reports[0].report);
-        let costs = Costs::new(config, Program::Fields, fit, None, &reports, &records, own);
+        let parameters = Parameters {
+            given: None,
+            system: &reports[0].report,
+            reports: &reports,
+            records: &records,
+            wire_margin: 0.0,
+        };
+        let fit = Fit::checked_in().unwrap();
+        let costs = Costs::new(config, Program::Fields, fit, &parameters);
         let model = Model {
             system: &system,
             memory: &memory,

@@ -10,6 +10,7 @@ use super::trajectory::TrajectoryError;
 use super::transforms::TransformsError;
 use potamoi_fields::FieldError;
 use potamoi_march::MarchError;
+use potamoi_reference::UnitError;
 use potamoi_splats::files::FileError;
 use potamoi_splats::{CloudError, RenderError};
 use potamoi_warp::WarpError;
@@ -130,6 +131,12 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// A unit that refused its work or failed.
+    #[must_use]
+    pub const fn of_unit(error: UnitError) -> Self {
+        Self::Voxels(MarchError::Unit(error))
+    }
+
     /// Adds the name of the scene, unless the message names it or a file.
     pub(super) fn of(self, scene: &str) -> Self {
         let nameless = match &self {

@@ -29,7 +29,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let mut scene = Scene::open("garden")?;
 //! scene.set_size(Some(16), None)?;
-//! let setup = Setup::of_times(ConfigChoice::for_scene(&scene)?, scene, None)?;
+//! let setup = Setup::new(ConfigChoice::for_scene(&scene)?, &System::default(), scene, None)?;
 //! let knobs = knobs::named(knobs::of(&setup.scene), &["iterations".to_owned()])?;
 //! let bench = Bench::new(setup, 2)?;
 //! let mut places: Vec<CostQuality> = vec![];

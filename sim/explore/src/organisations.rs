@@ -5,15 +5,19 @@ use potamoi_formats::config::Config;
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
+use potamoi_system::system_model::Clock;
 use serde::Serialize;
 
 use crate::ExploreError;
+use crate::setup::accelerator_clock;
 
 /// A frame's gathers in every organisation.
 #[derive(Debug, Clone, Serialize)]
 pub struct Organisations {
     /// Entries gathered.
     pub samples: u64,
+    /// Clock of the cycles.
+    pub clock: Clock,
     /// One organisation each.
     pub layouts: Vec<OrganisationRow>,
     /// The paper's conflict rates.
@@ -64,6 +68,8 @@ impl Organisations {
     /// # Errors
     /// The scene cannot be rendered.
     pub fn of(scene: &Scene, config: &Config) -> Result<Self, ExploreError> {
+        let clock = accelerator_clock(scene, config)?;
+        let ghz = clock.ghz;
         let mut layouts = Layouts::new(Layout::all(config));
         let mut twins = ReferenceUnits::new(config);
         let mut units = Observed::new(&mut twins, config).by(&mut layouts);
@@ -74,11 +80,12 @@ impl Organisations {
             conflict_rate_unshared: layout.unshared_rate(),
             lost: layout.lost(),
             samples_per_cycle: samples as f64 / layout.cycles.max(1) as f64,
-            bandwidth_cycles: layout.bandwidth_cycles(),
+            bandwidth_cycles: layout.bandwidth_cycles(ghz),
             layout,
         });
         Ok(Self {
             samples,
+            clock,
             layouts: rows.collect(),
             paper: PaperConflicts::PAPER,
         })

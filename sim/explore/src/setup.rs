@@ -8,7 +8,7 @@ use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
 use potamoi_system::system_model::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
-use potamoi_system::system_model::{Costs, Memory, Model, Program, System};
+use potamoi_system::system_model::{Clock, Costs, Memory, Model, Parameters, Program, System};
 
 use crate::{ExploreError, Progress};
 
@@ -54,39 +54,21 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// A setup whose energies are known. `synth` is a file of unit parameters, as written by
-    /// `potamoi synth --json`, instead of those that come with the program.
+    /// A setup with the units' parameters. `synth` is a file of them, as written by `potamoi synth
+    /// --json`, instead of those that come with the program. Energies and areas that no parameters
+    /// have are unknown, see [`Costs::unknown`].
     ///
     /// # Errors
-    /// A file that cannot be read or is of another configuration; units without known energy.
+    /// A file that cannot be read or is of another configuration.
     pub fn new(
         chosen: ConfigChoice,
         system: &System,
         scene: Scene,
         synth: Option<&Path>,
     ) -> Result<Self, ExploreError> {
-        let known = UnitParameters::read(&chosen.config, synth)?;
+        let known = UnitParameters::read(&chosen.config, synth, system.wire_margin)?;
         let costs = known.costs(&scene, &chosen.config)?;
         Ok(Self::of(scene, chosen, system, known, costs))
-    }
-
-    /// A setup for times alone, in the paper's system. Where energies are not known,
-    /// [`Setup::costs`] are those of the scene's preset.
-    ///
-    /// # Errors
-    /// As [`Setup::new`] for a file.
-    pub fn of_times(
-        chosen: ConfigChoice,
-        scene: Scene,
-        synth: Option<&Path>,
-    ) -> Result<Self, ExploreError> {
-        let known = UnitParameters::read(&chosen.config, synth)?;
-        let costs = match known.costs(&scene, &chosen.config) {
-            Ok(costs) => costs,
-            Err(_) => known.costs(&scene, &ConfigChoice::for_scene(&scene)?.config)?,
-        };
-        let system = System::default();
-        Ok(Self::of(scene, chosen, &system, known, costs))
     }
 
     fn of(
@@ -108,15 +90,15 @@ impl Setup {
         }
     }
 
-    /// Energy and area of another configuration's units, in the scene's use.
+    /// Energy, area and clock of another configuration's units, in the scene's use.
     ///
     /// # Errors
-    /// Units without known energy.
+    /// Parameters that lack the memories.
     pub(crate) fn costs_of(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
         self.known.costs(scene, config)
     }
 
-    /// Energy and area of the configuration's units.
+    /// Energy, area and clock of the configuration's units.
     #[must_use]
     pub const fn costs(&self) -> &Costs {
         &self.costs
@@ -160,17 +142,17 @@ impl Setup {
     /// The model of the system with the configuration's units.
     #[must_use]
     pub fn model(&self) -> Model<'_> {
-        self.model_of(&self.config, &self.costs)
+        self.model_of(&self.costs)
     }
 
     /// The model of the system with another configuration's units.
     #[must_use]
-    pub(crate) fn model_of<'a>(&'a self, config: &Config, costs: &'a Costs) -> Model<'a> {
+    pub(crate) fn model_of<'a>(&'a self, costs: &'a Costs) -> Model<'a> {
         Model {
             system: &self.system,
             memory: &self.memory,
             costs,
-            clock_ghz: f64::from(config.clock_mhz) * 1e-3,
+            clock_ghz: costs.clock.ghz,
             // Two bytes each.
             weight_bytes: 2 * self.scene.facts().weights as u64,
             replay: self.replay.as_ref(),
@@ -208,20 +190,29 @@ pub fn store() -> Result<WorkCache, ExploreError> {
     Ok(WorkCache::new(&folder))
 }
 
+/// The clock of a configuration's accelerator by the parameters that come with the program.
+///
+/// # Errors
+/// None for those parameters.
+pub(crate) fn accelerator_clock(scene: &Scene, config: &Config) -> Result<Clock, ExploreError> {
+    let known = UnitParameters::read(config, None, System::default().wire_margin)?;
+    Ok(known.costs(scene, config)?.clock)
+}
+
 /// Known unit parameters: a given file, then those that come with the program.
 struct UnitParameters {
     reports: Vec<Synthesised>,
     /// Whether the first was given.
     is_given: bool,
     records: SynthReport,
-    memories: SynthReport,
+    system: SynthReport,
+    wire_margin: f64,
 }
 
 impl UnitParameters {
-    fn read(config: &Config, given: Option<&Path>) -> Result<Self, ExploreError> {
-        let checked_in = Synthesised::checked_in()?;
-        let memories = checked_in[0].report.clone();
-        let mut reports = checked_in.to_vec();
+    fn read(config: &Config, given: Option<&Path>, wire_margin: f64) -> Result<Self, ExploreError> {
+        let mut reports = Synthesised::checked_in()?;
+        let [system, _] = SynthReport::checked_in()?;
         if let Some(path) = given {
             let report = SynthReport::read(path)?.of(config, path)?;
             let config = config.clone();
@@ -231,22 +222,32 @@ impl UnitParameters {
             is_given: given.is_some(),
             reports,
             records: SynthReport::of_records()?,
-            memories,
+            system,
+            wire_margin,
         })
     }
 
-    /// Energy and area of units and memories.
+    /// Energy, area and clock of units and memories.
     fn costs(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
         let program = match scene.model().is_splats() {
             true => Program::Splats,
             false => Program::Fields,
         };
-        let (fit, reports) = (Fit::checked_in()?, &self.reports);
-        let given = (reports.iter().take(usize::from(self.is_given)))
+        let given = (self.reports.iter().take(usize::from(self.is_given)))
             .find(|r| r.has(config, UnitKind::Gathering))
             .map(|r| &r.report);
-        let (records, memories) = (&self.records, &self.memories);
-        let costs = Costs::new(config, program, fit, given, reports, records, memories);
-        Ok(costs?)
+        let parameters = Parameters {
+            given,
+            reports: &self.reports,
+            records: &self.records,
+            system: &self.system,
+            wire_margin: self.wire_margin,
+        };
+        Ok(Costs::new(
+            config,
+            program,
+            Fit::checked_in()?,
+            &parameters,
+        )?)
     }
 }

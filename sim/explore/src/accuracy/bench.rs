@@ -8,7 +8,7 @@ use potamoi_formats::config::{Config, Layer};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
 use potamoi_system::system_model::work::{Counted, FrameWork, PathOptions};
-use potamoi_system::system_model::{Frames, Gathering, Model, Scenario, Variant};
+use potamoi_system::system_model::{Clock, Frames, Gathering, Model, Scenario, Variant};
 use potamoi_warp::Profile;
 
 use super::image_quality::{ImageQuality, PixelError};
@@ -31,6 +31,7 @@ struct Tried {
     work: FrameWork,
     model: ImageQuality,
     truth: Option<ImageQuality>,
+    clock: Clock,
     frame_ns: f64,
     energy_mj: Option<f64>,
     area_mm2: Option<f64>,
@@ -140,6 +141,8 @@ impl Bench {
             gather_cycles: total.gather_cycles,
             vector_cycles: total.vector_cycles,
             array_cycles: total.array_cycles,
+            clock_ghz: tried.clock.ghz,
+            clock_origin: tried.clock.origin,
             frame_ns: tried.frame_ns,
             energy_mj: tried.energy_mj,
             area_mm2: tried.area_mm2,
@@ -179,18 +182,18 @@ impl Bench {
         let mut twins = ReferenceUnits::new(&config);
         let Counted { work, rendered, .. } =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
-        let own = self.setup.costs_of(&scene, &config).ok();
-        let used = own.as_ref().unwrap_or(self.setup.costs());
-        let model = self.setup.model_of(&config, used);
+        let costs = self.setup.costs_of(&scene, &config)?;
+        let model = self.setup.model_of(&costs);
         let run = model.frame(&work, Gathering::Unit)?;
         let mut tried = Tried {
             model: ImageQuality::of(&rendered.picture, &self.model),
             truth: (self.truth.as_ref()).map(|truth| ImageQuality::of(&rendered.picture, truth)),
             picture: rendered.picture,
             work,
+            clock: costs.clock.clone(),
             frame_ns: run.span_ns().mid(),
-            energy_mj: own.as_ref().map(|_| run.total_mj().mid()),
-            area_mm2: own.as_ref().map(|own| own.area_mm2),
+            energy_mj: run.total_mj().map(|mj| mj.mid()),
+            area_mm2: costs.area_mm2,
             is_path: way.is_some(),
             config,
             scene,
@@ -259,7 +262,8 @@ impl Bench {
         let own = outcome.quality;
         Ok(Moved {
             time: outcome.run.span_ns().mid() / full.run.span_ns().mid(),
-            energy: outcome.run.total_mj().mid() / full.run.total_mj().mid(),
+            energy: (outcome.run.total_mj().zip(full.run.total_mj()))
+                .map(|(own, full)| own.mid() / full.mid()),
             model: [own.model_db, own.model_ssim],
             truth: [own, full.quality].map(|of| [of.truth_db, of.truth_ssim]),
         })
@@ -269,9 +273,10 @@ impl Bench {
 /// Quality and cost of a path's frames relative to the same path in full.
 #[derive(Debug, Clone, Copy)]
 struct Moved {
-    /// Ratios of time and energy.
+    /// Ratio of time.
     time: f64,
-    energy: f64,
+    /// Ratio of energy, where known.
+    energy: Option<f64>,
     /// PSNR in dB and SSIM against the model.
     model: [Option<f64>; 2],
     /// PSNR and SSIM against the ground truth, of the variant and of full frames.
@@ -285,6 +290,6 @@ impl Tried {
         self.model = ImageQuality::path(moved.model, self.model);
         self.truth = self.truth.map(|frame| frame.moved(way, full));
         self.frame_ns *= moved.time;
-        self.energy_mj = self.energy_mj.map(|own| own * moved.energy);
+        self.energy_mj = self.energy_mj.zip(moved.energy).map(|(own, by)| own * by);
     }
 }

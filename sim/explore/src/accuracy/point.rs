@@ -1,5 +1,6 @@
 //! Measurements of a setting.
 
+use potamoi_system::system_model::ClockOrigin;
 use serde::Serialize;
 
 use super::image_quality::{ImageQuality, PixelError};
@@ -28,6 +29,10 @@ pub struct Point {
     pub vector_cycles: u64,
     /// Cycles of the MAC array for a full frame.
     pub array_cycles: u64,
+    /// Clock of the accelerator in gigahertz.
+    pub clock_ghz: f64,
+    /// Origin of that clock.
+    pub clock_origin: ClockOrigin,
     /// Nanoseconds of a frame; for a path variant the mean.
     pub frame_ns: f64,
     /// Millijoules of a frame; `None` where no formulas cover the units.

@@ -81,13 +81,20 @@ mod tests {
     use super::*;
     use crate::{ConfigChoice, Setup};
     use potamoi_scene::Scene;
+    use potamoi_system::system_model::System;
 
     /// Faults in both units, in the configuration of a setting, are found.
     #[test]
     fn a_fault_of_what_was_found_is_not_proved() {
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(12), None).unwrap();
-        let setup = Setup::of_times(ConfigChoice::for_scene(&scene).unwrap(), scene, None).unwrap();
+        let setup = Setup::new(
+            ConfigChoice::for_scene(&scene).unwrap(),
+            &System::default(),
+            scene,
+            None,
+        )
+        .unwrap();
         let bench = Bench::new(setup, 2).unwrap();
         let knobs = knobs::of(&bench.setup.scene);
         let iterations = knobs.iter().find(|knob| knob.name == "iterations").unwrap();

@@ -155,13 +155,20 @@ mod tests {
     use crate::{ConfigChoice, Setup};
     use potamoi_base::precision::Precision;
     use potamoi_scene::Scene;
+    use potamoi_system::system_model::System;
 
     /// A knob added as docs/adding/knob.md says is measured, reported and refused like others.
     #[test]
     fn an_added_knob_is_measured_like_the_others() {
         let mut scene = Scene::open("garden").unwrap();
         scene.set_size(Some(16), Some(16)).unwrap();
-        let setup = Setup::of_times(ConfigChoice::for_scene(&scene).unwrap(), scene, None).unwrap();
+        let setup = Setup::new(
+            ConfigChoice::for_scene(&scene).unwrap(),
+            &System::default(),
+            scene,
+            None,
+        )
+        .unwrap();
         let bits = |n: u32| Setting {
             label: n.to_string(),
             change: Change::Scene(RenderChange::Precision(Precision {

@@ -102,7 +102,7 @@ impl Activity {
 
     fn scene(&self, unit: UnitKind) -> Option<&str> {
         let default = match unit {
-            UnitKind::Gathering => SCENES[0],
+            UnitKind::Gathering | UnitKind::ArrayMac => SCENES[0],
             UnitKind::Vector => SCENES[1],
         };
         match &self.scene {

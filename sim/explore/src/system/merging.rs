@@ -29,12 +29,12 @@ pub struct Side {
     pub computation_ns: f64,
     /// Nanoseconds of the frame, the geometric mean of both bounds of the GPU's kernels.
     pub frame_ns: f64,
-    /// Picojoules of the array's multipliers.
-    pub array_pj: f64,
+    /// Picojoules of the array's multipliers; this and the next two `None` where not known.
+    pub array_pj: Option<f64>,
     /// Picojoules of the array's multipliers and buffers.
-    pub computation_pj: f64,
+    pub computation_pj: Option<f64>,
     /// Picojoules of gathering: the unit, its memories, and all memory bytes with DMA descriptors.
-    pub gathering_pj: f64,
+    pub gathering_pj: Option<f64>,
     /// Utilisation of the array's multipliers while it works, from 0 to 1.
     pub array_use: f64,
     /// The frame's work.
@@ -94,7 +94,7 @@ impl Side {
         let (model, work) = (setup.model(), setup.frame()?);
         let frame = model.frame(&work, Gathering::Unit)?;
         let done = work.total();
-        let spent = model.costs.of(&done, true, setup.system.array().units())?;
+        let spent = model.costs.of(&done, true, setup.system.array().units());
         let merged = setup.scene.cells().merge;
         let tree = octree(setup);
         let mvoxels: &[usize] = match &tree {
@@ -121,8 +121,9 @@ impl Side {
             computation_ns: done.array_cycles as f64 / model.clock_ghz,
             frame_ns: frame.span_ns().mid(),
             array_pj: spent.array_pj,
-            computation_pj: spent.array_pj + spent.buffers_pj,
-            gathering_pj: spent.gathering_pj + spent.gathering_memories_pj + spent_pj,
+            computation_pj: spent.array_pj.map(|array| array + spent.buffers_pj),
+            gathering_pj: (spent.gathering_pj)
+                .map(|logic| logic + spent.gathering_memories_pj + spent_pj),
             array_use: done.macs as f64 / (done.array_cycles.max(1) * held) as f64,
             done,
         })

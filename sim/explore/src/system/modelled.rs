@@ -3,7 +3,7 @@
 use potamoi_base::camera::Camera;
 use potamoi_system::system_model::work::{PathOptions, PathReplay, PathWork};
 use potamoi_system::system_model::{
-    Alone, AtBounds, Gathered, GpuOnly, Outcome, Scenario, Timeline, Variant,
+    Alone, AtBounds, Clock, Gathered, GpuOnly, Outcome, Scenario, Timeline, Unknown, Variant,
 };
 use serde::Serialize;
 
@@ -26,12 +26,16 @@ pub struct Modelled {
     pub was_kept: bool,
     /// Method that gives unit cycles: the middle one of [`rungs`](super::rungs).
     pub fidelity: &'static str,
-    /// Assumed clock of the units in gigahertz.
+    /// Clock of the accelerator in gigahertz.
     pub clock_ghz: f64,
-    /// Highest clock of the units at 12 nm before wires, in gigahertz, where synthesised.
+    /// The clock that its slowest block reaches at 12 nm, in gigahertz, where known.
     pub reached_ghz: Option<f64>,
+    /// The clock with its origin, and the blocks that bound it.
+    pub clock: Clock,
     /// Source of the energies.
     pub energy_origin: String,
+    /// Blocks whose energy and area are not known.
+    pub energy_unknown: Vec<Unknown>,
     /// Share of rendered pixels among the targets' non-void pixels, over the path.
     pub rendered_share: f64,
     /// Replay of the path's memory accesses, on which all times rest.
@@ -78,8 +82,10 @@ impl Modelled {
             was_kept,
             fidelity: "cycle models",
             clock_ghz: model.clock_ghz,
-            reached_ghz: model.costs.reached_ghz,
+            reached_ghz: model.costs.clock.reached_ghz,
+            clock: model.costs.clock.clone(),
             energy_origin: model.costs.origin.clone(),
+            energy_unknown: model.costs.unknown.clone(),
             rendered_share: rendered_share(path),
             memory: model.replay.copied(),
             gathered: model.gathered(path.full(0))?,
@@ -111,10 +117,12 @@ impl Modelled {
         alone.frame_ns.over(&span.map(|ns| ns / frames))
     }
 
-    /// Energy saving of a result, at both bounds: the baseline's energy over its own.
+    /// Energy saving of a result, at both bounds: the baseline's energy over its own; `None` where
+    /// an energy is not known.
     #[must_use]
-    pub fn saving(&self, of: &Outcome) -> AtBounds<f64> {
-        self.baseline(of).run.total_mj().over(&of.run.total_mj())
+    pub fn saving(&self, of: &Outcome) -> Option<AtBounds<f64>> {
+        let both = self.baseline(of).run.total_mj().zip(of.run.total_mj());
+        both.map(|(baseline, own)| baseline.over(&own))
     }
 }
 

@@ -114,8 +114,9 @@ pub struct Mean {
     pub scenario: Scenario,
     /// Speed-up at both bounds: the baseline's time over the variant's.
     pub speed_up: AtBounds<f64>,
-    /// Energy saving at both bounds: the baseline's energy over the variant's.
-    pub saving: AtBounds<f64>,
+    /// Energy saving at both bounds: the baseline's energy over the variant's; `None` where an
+    /// energy is not known.
+    pub saving: Option<AtBounds<f64>>,
 }
 
 /// Results under one change.
@@ -181,6 +182,9 @@ impl Sensitivity {
     }
 }
 
+/// Time, and energy where known.
+type Spent = (AtBounds<f64>, Option<AtBounds<f64>>);
+
 /// Means over scenes by scenario and variant; the baseline is first in each scenario.
 fn means(
     counted: &[CountedScene],
@@ -192,7 +196,7 @@ fn means(
             variant: variant.name,
             scenario: *scenario,
             speed_up: AtBounds::default(),
-            saving: AtBounds::default(),
+            saving: Some(AtBounds::default()),
         })
         .collect();
     for CountedScene { setup, path, .. } in counted {
@@ -200,20 +204,24 @@ fn means(
             system,
             ..setup.model()
         };
-        let mut baseline: Option<(Scenario, [AtBounds<f64>; 2])> = None;
+        let mut baseline: Option<(Scenario, Spent)> = None;
         for (mean, (variant, scenario)) in means.iter_mut().zip(pairs) {
             let run = model.run(path, *variant, *scenario)?.0.run;
-            let own = [run.span_ns(), run.total_mj()];
-            let whole = match baseline {
+            let own = (run.span_ns(), run.total_mj());
+            let (span, energy) = match baseline {
                 Some((known, of)) if known == *scenario => of,
                 _ => baseline.insert((*scenario, own)).1,
             };
-            let places = [&mut mean.speed_up, &mut mean.saving];
-            for (place, (whole, own)) in places.into_iter().zip(whole.iter().zip(&own)) {
-                let ratio = whole.over(own);
-                place.max += ratio.max / counted.len() as f64;
-                place.sum += ratio.sum / counted.len() as f64;
-            }
+            let add = |mean: &mut AtBounds<f64>, ratio: AtBounds<f64>| {
+                mean.max += ratio.max / counted.len() as f64;
+                mean.sum += ratio.sum / counted.len() as f64;
+            };
+            add(&mut mean.speed_up, span.over(&own.0));
+            let ratio = energy.zip(own.1).map(|(whole, own)| whole.over(&own));
+            mean.saving = mean.saving.zip(ratio).map(|(mut mean, ratio)| {
+                add(&mut mean, ratio);
+                mean
+            });
         }
     }
     Ok(means)

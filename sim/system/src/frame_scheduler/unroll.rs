@@ -11,13 +11,10 @@ use super::{FrameScheduler, Job, Outcome};
 ///
 /// Returns the first frame that is never rendered with its reference, if there is one: the pose of
 /// that reference is not known before the frame is shown.
-///
-/// # Errors
-/// Those of `list`.
-pub(crate) fn unroll<E>(
+pub(crate) fn unroll(
     mut frames: FrameScheduler<Option<usize>>,
-    mut list: impl FnMut(Job, &[usize], u64) -> Result<usize, E>,
-) -> Result<Option<(usize, usize)>, E> {
+    mut list: impl FnMut(Job, &[usize], u64) -> usize,
+) -> Option<(usize, usize)> {
     // The first pose and the empty slots are there before all jobs.
     if !frames.is_over() {
         frames.pose(0, None);
@@ -28,13 +25,12 @@ pub(crate) fn unroll<E>(
             let awaited = frames.awaited(job);
             let after: Vec<usize> = awaited.iter().filter_map(|(_, end)| *end).collect();
             let rank = frames.urgency(job).0 as u64;
-            let end = list(job, &after, rank)?;
+            let end = list(job, &after, rank);
             frames.end(job, Some(end), Outcome::Right);
         }
         let next = frames.next_shown();
         if frames.show(None).is_none() {
-            let left = (!frames.is_over()).then(|| (next, frames.reference_of(next)));
-            return Ok(left);
+            return (!frames.is_over()).then(|| (next, frames.reference_of(next)));
         }
         if !frames.is_over() {
             let end = frames.frame(next).finished.and_then(|(end, _)| end);

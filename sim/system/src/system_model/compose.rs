@@ -2,7 +2,7 @@
 
 use super::blocks::{Block, blocks};
 use super::buffers::Buffered;
-use super::costs::{CostError, Costs};
+use super::costs::Costs;
 use super::gpu_only::gpu_only_at;
 use super::gpu_work::GpuWork;
 use super::job_scheduler::{Job, JobId, Resource, Share, Shared};
@@ -201,22 +201,19 @@ impl<'a> Composer<'a> {
     }
 
     /// Renders a frame locally. Returns its last job.
-    ///
-    /// # Errors
-    /// An energy that is not known.
     pub(super) fn frame(
         &mut self,
         work: &FrameWork,
         gathering: Gathering,
         after: &[JobId],
         rank: u64,
-    ) -> Result<JobId, CostError> {
+    ) -> JobId {
         let total = work.total();
         let own = self.costs.of(
             &total,
             gathering == Gathering::Unit,
             self.system.array().units(),
-        )?;
+        );
         self.spent.on_chip += own;
         self.spent.done += total;
         let indexing = kernels::indexing(work);
@@ -283,7 +280,7 @@ impl<'a> Composer<'a> {
         }
         self.read = is_in_order.then_some(computes);
         // One or the other is there.
-        Ok(last.last().copied().or(sorted).unwrap_or_default())
+        last.last().copied().or(sorted).unwrap_or_default()
     }
 
     /// Gathers the features of a block, on the GPU or the gathering unit.

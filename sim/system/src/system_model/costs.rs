@@ -1,27 +1,27 @@
-//! Energy of units and on-chip memories, from synthesised parameters.
+//! Energy, area and clock of units and on-chip memories, from synthesised parameters.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use potamoi_formats::config::Config;
-use potamoi_synth::fit::{Estimate, EstimatedModule, Fit, Work};
+use potamoi_synth::fit::{Fit, Work};
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::clock::{Clock, Periods};
 use super::kernels::Program;
-use super::logic::{Logic, NODE_NM, UnitEnergy, power_of, reached_ghz};
+use super::logic::{FORMULAS, Logic, NODE_NM, UnitEnergy, power_of};
+use super::unit_source::Known;
 use potamoi_cycles::frame_meter::Batch;
 
-/// Register bits of a MAC unit beyond the reducer's own: two inputs of 16 bits (paper, ibid.).
-const MAC_REGISTERS: f64 = 32.0;
 /// Bytes of a word of the global feature buffer; weights in a word of the weight buffer.
 pub(super) const FEATURE_WORD: f64 = 16.0;
 pub(super) const WEIGHT_WORD: f64 = 48.0;
 /// Bytes of a word of a bank of the RIT buffer.
 const RIT_WORD: f64 = 2.0;
 
-/// Why an energy is not known.
+/// Why no parameters can be used at all.
 #[derive(Debug, Error)]
 pub enum CostError {
     /// The parameters cannot be read.
@@ -35,24 +35,18 @@ pub enum CostError {
         /// Their node in nanometres, if known.
         node: Option<u32>,
     },
-    /// Its power was not measured.
-    #[error(
-        "the parameters lack the power of {0}: synthesise them with an activity (potamoi synth \
-         --activity SCENE)"
-    )]
-    Power(&'static str),
-    /// The parameters given lack the power of a unit.
-    #[error(
-        "{source}\nthe parameters that were given lack the power of the gathering unit or the node of their \
-         library: synthesise them with both (potamoi synth --node NM, and power not left out)"
-    )]
-    Given {
-        /// Reason why they were needed.
-        source: SynthError,
-    },
     /// The parameters lack a memory.
     #[error("no memory {0} in the parameters: synthesise them with CACTI (tools/setup memories)")]
     Memory(&'static str),
+}
+
+/// A block whose energy and area are not known.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Unknown {
+    /// The block.
+    pub block: &'static str,
+    /// The reason, with what to do.
+    pub why: String,
 }
 
 /// Energy of a memory, in picojoules an access.
@@ -84,17 +78,17 @@ enum Gatherer {
     Fitted(Mutex<BTreeMap<u64, UnitEnergy>>),
 }
 
-/// Energy of the units at 12 nm.
+/// Energy of the units at 12 nm. What is not known is `None`, and named in [`Costs::unknown`].
 #[derive(Debug)]
 pub struct Costs {
     fit: Fit,
     config: Config,
-    gatherer: Gatherer,
-    vector: UnitEnergy,
+    gatherer: Option<Gatherer>,
+    vector: Option<UnitEnergy>,
     /// Scaling factor of logic from the grid's node to 12 nm.
     logic: f64,
     /// A unit of the MAC array; its clock is gated between products.
-    pub mac: MacEnergy,
+    pub mac: Option<MacEnergy>,
     /// A bank of the MFT.
     pub mft: Port,
     /// A bank of the RIT buffer.
@@ -104,37 +98,69 @@ pub struct Costs {
     /// The weight buffer.
     pub weights: Port,
     /// Leakage of the units' memories and logic, in milliwatts.
-    pub leakage_mw: f64,
-    /// Highest clock in gigahertz of the slower unit at 12 nm, before wires. Access times of
-    /// memories are included where known. `None` where the units were not synthesised.
-    pub reached_ghz: Option<f64>,
+    pub leakage_mw: Option<f64>,
+    /// Clock of the accelerator.
+    pub clock: Clock,
     /// Cell area of both units at 12 nm, in square millimetres, without memories.
-    pub area_mm2: f64,
+    pub area_mm2: Option<f64>,
     /// Source of the numbers.
     pub origin: String,
+    /// Blocks whose energy and area are not known.
+    pub unknown: Vec<Unknown>,
 }
 
-/// Energy of a frame on chip by part, in picojoules.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+/// Parameters that energies, areas and periods come from.
+pub struct Parameters<'a> {
+    /// The first of `reports`, where the user gave it: its gathering unit counts before formulas.
+    pub given: Option<&'a SynthReport>,
+    /// Synthesised units, of any configuration; the first that has a unit counts.
+    pub reports: &'a [Synthesised],
+    /// The paper's gathering unit, run with splat records.
+    pub records: &'a SynthReport,
+    /// The memories around the units, and the unit of the array.
+    pub system: &'a SynthReport,
+    /// Share that is added to periods of logic for wires.
+    pub wire_margin: f64,
+}
+
+/// Energy of a frame on chip by part, in picojoules; `None` where it is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OnChip {
     /// The gathering unit's logic.
-    pub gathering_pj: f64,
+    pub gathering_pj: Option<f64>,
     /// The gathering unit's memories.
     pub gathering_memories_pj: f64,
     /// The vector unit's logic.
-    pub vector_pj: f64,
+    pub vector_pj: Option<f64>,
     /// The MAC array.
-    pub array_pj: f64,
+    pub array_pj: Option<f64>,
     /// The global feature buffer and the weight buffer.
     pub buffers_pj: f64,
 }
 
+impl Default for OnChip {
+    fn default() -> Self {
+        Self {
+            gathering_pj: Some(0.0),
+            gathering_memories_pj: 0.0,
+            vector_pj: Some(0.0),
+            array_pj: Some(0.0),
+            buffers_pj: 0.0,
+        }
+    }
+}
+
+/// The sum of two figures where both are known.
+fn sum(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    Some(a? + b?)
+}
+
 impl std::ops::AddAssign for OnChip {
     fn add_assign(&mut self, other: Self) {
-        self.gathering_pj += other.gathering_pj;
+        self.gathering_pj = sum(self.gathering_pj, other.gathering_pj);
         self.gathering_memories_pj += other.gathering_memories_pj;
-        self.vector_pj += other.vector_pj;
-        self.array_pj += other.array_pj;
+        self.vector_pj = sum(self.vector_pj, other.vector_pj);
+        self.array_pj = sum(self.array_pj, other.array_pj);
         self.buffers_pj += other.buffers_pj;
     }
 }
@@ -142,23 +168,19 @@ impl std::ops::AddAssign for OnChip {
 impl Costs {
     /// Energies for the units of a configuration.
     ///
-    /// The vector unit's energy and area are those of the first of `reports` with the same vector
-    /// unit, else from formulas. The gathering unit's are those of `given`, whatever its netlist
-    /// gathered. Without `given` they are from formulas where entries have vertices. For splat
-    /// records they are those of `records`, scaled by the ratio that formulas give for the two
-    /// units. Memories and the MAC array, with reducers of the paper's size, are those of
-    /// `memories`.
+    /// The vector unit's energy and area are those of the first of the reports with the same vector
+    /// unit, else from formulas, else composed of a synthesised unit and formulas. The gathering
+    /// unit's are those of the report given, whatever its netlist gathered; else from formulas where
+    /// entries have vertices, else of its own synthesis, else composed. For splat records they are
+    /// those of `records`, scaled by the ratio of the two units. What no source has is unknown.
     ///
     /// # Errors
-    /// A unit without known energy; parameters that lack something.
+    /// Parameters without memories, or at a node without factors.
     pub fn new(
         config: &Config,
         program: Program,
         fit: Fit,
-        given: Option<&SynthReport>,
-        reports: &[Synthesised],
-        records: &SynthReport,
-        memories: &SynthReport,
+        parameters: &Parameters<'_>,
     ) -> Result<Self, CostError> {
         let node = fit.grid().library.node_nm;
         let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
@@ -166,107 +188,91 @@ impl Costs {
             what: "the grid",
             node,
         })?;
-        let logic = factors.energy;
-        let paper = Config::paper();
-        let most = Work {
-            busy: 1.0,
-            channels: paper.gu.banks.into(),
+        let known = Known {
+            fit: &fit,
+            reports: parameters.reports,
         };
-        let array = fit.estimate(&paper, UnitKind::Gathering, most)?;
-        let flop_pj = fit.flop_pj(fit.family(&paper, UnitKind::Gathering)?);
-        let mac = mac_energy(&array, flop_pj, logic);
-        let is_given = given.is_some();
-        let given = given.and_then(|given| {
-            let scene = &power_of(given, UnitKind::Gathering)?.activity.scene;
-            Some((scene, Logic::measured(given, UnitKind::Gathering)?))
-        });
-        // Leakage at its own node, area at the system's.
-        let (gathering_nw, gathering_um2, share) = match &given {
-            Some((_, own)) => (own.leakage_nw, own.area_um2, 1.0),
-            None => {
-                let own = fit.estimate(config, UnitKind::Gathering, most);
-                let own = own.map_err(|source| match is_given {
-                    true => CostError::Given { source },
-                    false => source.into(),
-                })?;
-                let share = own.with_glitches_pj / array.with_glitches_pj;
-                (own.leakage_nw, own.scaled(&factors).area_um2, share)
-            }
-        };
-        let gathering_from = match (&given, program) {
-            (Some((scene, _)), _) => format!("netlists of this configuration, on {scene}"),
-            (None, Program::Splats) => "netlists that gathered splat records".to_owned(),
-            (None, Program::Fields) => "formulas fitted to syntheses".to_owned(),
-        };
-        let gatherer = match (given, program) {
-            (Some((_, own)), _) => Gatherer::Measured(own.energy),
-            (None, Program::Fields) => Gatherer::Fitted(Mutex::default()),
-            (None, Program::Splats) => gatherer_of_records(records, logic, share)?,
-        };
-        let (vector, vector_from) = vector_unit(config, &fit, &factors, reports)?;
-        let logic_mw = (gathering_nw + vector.leakage_nw) * 1e-6;
-        let port = |unit, name| port(memories, unit, name);
+        let mut unknown = vec![];
+        let mut note = |block, why: String| unknown.push(Unknown { block, why });
+        let mac = mac_energy(parameters.system);
+        if mac.is_none() {
+            note(
+                "MAC array",
+                "the parameters lack its unit: potamoi synth --unit mac".to_owned(),
+            );
+        }
+        let gathering = Gathered::new(config, program, &known, parameters, &factors);
+        let gathering = gathering.map_err(|why| note("gathering unit", why)).ok();
+        let vector = Logic::of(&known, config, UnitKind::Vector, &factors);
+        let vector = vector.map_err(|why| note("vector unit", why)).ok();
+        let from = |name: Option<&str>| name.unwrap_or("not known").to_owned();
+        let origin = format!(
+            "gathering unit: {}; vector unit: {}; all in {}, with glitches, scaled to {NODE_NM} nm; \
+             memories: CACTI; the array: a synthesised unit of it",
+            from(gathering.as_ref().map(|own| &*own.from)),
+            from(vector.as_ref().map(|(_, from)| *from)),
+            fit.grid().library.name,
+        );
+        let port = |unit, name| port(parameters.system, unit, name);
         let unit = UnitKind::Gathering.top();
         let (mft, mft_mw) = port(unit, "mft_bank")?;
         let (rit, rit_mw) = port(unit, "rit_bank")?;
         let (features, features_mw) = port("system", "global_feature_buffer")?;
         let (weights, weights_mw) = port("system", "weight_buffer")?;
-        let library = &fit.grid().library.name;
-        Ok(Self {
-            origin: format!(
-                "gathering unit: {gathering_from}; vector unit: {vector_from}; all in {library}, with glitches, scaled to \
-                 {NODE_NM} nm; memories: CACTI; the array: reducers of the paper's size with two \
-                 registers of 16 bits"
-            ),
-            reached_ghz: {
-                let own = reports.iter().find(|r| r.report.is_of(config));
-                own.and_then(|own| reached_ghz(&own.report))
+        let both = gathering.as_ref().zip(vector.as_ref());
+        let both = both.map(|(gathering, (vector, _))| {
+            // Leakage at its own node, area at the system's.
+            let leakage_mw = (gathering.leakage_nw + vector.leakage_nw) * 1e-6;
+            (leakage_mw, (gathering.area_um2 + vector.area_um2) * 1e-6)
+        });
+        let clock = Clock::of(
+            config,
+            &Periods {
+                known: &known,
+                system: parameters.system,
+                wire_margin: parameters.wire_margin,
             },
-            area_mm2: (gathering_um2 + vector.area_um2) * 1e-6,
-            gatherer,
-            vector: vector.energy,
+        );
+        Ok(Self {
+            origin,
+            clock,
+            area_mm2: both.map(|(_, area)| area),
+            gatherer: gathering.map(|own| own.gatherer),
+            vector: vector.map(|(own, _)| own.energy),
             config: config.clone(),
-            logic,
+            logic: factors.energy,
             mac,
             mft,
             rit,
             features,
             weights,
-            leakage_mw: mft_mw + rit_mw + features_mw + weights_mw + logic_mw,
+            leakage_mw: both.map(|(logic, _)| mft_mw + rit_mw + features_mw + weights_mw + logic),
+            unknown,
             fit,
         })
     }
 
     /// Energy of a batch beside an array of `units`; `uses_gathering_unit` tells whether the
     /// gathering unit did its gathers.
-    ///
-    /// # Errors
-    /// A configuration outside the model.
-    pub fn of(
-        &self,
-        done: &Batch,
-        uses_gathering_unit: bool,
-        array_units: u64,
-    ) -> Result<OnChip, CostError> {
+    #[must_use]
+    pub fn of(&self, done: &Batch, uses_gathering_unit: bool, array_units: u64) -> OnChip {
         let mut all = OnChip::default();
         if uses_gathering_unit && done.gather_cycles > 0 {
-            all.gathering_pj = match &self.gatherer {
-                Gatherer::Measured(unit) => unit.of(done.gather_cycles, done.gather_busy),
-                Gatherer::Fitted(known) => {
-                    let ports = u64::from(self.config.gu.ports) * done.gather_busy;
-                    let banks = done.codes_read as f64 / ports.max(1) as f64;
-                    let unit = self.fitted(known, (banks.round() as u64).max(1))?;
-                    unit.of(done.gather_cycles, done.gather_busy)
-                }
-            };
+            all.gathering_pj = self.gathering_pj(done);
             let rit_words = (done.rit_read_bytes as f64) / RIT_WORD;
             all.gathering_memories_pj = done.codes_read as f64 * self.mft.read_pj
                 + done.row_bytes as f64 / 2.0 * self.mft.write_pj
                 + rit_words * (self.rit.read_pj + self.rit.write_pj);
         }
-        all.vector_pj = self.vector.of(done.vector_cycles, done.vector_busy);
-        let clocked = (done.array_cycles * array_units) as f64;
-        all.array_pj = self.mac.rest_pj * clocked + self.mac.work_pj * done.macs as f64;
+        if done.vector_cycles > 0 {
+            let vector = self.vector.as_ref();
+            all.vector_pj = vector.map(|unit| unit.of(done.vector_cycles, done.vector_busy));
+        }
+        if done.array_cycles > 0 {
+            let clocked = (done.array_cycles * array_units) as f64;
+            let mac = self.mac.as_ref();
+            all.array_pj = mac.map(|mac| mac.rest_pj * clocked + mac.work_pj * done.macs as f64);
+        }
         // Whoever gathers, features are written to the buffer that the array reads.
         let read = done.input_bytes + done.partial_bytes + done.operand_bytes;
         let written =
@@ -274,7 +280,19 @@ impl Costs {
         all.buffers_pj += read as f64 / FEATURE_WORD * self.features.read_pj
             + written as f64 / FEATURE_WORD * self.features.write_pj
             + done.weight_bytes as f64 / WEIGHT_WORD * self.weights.read_pj;
-        Ok(all)
+        all
+    }
+
+    fn gathering_pj(&self, done: &Batch) -> Option<f64> {
+        let unit = match self.gatherer.as_ref()? {
+            Gatherer::Measured(unit) => *unit,
+            Gatherer::Fitted(known) => {
+                let ports = u64::from(self.config.gu.ports) * done.gather_busy;
+                let banks = done.codes_read as f64 / ports.max(1) as f64;
+                self.fitted(known, (banks.round() as u64).max(1))?
+            }
+        };
+        Some(unit.of(done.gather_cycles, done.gather_busy))
     }
 
     /// Picojoules of writing weights into their buffer.
@@ -288,73 +306,109 @@ impl Costs {
         &self,
         known: &Mutex<BTreeMap<u64, UnitEnergy>>,
         channels: u64,
-    ) -> Result<UnitEnergy, CostError> {
+    ) -> Option<UnitEnergy> {
         // A lock is held by nobody who fails.
         let mut known = known
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some(unit) = known.get(&channels) {
-            return Ok(*unit);
+            return Some(*unit);
         }
         let at = |busy| {
             let work = Work { busy, channels };
-            self.fit.estimate(&self.config, UnitKind::Gathering, work)
+            let own = self.fit.estimate(&self.config, UnitKind::Gathering, work);
+            Some(own.ok()?.with_glitches_pj)
         };
-        let (rest, work) = (at(0.0)?.with_glitches_pj, at(1.0)?.with_glitches_pj);
+        let (rest, work) = (at(0.0)?, at(1.0)?);
         let unit = UnitEnergy {
             rest_pj: rest * self.logic,
             work_pj: (work - rest) * self.logic,
         };
         known.insert(channels, unit);
-        Ok(unit)
+        Some(unit)
     }
 }
 
-/// Energy of a MAC unit of the array: a reducer of the paper's unit, with registers.
-fn mac_energy(array: &Estimate, flop_pj: f64, logic: f64) -> MacEnergy {
-    let reducer = array.modules.iter().find(|m| m.module == "reducer");
-    let reducer =
-        |of: fn(&EstimatedModule) -> f64| reducer.map_or(0.0, |m| of(m) / m.count.max(1) as f64);
-    MacEnergy {
-        rest_pj: (reducer(|m| m.clock_pj) + MAC_REGISTERS * flop_pj) * logic,
-        work_pj: reducer(|m| m.with_glitches_pj - m.clock_pj) * logic,
-        leakage_mw: reducer(|m| m.leakage_nw) * 1e-6,
+/// Energy of a unit of the array, as synthesised and scaled.
+fn mac_energy(system: &SynthReport) -> Option<MacEnergy> {
+    let own = Logic::measured(system, UnitKind::ArrayMac)?;
+    Some(MacEnergy {
+        rest_pj: own.energy.rest_pj,
+        work_pj: own.energy.work_pj,
+        leakage_mw: own.leakage_nw * 1e-6,
+    })
+}
+
+/// Logic of the gathering unit in its use.
+struct Gathered {
+    gatherer: Gatherer,
+    leakage_nw: f64,
+    area_um2: f64,
+    from: String,
+}
+
+impl Gathered {
+    fn new(
+        config: &Config,
+        program: Program,
+        known: &Known<'_>,
+        parameters: &Parameters<'_>,
+        factors: &scaling::Factors,
+    ) -> Result<Self, String> {
+        let unit = UnitKind::Gathering;
+        if let Some(given) = parameters.given {
+            let own = power_of(given, unit).zip(Logic::measured(given, unit));
+            if let Some((power, own)) = own {
+                let scene = &power.activity.scene;
+                let from = format!("netlists of this configuration, on {scene}");
+                return Ok(Self::of(own, Gatherer::Measured(own.energy), from));
+            }
+        }
+        let (own, from) = Logic::of(known, config, unit, factors)?;
+        let fitted = Logic::estimated(known.fit, config, unit, factors).ok();
+        match program {
+            // Formulas know the banks at work.
+            Program::Fields => Ok(match fitted {
+                Some(own) => Self::of(own, Gatherer::Fitted(Mutex::default()), FORMULAS.to_owned()),
+                None => Self::of(own, Gatherer::Measured(own.energy), from.to_owned()),
+            }),
+            Program::Splats => {
+                let gatherer = of_records(known, parameters, fitted.unwrap_or(own), factors)?;
+                let from = format!("netlists that gathered splat records; {from}");
+                Ok(Self::of(fitted.unwrap_or(own), gatherer, from))
+            }
+        }
+    }
+
+    const fn of(own: Logic, gatherer: Gatherer, from: String) -> Self {
+        Self {
+            gatherer,
+            leakage_nw: own.leakage_nw,
+            area_um2: own.area_um2,
+            from,
+        }
     }
 }
 
-/// Measured energy of the gathering unit on splat records, scaled by a share.
-fn gatherer_of_records(
-    records: &SynthReport,
-    logic: f64,
-    share: f64,
-) -> Result<Gatherer, CostError> {
-    let measured = UnitEnergy::measured(records, UnitKind::Gathering, logic);
-    let measured = measured.ok_or(CostError::Power("splat records"))?;
+/// Energy of a gathering unit on splat records: that of the paper's unit, as measured, in the
+/// proportion of both units on entries of eight vertices.
+fn of_records(
+    known: &Known<'_>,
+    parameters: &Parameters<'_>,
+    own: Logic,
+    factors: &scaling::Factors,
+) -> Result<Gatherer, String> {
+    let unit = UnitKind::Gathering;
+    let measured = UnitEnergy::measured(parameters.records, unit, factors.energy);
+    let measured = measured.ok_or("the parameters lack the power of splat records")?;
+    let paper = Logic::estimated(known.fit, &Config::paper(), unit, factors);
+    let paper = paper.map_err(|why| why.to_string())?;
+    let all = |of: &Logic| of.energy.rest_pj + of.energy.work_pj;
+    let share = all(&own) / all(&paper);
     Ok(Gatherer::Measured(UnitEnergy {
         rest_pj: measured.rest_pj * share,
         work_pj: measured.work_pj * share,
     }))
-}
-
-/// The vector unit's energy, and its source.
-fn vector_unit(
-    config: &Config,
-    fit: &Fit,
-    factors: &scaling::Factors,
-    reports: &[Synthesised],
-) -> Result<(Logic, &'static str), CostError> {
-    let own = reports.iter().find(|r| r.has(config, UnitKind::Vector));
-    let own = own.and_then(|own| Logic::measured(&own.report, UnitKind::Vector));
-    Ok(match own {
-        Some(own) => (own, "netlists of this configuration"),
-        None => match Logic::estimated(fit, config, factors) {
-            Ok(own) => (own, "formulas fitted to syntheses"),
-            Err(unknown) => (
-                Logic::in_proportion(fit, config, reports).ok_or(unknown)?,
-                "netlists of a unit with another exponential, in the proportion of formulas",
-            ),
-        },
-    })
 }
 
 /// Access energy of a memory of a unit or of the system, and the leakage of all such memories in

@@ -2,15 +2,11 @@
 
 use thiserror::Error;
 
-use super::costs::CostError;
 use super::job_scheduler::JobError;
 
 /// Why a path cannot be modelled.
 #[derive(Debug, Error)]
 pub enum ModelError {
-    /// An energy is not known.
-    #[error(transparent)]
-    Cost(#[from] CostError),
     /// The jobs cannot be run.
     #[error(transparent)]
     Engine(#[from] JobError),

@@ -3,7 +3,6 @@
 
 use std::fmt::Write;
 
-use potamoi_formats::config::Config;
 use potamoi_warp::Profile;
 
 use super::tests::{costs, memory};
@@ -132,7 +131,7 @@ fn figures_are_what_they_were() {
                 system: &system,
                 memory: memory(4),
                 costs: costs(Program::of(&work.references[0])),
-                clock_ghz: f64::from(Config::paper().clock_mhz) * 1e-3,
+                clock_ghz: 1.0,
                 weight_bytes: 40_000,
                 replay: None,
             };
@@ -143,7 +142,7 @@ fn figures_are_what_they_were() {
                     let kind = if splats { "splats" } else { "field" };
                     write!(text, "{name} {kind} {scenario:?} {}:", variant.name).unwrap();
                     let moved = [run.spent.interconnect_bytes, run.spent.link_bytes];
-                    let energies = run.energy.named().map(|(_, mj)| mj);
+                    let energies = run.energy.named().map(|(_, mj)| mj.unwrap());
                     for value in [&[run.span_ns, both.sum.span_ns][..], &moved, &energies].concat()
                     {
                         write!(text, " {value:.6e}").unwrap();

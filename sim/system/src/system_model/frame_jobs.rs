@@ -1,7 +1,6 @@
 //! The frames of a path as jobs with dependencies.
 
 use super::compose::Composer;
-use super::costs::CostError;
 use super::error::ModelError;
 use super::job_scheduler::JobId;
 use super::variant::{Frames, Scenario, Variant};
@@ -37,24 +36,18 @@ impl<'a> FrameJobs<'a> {
     /// The jobs of the path.
     ///
     /// # Errors
-    /// An energy that is not known; a reference whose pose is known too late.
+    /// A reference whose pose is known too late.
     pub(super) fn jobs(mut self) -> Result<Composer<'a>, ModelError> {
         match self.variant.frames {
-            Frames::Full | Frames::Half => self.single()?,
+            Frames::Full | Frames::Half => self.single(),
             Frames::Warped => self.warped()?,
-            Frames::Chained => self.chained()?,
+            Frames::Chained => self.chained(),
         }
         Ok(self.composer)
     }
 
     /// A full frame, rendered where the scenario has it; a remote reference is sent with its depth.
-    fn full(
-        &mut self,
-        work: &FrameWork,
-        with_depth: bool,
-        after: &[JobId],
-        rank: u64,
-    ) -> Result<JobId, CostError> {
+    fn full(&mut self, work: &FrameWork, with_depth: bool, after: &[JobId], rank: u64) -> JobId {
         let system = self.composer.system();
         let depth = if with_depth {
             system.link_depth_bytes
@@ -67,7 +60,7 @@ impl<'a> FrameJobs<'a> {
                 let gathering = self.variant.gathering;
                 self.composer.frame(work, gathering, after, rank)
             }
-            Scenario::Remote => Ok(self.composer.remote(work, sent, after, rank)),
+            Scenario::Remote => self.composer.remote(work, sent, after, rank),
         }
     }
 
@@ -78,20 +71,20 @@ impl<'a> FrameJobs<'a> {
         rest: Option<&FrameWork>,
         after: &[JobId],
         rank: u64,
-    ) -> Result<JobId, CostError> {
+    ) -> JobId {
         let warp = self.composer.warp(pixels, after, rank);
         match rest {
             Some(work) => {
                 let gathering = self.variant.gathering;
                 self.composer.frame(work, gathering, &[warp], rank)
             }
-            None => Ok(warp),
+            None => warp,
         }
     }
 
     /// Each frame rendered independently. A frame begins when the one two before it is shown, as
     /// far as units and the feature buffer are free: references of warped paths overlap likewise.
-    fn single(&mut self) -> Result<(), CostError> {
+    fn single(&mut self) {
         let path = self.path;
         self.composer.in_order();
         let mut shown: [Vec<JobId>; FRAMES_IN_FLIGHT] = Default::default();
@@ -102,14 +95,13 @@ impl<'a> FrameJobs<'a> {
                 false => path.full(number),
             };
             let before = std::mem::take(&mut shown[number % FRAMES_IN_FLIGHT]);
-            let mut last = self.full(work, false, &before, rank)?;
+            let mut last = self.full(work, false, &before, rank);
             if half {
                 let pixels = u64::from(path.size[0]) * u64::from(path.size[1]);
                 last = self.composer.scale(pixels, &[last], rank);
             }
             shown[number % FRAMES_IN_FLIGHT] = vec![last];
         }
-        Ok(())
     }
 
     /// References rendered beside the targets of earlier ones, with the frame scheduler's
@@ -133,7 +125,7 @@ impl<'a> FrameJobs<'a> {
                 let pixels = target.classes.pixels();
                 self.target(pixels, target.work.as_ref(), after, rank)
             }
-        })?;
+        });
         match left {
             None => Ok(()),
             Some((frame, reference)) => Err(ModelError::Unfinished { frame, reference }),
@@ -141,7 +133,7 @@ impl<'a> FrameJobs<'a> {
     }
 
     /// Each frame warped from the one before.
-    fn chained(&mut self) -> Result<(), CostError> {
+    fn chained(&mut self) {
         let path = self.path;
         let mut shown: Vec<JobId> = vec![];
         for (number, frame) in path.chained.iter().enumerate() {
@@ -149,14 +141,13 @@ impl<'a> FrameJobs<'a> {
             let last = match frame.reference {
                 // The frame before as it is: its camera stands still.
                 None if frame.classes.rendered == 0 && number > 0 => continue,
-                None => self.full(path.full(number), true, &shown, rank)?,
+                None => self.full(path.full(number), true, &shown, rank),
                 Some(_) => {
                     let pixels = frame.classes.pixels();
-                    self.target(pixels, frame.work.as_ref(), &shown, rank)?
+                    self.target(pixels, frame.work.as_ref(), &shown, rank)
                 }
             };
             shown = vec![last];
         }
-        Ok(())
     }
 }

@@ -69,7 +69,7 @@ impl Model<'_> {
     /// Models the gathering of a frame in both ways.
     ///
     /// # Errors
-    /// An energy that is not known.
+    /// As [`Model::frame`].
     pub fn gathered(&self, work: &FrameWork) -> Result<Gathered, ModelError> {
         let ns = |gathering| -> Result<AtBounds<f64>, ModelError> {
             Ok(self.frame(work, gathering)?.map(|run| {

@@ -2,9 +2,11 @@
 //! by formulas, or measured and scaled by a ratio of formulas.
 
 use potamoi_formats::config::Config;
-use potamoi_synth::fit::{Fit, Work};
+use potamoi_synth::fit::{Fit, Ratio, Work};
 use potamoi_synth::scaling::{self, Factors};
 use potamoi_synth::{Power, PowerReport, SynthError, SynthReport, Synthesised, UnitKind};
+
+use super::unit_source::{Base, Known, UnitSource};
 
 /// The system's node in nanometres (paper, Sec. "Experimental Setup").
 pub(super) const NODE_NM: u32 = 12;
@@ -35,6 +37,7 @@ impl UnitEnergy {
 }
 
 /// Logic of a unit at 12 nm.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Logic {
     pub(super) energy: UnitEnergy,
     /// Leakage at its own node, in nanowatts.
@@ -101,13 +104,15 @@ impl Logic {
         })
     }
 
-    /// Logic of the vector unit by formulas.
+    /// Logic of a unit by formulas; of the gathering unit with all banks at work.
     pub(super) fn estimated(
         fit: &Fit,
         config: &Config,
+        unit: UnitKind,
         factors: &Factors,
     ) -> Result<Self, SynthError> {
-        let at = |busy| fit.estimate(config, UnitKind::Vector, Work { busy, channels: 0 });
+        let channels = config.gu.banks.into();
+        let at = |busy| fit.estimate(config, unit, Work { busy, channels });
         let (rest, work) = (at(0.0)?, at(1.0)?);
         Ok(Self {
             energy: UnitEnergy {
@@ -118,16 +123,64 @@ impl Logic {
             area_um2: rest.scaled(factors).area_um2,
         })
     }
+
+    /// Logic of a unit from the best source that is known, and the name of that source.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(super) fn of(
+        known: &Known<'_>,
+        config: &Config,
+        unit: UnitKind,
+        factors: &Factors,
+    ) -> Result<(Self, &'static str), String> {
+        let formulas = || {
+            let own = Self::estimated(known.fit, config, unit, factors);
+            own.map_err(|why| why.to_string())
+        };
+        let composed = |base: &Base<'_>| match base {
+            Base::Reported(base) => {
+                let own = Self::measured(&base.report, unit);
+                own.ok_or_else(|| format!("{unit}: the parameters lack its power or node"))
+            }
+            Base::Beside(base) => {
+                let own = Self::estimated(known.fit, base, unit, factors);
+                own.map_err(|why| why.to_string())
+            }
+        };
+        match known.source(config, unit) {
+            UnitSource::Synthesised(own) => match Self::measured(&own.report, unit) {
+                Some(own) => Ok((own, "netlists of this configuration")),
+                None => Ok((formulas()?, FORMULAS)),
+            },
+            UnitSource::Formulas => Ok((formulas()?, FORMULAS)),
+            UnitSource::Composed(base, ratio) => Ok((composed(&base)?.times(&ratio), COMPOSED)),
+            UnitSource::Unknown(why) if unit == UnitKind::Vector => {
+                let own = Self::in_proportion(known.fit, config, known.reports);
+                own.map(|own| (own, PROPORTION)).ok_or(why)
+            }
+            UnitSource::Unknown(why) => Err(why),
+        }
+    }
+
+    /// Scaled by the ratio of two units.
+    fn times(self, ratio: &Ratio) -> Self {
+        Self {
+            energy: UnitEnergy {
+                rest_pj: self.energy.rest_pj * ratio.rest,
+                work_pj: self.energy.work_pj * ratio.work,
+            },
+            leakage_nw: self.leakage_nw * ratio.leakage,
+            area_um2: self.area_um2 * ratio.area,
+        }
+    }
 }
 
-pub(super) fn reached_ghz(report: &SynthReport) -> Option<f64> {
-    let units = &report.scaled.as_ref()?.logic.as_ref()?.units;
-    let slowest = units
-        .iter()
-        .map(|unit| unit.with_memories_ps.unwrap_or(unit.period_ps))
-        .fold(0.0, f64::max);
-    (slowest > 0.0).then(|| 1e3 / slowest)
-}
+/// Sources by name.
+pub(super) const FORMULAS: &str = "formulas fitted to syntheses";
+const COMPOSED: &str = "netlists of a unit with other numbers, in the proportion of formulas";
+const PROPORTION: &str =
+    "netlists of a unit with another exponential, in the proportion of formulas";
 
 pub(super) fn power_of(report: &SynthReport, unit: UnitKind) -> Option<&PowerReport> {
     match report.unit(unit)?.power.as_ref()? {

@@ -5,6 +5,7 @@ mod at_bounds;
 mod blocks;
 mod buffers;
 mod chrome_trace;
+mod clock;
 mod compose;
 mod costs;
 pub mod dram;
@@ -29,12 +30,14 @@ mod system;
 #[cfg(test)]
 mod tests;
 mod transfers;
+mod unit_source;
 mod variant;
 pub mod work;
 
 pub use at_bounds::AtBounds;
 pub use chrome_trace::chrome_trace;
-pub use costs::{CostError, Costs, MacEnergy, OnChip, Port};
+pub use clock::{BlockPeriod, Clock, ClockOrigin};
+pub use costs::{CostError, Costs, MacEnergy, OnChip, Parameters, Port, Unknown};
 pub use error::ModelError;
 pub use gathering::{Gathered, MemorySaving};
 pub use gpu::Gpu;

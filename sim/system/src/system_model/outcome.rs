@@ -89,10 +89,14 @@ impl AtBounds<Run> {
         self.map(|run| run.frames_per_second)
     }
 
-    /// Energy of the device in millijoules a frame.
+    /// Energy of the device in millijoules a frame; `None` where a part is not known.
     #[must_use]
-    pub fn total_mj(&self) -> AtBounds<f64> {
-        self.map(|run| run.energy.total_mj())
+    pub fn total_mj(&self) -> Option<AtBounds<f64>> {
+        let [max, sum] = [&self.max, &self.sum].map(|run| run.energy.total_mj());
+        Some(AtBounds {
+            max: max?,
+            sum: sum?,
+        })
     }
 }
 
@@ -134,7 +138,7 @@ impl Model<'_> {
     /// demands of a GPU kernel overlap wholly.
     ///
     /// # Errors
-    /// An energy that is not known.
+    /// [`ModelError`]: a reference whose pose is known too late.
     pub fn run(
         &self,
         path: &PathWork,
@@ -166,7 +170,7 @@ impl Model<'_> {
     /// Models a single frame at both bounds.
     ///
     /// # Errors
-    /// An energy that is not known.
+    /// As [`Model::run`].
     pub fn frame(
         &self,
         work: &FrameWork,
@@ -174,7 +178,7 @@ impl Model<'_> {
     ) -> Result<AtBounds<Run>, ModelError> {
         let at = |overlap| -> Result<Run, ModelError> {
             let mut composer = self.composer(overlap);
-            composer.frame(work, gathering, &[], 0)?;
+            composer.frame(work, gathering, &[], 0);
             Ok(self.done(composer, 1)?.0)
         };
         Ok(AtBounds {
@@ -253,6 +257,12 @@ impl Model<'_> {
         Ok((run, jobs.into_iter().zip(times).collect()))
     }
 
+    /// Leakage of memories, units and array, in milliwatts.
+    fn leakage_mw(&self) -> Option<f64> {
+        let array_mw = self.costs.mac?.leakage_mw * self.system.array().units() as f64;
+        Some(self.costs.leakage_mw? + array_mw)
+    }
+
     fn energy(
         &self,
         spent: &Spent,
@@ -270,18 +280,17 @@ impl Model<'_> {
         let mj = |pj: f64| pj * 1e-9 / frames as f64;
         EnergyByPart {
             gpu_mj: mj((gpu.watts() * at_work + gpu.idle_watts * (span_ns - at_work)) * 1e3),
-            gathering_unit_mj: mj(on_chip.gathering_pj + on_chip.gathering_memories_pj),
-            vector_unit_mj: mj(on_chip.vector_pj),
-            array_mj: mj(on_chip.array_pj),
+            gathering_unit_mj: on_chip
+                .gathering_pj
+                .map(|logic| mj(logic + on_chip.gathering_memories_pj)),
+            vector_unit_mj: on_chip.vector_pj.map(mj),
+            array_mj: on_chip.array_pj.map(mj),
             buffers_mj: mj(on_chip.buffers_pj),
             memory_mj: mj(spent.memory_pj),
             dma_mj: mj(spent.descriptor_pj),
             interconnect_mj: mj(spent.interconnect_bytes * self.system.interconnect_pj_per_byte),
             standby_mj: mj(self.memory.standby_mw(open) * span_ns),
-            leakage_mj: {
-                let array_mw = self.costs.mac.leakage_mw * self.system.array().units() as f64;
-                mj((self.costs.leakage_mw + array_mw) * span_ns)
-            },
+            leakage_mj: self.leakage_mw().map(|mw| mj(mw * span_ns)),
             link_mj: mj(spent.link_bytes * self.system.link_nj_per_byte * 1e3),
         }
     }

@@ -54,17 +54,17 @@ impl LastThrough {
     }
 }
 
-/// Energy of the device by part, in millijoules a frame.
+/// Energy of the device by part, in millijoules a frame; `None` where it is not known.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct EnergyByPart {
     /// The GPU, at work and idle.
     pub gpu_mj: f64,
     /// The gathering unit with its memories.
-    pub gathering_unit_mj: f64,
+    pub gathering_unit_mj: Option<f64>,
     /// Vector unit.
-    pub vector_unit_mj: f64,
+    pub vector_unit_mj: Option<f64>,
     /// MAC array.
-    pub array_mj: f64,
+    pub array_mj: Option<f64>,
     /// Feature and weight buffers.
     pub buffers_mj: f64,
     /// Memory accesses, without those of DMA descriptors.
@@ -76,7 +76,7 @@ pub struct EnergyByPart {
     /// Standby and refresh of memory.
     pub standby_mj: f64,
     /// Leakage of on-chip memories, logic and the array.
-    pub leakage_mj: f64,
+    pub leakage_mj: Option<f64>,
     /// The link.
     pub link_mj: f64,
 }
@@ -84,25 +84,25 @@ pub struct EnergyByPart {
 impl EnergyByPart {
     /// Parts by name.
     #[must_use]
-    pub const fn named(&self) -> [(&'static str, f64); 11] {
+    pub const fn named(&self) -> [(&'static str, Option<f64>); 11] {
         [
-            ("GPU", self.gpu_mj),
+            ("GPU", Some(self.gpu_mj)),
             ("gathering unit", self.gathering_unit_mj),
             ("vector unit", self.vector_unit_mj),
             ("MAC array", self.array_mj),
-            ("buffers", self.buffers_mj),
-            ("memory accesses", self.memory_mj),
-            ("DMA descriptors", self.dma_mj),
-            ("interconnect", self.interconnect_mj),
-            ("memory standing by", self.standby_mj),
+            ("buffers", Some(self.buffers_mj)),
+            ("memory accesses", Some(self.memory_mj)),
+            ("DMA descriptors", Some(self.dma_mj)),
+            ("interconnect", Some(self.interconnect_mj)),
+            ("memory standing by", Some(self.standby_mj)),
             ("leakage", self.leakage_mj),
-            ("link", self.link_mj),
+            ("link", Some(self.link_mj)),
         ]
     }
 
-    /// Total energy in millijoules a frame.
+    /// Total energy in millijoules a frame; `None` where a part is not known.
     #[must_use]
-    pub fn total_mj(&self) -> f64 {
-        self.named().iter().map(|(_, mj)| mj).sum()
+    pub fn total_mj(&self) -> Option<f64> {
+        self.named().iter().map(|(_, mj)| *mj).sum()
     }
 }

@@ -32,7 +32,7 @@ const GIGA: f64 = KILO * KILO * KILO;
 const WATTS: [f64; 2] = [0.0, 1e5];
 
 /// One row for each number.
-pub(super) const RANGES: [Range; 18] = [
+pub(super) const RANGES: [Range; 19] = [
     range("array_rows", [1.0, 1024.0], "1 to 1024"),
     range("array_columns", [1.0, 1024.0], "1 to 1024"),
     range(
@@ -61,6 +61,7 @@ pub(super) const RANGES: [Range; 18] = [
         "0 to 1e6 picojoules",
     ),
     range("groups_in_flight", [1.0, 1_048_576.0], "1 to 1048576"),
+    range("wire_margin", [0.0, 10.0], "0 to 10, a share of the period"),
     range(
         "link_bytes_per_second",
         [1.0, 1e15],

@@ -53,6 +53,9 @@ pub struct System {
     /// Ray groups in flight: steps of a field's frame that may be under way before the first of
     /// them has determined which rays continue. An assumption.
     pub groups_in_flight: u32,
+    /// Share that is added to the periods of synthesised logic for wires, which synthesis leaves
+    /// out. 0: clocks are before wires.
+    pub wire_margin: f64,
     /// The GPU of the system.
     pub gpu: Gpu,
     /// The GPU at the other end of the link, with a memory of its own. It neither warps nor
@@ -84,6 +87,7 @@ impl Default for System {
             interconnect_bytes_a_clock: 32.0,
             interconnect_pj_per_byte: 2.0,
             groups_in_flight: 2,
+            wire_margin: 0.0,
             gpu: Gpu::xavier(),
             remote: Gpu::rtx_2080_ti(),
             link_bytes_per_second: link::BYTES_PER_SECOND as f64,

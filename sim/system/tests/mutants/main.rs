@@ -18,7 +18,7 @@ use potamoi_synth::fit::Fit;
 use potamoi_synth::grid::Grid;
 use potamoi_synth::{Library, SynthReport, Synthesised, UnitKind};
 use potamoi_system::system_model::work::FrameWork;
-use potamoi_system::system_model::{Costs, Gathering, Memory, Model, Program, System};
+use potamoi_system::system_model::{Costs, Gathering, Memory, Model, Parameters, Program, System};
 
 use frame::{Format, Rng, Verdict, text, tree};
 
@@ -34,21 +34,16 @@ fn costs() -> &'static Costs {
     static COSTS: OnceLock<Costs> = OnceLock::new();
     COSTS.get_or_init(|| {
         let reports = Synthesised::checked_in().unwrap();
-        let (fit, records) = (
-            Fit::checked_in().unwrap(),
-            SynthReport::of_records().unwrap(),
-        );
-        let own = &reports[0].report;
-        Costs::new(
-            &Config::paper(),
-            Program::Fields,
-            fit,
-            None,
-            &reports,
-            &records,
-            own,
-        )
-        .unwrap()
+        let records = SynthReport::of_records().unwrap();
+        let parameters = Parameters {
+            given: None,
+            system: &reports[0].report,
+            reports: &reports,
+            records: &records,
+            wire_margin: 0.0,
+        };
+        let fit = Fit::checked_in().unwrap();
+        Costs::new(&Config::paper(), Program::Fields, fit, &parameters).unwrap()
     })
 }
 
@@ -88,7 +83,8 @@ fn system(path: &Path) -> Verdict {
             let run = model
                 .frame(work(), Gathering::Unit)
                 .map_err(|e| e.to_string())?;
-            let (span, energy) = (run.span_ns(), run.total_mj());
+            let energy = run.total_mj().ok_or("its energy is not known")?;
+            let span = run.span_ns();
             let all = [("span", span), ("energy", energy)];
             for (what, value) in all.map(|(what, both)| (what, both.low())) {
                 if !(value.is_finite() && value > 0.0) {

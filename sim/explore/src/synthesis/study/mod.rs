@@ -3,11 +3,13 @@
 use std::fmt::Write as _;
 
 use potamoi_formats::config::Config;
+use potamoi_synth::published_cells::area_um2;
 use potamoi_synth::study::{
     EXPONENTIALS, GATHERING, Table, Variant, array_um2, crossbar_um2, once, tables,
 };
 use potamoi_synth::{
-    Cacti, Figures, Memories, Raw, STEPS, SYSTEM, Scaled, Shape, SynthError, UnitReport, model,
+    Cacti, Figures, Memories, Raw, STEPS, SYSTEM, Scaled, Shape, SynthError, UnitKind, UnitReport,
+    model,
 };
 
 use super::{Flow, in_parallel};
@@ -35,6 +37,12 @@ impl Row {
     /// Likewise of the system's.
     fn system_um2(&self, name: &str) -> f64 {
         self.of_um2(SYSTEM, name)
+    }
+
+    /// Square micrometres of memories of that name by a published cell.
+    fn published_um2(&self, name: &str) -> f64 {
+        let own = self.memories.macros.iter().filter(|own| own.memory == name);
+        own.map(|own| own.count as f64 * area_um2(&own.shape)).sum()
     }
 
     fn of_um2(&self, of: &str, name: &str) -> f64 {
@@ -100,17 +108,25 @@ pub fn compare_variants(
         flow.tools.opensta,
         cacti.settings().cacti
     );
-    text(&origin, &rows, &|name, shape| cacti.model(name, shape))
+    let mac = flow.synthesise(&Config::paper(), UnitKind::ArrayMac, &|| ())?;
+    text(&origin, &rows, &mac.report, &|name, shape| {
+        cacti.model(name, shape)
+    })
 }
 
 /// The report, of gathering units and then exponentials.
-fn text(origin: &str, rows: &[Row], model: Model<'_>) -> Result<String, ExploreError> {
+fn text(
+    origin: &str,
+    rows: &[Row],
+    mac: &UnitReport,
+    model: Model<'_>,
+) -> Result<String, ExploreError> {
     let (gathering, exponentials) = rows.split_at(GATHERING.len().min(rows.len()));
     let mut text = format!("{origin}\n\n");
     text += &units(gathering);
     if let Some(first) = gathering.first() {
         text += &modules(&first.unit);
-        text += &beside(first, model)?;
+        text += &beside(first, mac, model)?;
     }
     text += &joined(gathering, model)?;
     text += &ways(exponentials);
@@ -163,44 +179,69 @@ fn modules(unit: &UnitReport) -> String {
 
 /// Logic beside memories, as generated and as the paper may have counted, and both beside
 /// an NPU.
-fn beside(own: &Row, model: Model<'_>) -> Result<String, ExploreError> {
+fn beside(own: &Row, mac: &UnitReport, model: Model<'_>) -> Result<String, ExploreError> {
     let fifo = own.unit.modules.iter().find(|m| m.module == "feature_fifo");
     let fifo = fifo.map_or(0.0, |m| m.count as f64 * m.area_um2);
     let [logic, without] =
         [own.unit.area_um2, own.unit.area_um2 - fifo].map(|area| area * own.logic_factor() * 1e-6);
     let rit = own.memory_um2("rit_bank") * 1e-6;
     let all = tables(&own.config);
+    // By CACTI, and by a published cell.
+    let published = |parts: &[Table]| {
+        let areas = parts.iter().map(|t| t.count as f64 * area_um2(&t.shape));
+        areas.sum::<f64>() * 1e-6
+    };
+    let rit_cells = own.published_um2("rit_bank") * 1e-6;
     let mut memories = vec![
-        ("as generated", own.memory_um2("mft_bank") * 1e-6 + rit),
-        ("MFT halves apart", own.table_mm2(&all[1], model)? + rit),
+        (
+            "as generated",
+            own.memory_um2("mft_bank") * 1e-6 + rit,
+            own.published_um2("mft_bank") * 1e-6 + rit_cells,
+        ),
+        (
+            "MFT halves apart",
+            own.table_mm2(&all[1], model)? + rit,
+            published(&all[1..2]) + rit_cells,
+        ),
     ];
     for (name, parts) in once(&own.config) {
         let areas = parts.iter().map(|table| own.table_mm2(table, model));
-        memories.push((name, areas.sum::<Result<f64, ExploreError>>()?));
+        let area = areas.sum::<Result<f64, ExploreError>>()?;
+        memories.push((name, area, published(&parts)));
     }
-    let system = ["global_feature_buffer", "weight_buffer"].map(|name| own.system_um2(name));
-    let array = array_um2(&own.unit).unwrap_or_default() * own.logic_factor();
+    let names = ["global_feature_buffer", "weight_buffer"];
+    let system = names.map(|name| own.system_um2(name));
+    let array = array_um2(mac) * own.logic_factor();
     let npu = (array + system[0] + system[1]) * 1e-6;
+    let of_cells = names.map(|name| own.published_um2(name));
+    let npu_cells = (array + of_cells[0] + of_cells[1]) * 1e-6;
     let mut text =
-        "| the paper's unit, mm^2 | memories | logic | sum | share of the NPU | sum without the \
-         feature FIFO |\n|---|---|---|---|---|---|\n"
+        "| the paper's unit, mm^2 | memories by CACTI | by a published cell | logic | sum by CACTI \
+         | by a published cell | share of the NPU by CACTI | by a published cell | sum without the \
+         feature FIFO by CACTI | by a published cell |\n|---|---|---|---|---|---|---|---|---|---|\n"
             .to_owned();
-    for (name, area) in memories {
+    for (name, area, cells) in memories {
         let _ = writeln!(
             text,
-            "| {name} | {area:.4} | {logic:.4} | {:.4} | {:.1} % | {:.4} |",
+            "| {name} | {area:.4} | {cells:.4} | {logic:.4} | {:.4} | {:.4} | {:.1} % | {:.1} % | \
+             {:.4} | {:.4} |",
             area + logic,
+            cells + logic,
             100.0 * (area + logic) / npu,
-            area + without
+            100.0 * (cells + logic) / npu_cells,
+            area + without,
+            cells + without
         );
     }
     let _ = writeln!(
         text,
-        "\nThe NPU: {npu:.3} mm^2, of which the array {:.3}, the global feature buffer {:.3}, the weight \
-         buffer {:.3}.\n",
+        "\nThe NPU: {npu:.3} mm^2 ({npu_cells:.3} by a published cell), of which the array {:.3}, the \
+         global feature buffer {:.3} ({:.3}), the weight buffer {:.3} ({:.3}).\n",
         array * 1e-6,
         system[0] * 1e-6,
-        system[1] * 1e-6
+        of_cells[0] * 1e-6,
+        system[1] * 1e-6,
+        of_cells[1] * 1e-6
     );
     Ok(text)
 }

@@ -112,6 +112,11 @@ fn feature_major(variant: Variant, banks: u64, lanes: u64, each_um2: [f64; 2]) -
     of(variant, &raw)
 }
 
+fn mac() -> UnitReport {
+    let [paper, _] = SynthReport::checked_in().unwrap();
+    paper.unit(UnitKind::ArrayMac).unwrap().clone()
+}
+
 fn all() -> Vec<Row> {
     let gathering = GATHERING.into_iter().enumerate().map(|(at, v)| match at {
         4 => feature_major(v, 16, 16, [20.0, 62.0]),
@@ -151,7 +156,7 @@ fn plain(cell: &str) -> String {
 #[test]
 fn memories_beside_logic_are_as_the_book_has_them() {
     let book = include_str!("../../../../../docs/explanation/synthesis.md");
-    let text = text("origin", &all(), &cacti).unwrap();
+    let text = text("origin", &all(), &mac(), &cacti).unwrap();
     let found = cells(&text, "| the paper's unit, mm^2 |");
     assert_eq!(found.len(), 4, "{text}");
     assert_eq!(found, cells(book, "| the paper's unit, mm^2 at 12 nm |"));
@@ -166,7 +171,7 @@ fn memories_beside_logic_are_as_the_book_has_them() {
 /// The whole of it: where it is from, and five tables, a line for each variant.
 #[test]
 fn a_report_has_all_tables_and_variants() {
-    let text = text("asap7, 7 nm.", &all(), &cacti).unwrap();
+    let text = text("asap7, 7 nm.", &all(), &mac(), &cacti).unwrap();
     assert!(
         text.starts_with("asap7, 7 nm.\n\n| gathering unit |"),
         "{text}"

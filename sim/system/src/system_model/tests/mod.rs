@@ -28,21 +28,16 @@ pub(in crate::system_model) fn costs(program: Program) -> &'static Costs {
     static ALL: OnceLock<[Costs; 2]> = OnceLock::new();
     let make = |program| {
         let reports = Synthesised::checked_in().unwrap();
-        let (fit, records) = (
-            Fit::checked_in().unwrap(),
-            SynthReport::of_records().unwrap(),
-        );
-        let config = Config::paper();
-        Costs::new(
-            &config,
-            program,
-            fit,
-            None,
-            &reports,
-            &records,
-            &reports[0].report,
-        )
-        .unwrap()
+        let records = SynthReport::of_records().unwrap();
+        let parameters = Parameters {
+            given: None,
+            system: &reports[0].report,
+            reports: &reports,
+            records: &records,
+            wire_margin: 0.0,
+        };
+        let fit = Fit::checked_in().unwrap();
+        Costs::new(&Config::paper(), program, fit, &parameters).unwrap()
     };
     let all = ALL.get_or_init(|| [make(Program::Fields), make(Program::Splats)]);
     &all[usize::from(program == Program::Splats)]

@@ -109,70 +109,119 @@ fn ports_of_the_feature_buffer_are_a_limit() {
     assert!(wide.span_ns <= apart.span_ns && apart.span_ns <= narrow.span_ns);
 }
 
-/// A gathering unit without formulas is known where its netlist is given, and a given one takes
-/// precedence over formulas.
+fn costs_of(config: &Config, given: Option<&SynthReport>, reports: &[Synthesised]) -> Costs {
+    let parameters = Parameters {
+        given,
+        reports,
+        records: &SynthReport::of_records().unwrap(),
+        system: &Synthesised::checked_in().unwrap()[0].report,
+        wire_margin: 0.0,
+    };
+    let fit = Fit::checked_in().unwrap();
+    Costs::new(config, Program::Fields, fit, &parameters).unwrap()
+}
+
+/// A given gathering unit takes precedence over formulas.
 #[test]
 fn a_given_gathering_unit_counts_before_formulas() {
     let reports = Synthesised::checked_in().unwrap();
-    let records = SynthReport::of_records().unwrap();
     let own = &reports[0].report;
-    let of = |config: &Config, given| {
-        let fit = Fit::checked_in().unwrap();
-        Costs::new(config, Program::Fields, fit, given, &reports, &records, own)
-    };
-    let compact = Config::from_toml("rit.entry = \"compact\"", "test").unwrap();
-    let error = of(&compact, None).unwrap_err().to_string();
-    assert!(error.contains("potamoi synth"), "{error}");
-    let mut without = own.clone();
-    without.library.node_nm = None;
-    let error = of(&compact, Some(&without)).unwrap_err().to_string();
-    assert!(error.contains("--node"), "{error}");
-    let found = of(&compact, Some(own)).unwrap();
-    assert!(
-        found
-            .origin
-            .starts_with("gathering unit: netlists of this configuration, on lantern"),
-        "{}",
-        found.origin
-    );
-    let (given, fitted) = (
-        of(&Config::paper(), Some(own)).unwrap(),
-        of(&Config::paper(), None).unwrap(),
-    );
+    let of = |given| costs_of(&Config::paper(), given, &reports);
+    let (given, fitted) = (of(Some(own)), of(None));
+    let from = "gathering unit: netlists of this configuration, on lantern";
+    assert!(given.origin.starts_with(from), "{}", given.origin);
     let done = some_work().total();
-    let pj = |costs: &Costs| costs.of(&done, true, 576).unwrap().gathering_pj;
+    let pj = |costs: &Costs| costs.of(&done, true, 576).gathering_pj.unwrap();
     // Of the netlist that the formulas were fitted beside: near them, and not the same.
     let off = pj(&given) / pj(&fitted) - 1.0;
     assert!(off != 0.0 && off.abs() < 0.8, "{off}");
     // Energy of the netlist's run: that of its cycles, at the system's node.
     let scaled = own.scaled_unit(UnitKind::Gathering).unwrap();
-    let area = |costs: &Costs| costs.area_mm2;
+    let area = |costs: &Costs| costs.area_mm2.unwrap();
     let both = area(&given) - area(&fitted);
     assert!(both.abs() < 0.2 * scaled.area_um2 * 1e-6, "{both}");
+}
+
+/// Of a unit that neither a synthesis nor a formula is of, the energy is not known; the time is, and
+/// so is the energy of all else.
+#[test]
+fn time_is_known_without_energy() {
+    let reports = Synthesised::checked_in().unwrap();
+    let compact = Config::from_toml("rit.entry = \"compact\"", "test").unwrap();
+    let own = costs_of(&compact, None, &reports);
+    let [unknown] = &own.unknown[..] else {
+        unreachable!("{:?}", own.unknown)
+    };
+    assert_eq!(unknown.block, "gathering unit");
+    assert!(unknown.why.contains("rit.entry"), "{}", unknown.why);
+    assert_eq!((own.area_mm2, own.leakage_mw), (None, None));
+    let work = some_work();
+    let system = System::default();
+    let model = Model {
+        system: &system,
+        memory: memory(4),
+        costs: &own,
+        clock_ghz: own.clock.ghz,
+        weight_bytes: WEIGHTS,
+        replay: None,
+    };
+    let run = model.frame(&work, Gathering::Unit).unwrap();
+    assert!(run.max.span_ns > 0.0 && run.total_mj().is_none());
+    let energy = run.max.energy;
+    assert_eq!((energy.gathering_unit_mj, energy.leakage_mj), (None, None));
+    let others = [energy.vector_unit_mj, energy.array_mj, energy.named()[0].1];
+    assert!(others.iter().all(Option::is_some), "{energy:?}");
+    // The GPU gathers: that part is 0 and known.
+    let other = model.frame(&work, Gathering::PixelOrder).unwrap();
+    assert_eq!(other.max.energy.gathering_unit_mj, Some(0.0));
+}
+
+/// A unit that was synthesised with other numbers is composed of it and of formulas.
+#[test]
+fn a_unit_with_other_numbers_is_composed() {
+    let reports = Synthesised::checked_in().unwrap();
+    let pieces = "[vu.exp]\nform = \"piecewise\"\npieces = 128\npipelined = true\n";
+    let of = |lanes: u32| {
+        let config = Config::from_toml(&format!("[vu]\nlanes = {lanes}\n{pieces}"), "t").unwrap();
+        costs_of(&config, None, &reports)
+    };
+    let [whole, half] = [24, 12].map(of);
+    assert!(half.unknown.is_empty(), "{:?}", half.unknown);
+    assert!(half.origin.contains("other numbers"), "{}", half.origin);
+    let done = Batch {
+        vector_cycles: 1000,
+        vector_busy: 900,
+        ..Batch::default()
+    };
+    let pj = |costs: &Costs| costs.of(&done, false, 1).vector_pj.unwrap();
+    let ratio = pj(&half) / pj(&whole);
+    assert!((0.4..0.65).contains(&ratio), "{ratio}");
 }
 
 /// Leakage, registers of the multipliers and idle power are part of a frame's energy.
 #[test]
 fn what_waits_takes_energy_too() {
     let own = costs(Program::Fields);
-    assert!(own.leakage_mw > 0.1, "{}", own.leakage_mw);
+    let (leakage_mw, mac) = (own.leakage_mw.unwrap(), own.mac.unwrap());
+    assert!(leakage_mw > 0.1, "{leakage_mw}");
     // Two registers of 16 bits are a part of a multiplication that can be seen.
-    assert!(
-        (0.1..2.0).contains(&(own.mac.rest_pj + own.mac.work_pj)),
-        "{:?}",
-        own.mac
-    );
+    let sum = mac.rest_pj + mac.work_pj;
+    assert!((0.1..2.0).contains(&sum), "{mac:?}");
     let work = some_work();
     let system = System::default();
     let run = frame(&system, &work, Gathering::Unit);
     let span = run.span_ns;
-    let at_rest = own.leakage_mw + 576.0 * own.mac.leakage_mw;
-    assert!(own.mac.leakage_mw > 0.0 && near(run.energy.leakage_mj, at_rest * span * 1e-9));
+    let at_rest = leakage_mw + 576.0 * mac.leakage_mw;
+    let leakage_mj = run.energy.leakage_mj.unwrap();
+    assert!(mac.leakage_mw > 0.0 && near(leakage_mj, at_rest * span * 1e-9));
     // A product that fills the array badly clocks units that multiply nothing.
     let done = work.total();
-    let (rest, worked) = (own.mac.rest_pj, own.mac.work_pj * done.macs as f64);
+    let (rest, worked) = (mac.rest_pj, mac.work_pj * done.macs as f64);
     let clocked = 576.0 * done.array_cycles as f64;
-    assert!(near(run.energy.array_mj, (rest * clocked + worked) * 1e-9));
+    assert!(near(
+        run.energy.array_mj.unwrap(),
+        (rest * clocked + worked) * 1e-9
+    ));
     let busy = run.utilisation[&job_scheduler::Resource::Gpu] * span;
     let gpu = &system.gpu;
     let watts = gpu.watts() * busy + gpu.idle_watts * (span - busy);

@@ -1,6 +1,6 @@
 //! Work of one frame, in pixel-centric and in memory-centric order.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::Config;
@@ -10,7 +10,7 @@ use potamoi_scene::characterise::{BANKS, LANES};
 use potamoi_scene::{Rendered, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
-use potamoi_cycles::frame_meter::{Batch, FrameMeter, GatherSums};
+use potamoi_cycles::frame_meter::{Batch, BatchEvents, FrameMeter, GatherSums, Pricing};
 use potamoi_cycles::mac_array::MacArray;
 
 /// Threads in a warp, and banks of a GPU's shared memory.
@@ -41,9 +41,10 @@ pub struct Reads {
     pub conflict_rate: f64,
 }
 
-/// Work of a frame, or of some of its pixels.
+/// Work of a frame, or of some of its pixels. `B` is [`Batch`], or [`BatchEvents`] where vector unit
+/// and array are left open.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct FrameWork {
+pub struct FrameWork<B = Batch> {
     /// Pixels rendered.
     pub pixels: u64,
     /// Pixels of the whole frame.
@@ -68,7 +69,119 @@ pub struct FrameWork {
     /// Reads in pixel-centric order.
     pub reads: Reads,
     /// Work in memory-centric order, by step.
-    pub batches: Vec<Batch>,
+    pub batches: Vec<B>,
+}
+
+/// Work of a frame before units and cache are known.
+pub(super) type FrameEvents = FrameWork<BatchEvents>;
+
+impl FrameEvents {
+    /// Renders what a scene's camera sees, or a mask's pixels of it, through units of the
+    /// configuration, and counts the events. Reads are left at 0, see [`Reads::of`].
+    ///
+    /// # Errors
+    /// As [`Scene::render_fixed`].
+    pub(super) fn of(
+        scene: &Scene,
+        config: &Config,
+        only: Option<&Mask>,
+    ) -> Result<Self, SceneError> {
+        let mut twins = ReferenceUnits::new(config);
+        Ok(Rendering::of(scene, config, only, &mut twins)?.events)
+    }
+
+    /// The work with a vector unit, an array and reads.
+    pub(super) fn priced(&self, with: &Pricing, reads: Reads) -> FrameWork {
+        FrameWork {
+            pixels: self.pixels,
+            frame_pixels: self.frame_pixels,
+            samples: self.samples,
+            gaussians: self.gaussians,
+            visible: self.visible,
+            left_out_coefficients: self.left_out_coefficients,
+            pairs: self.pairs,
+            record_bytes: self.record_bytes,
+            spilled_bytes: self.spilled_bytes,
+            scattered_bytes: self.scattered_bytes,
+            reads,
+            batches: (self.batches.iter()).map(|own| own.priced(with)).collect(),
+        }
+    }
+}
+
+impl Reads {
+    /// Reads of what a scene's camera sees, or of a mask's pixels of it, with a cache of so many
+    /// bytes. Nothing is rendered through units.
+    ///
+    /// # Errors
+    /// As [`Scene::accesses`].
+    pub(super) fn of(scene: &Scene, cache: u32, only: Option<&Mask>) -> Result<Self, SceneError> {
+        let accesses = scene.accesses(cache, only)?;
+        let memory = accesses.memory;
+        let at = |all: &[usize], of: usize| all.iter().position(|v| *v == of).unwrap_or(0);
+        let banks: Vec<usize> = BANKS.iter().map(|b| *b as usize).collect();
+        let conflicts = accesses.banks[at(&LANES, WARP)][at(&banks, WARP)];
+        Ok(Self {
+            tables: accesses.tables.len() as u64,
+            model_bytes: accesses.stored_bytes(),
+            reads: memory.reads,
+            bytes: memory.read_bytes,
+            sectors: memory.sectors,
+            missed_bytes: memory.bytes,
+            misses: memory.misses,
+            not_streaming: memory.not_streaming,
+            conflict_rate: conflicts.conflict_rate(),
+        })
+    }
+}
+
+/// A rendered frame with its events.
+struct Rendering {
+    events: FrameEvents,
+    rendered: Rendered,
+    sums: GatherSums,
+    modelled: Duration,
+}
+
+impl Rendering {
+    fn of(
+        scene: &Scene,
+        config: &Config,
+        only: Option<&Mask>,
+        units: &mut dyn Units,
+    ) -> Result<Self, SceneError> {
+        let mut meter = FrameMeter::new(config);
+        let mut units = Observed::new(units, config).by(&mut meter);
+        let rendered = match only {
+            None => scene.render_fixed(config, &mut units)?,
+            Some(mask) => scene.render_fixed_masked(config, mask, &mut units)?,
+        };
+        let (modelled, sums) = (meter.modelled(), meter.sums());
+        let counts = &rendered.counts;
+        let camera = scene.camera();
+        let frame_pixels = u64::from(camera.width) * u64::from(camera.height);
+        let splats = counts.splats.unwrap_or_default();
+        let events = FrameEvents {
+            pixels: only.map_or(frame_pixels, |mask| mask.count() as u64),
+            frame_pixels,
+            samples: counts.samples,
+            gaussians: splats.gaussians,
+            visible: splats.visible,
+            left_out_coefficients: scene.left_out_coefficients(),
+            pairs: splats.pairs,
+            record_bytes: counts.streams.records_written,
+            spilled_bytes: counts.streams.spills + 2 * counts.streams.partial_sums,
+            scattered_bytes: counts.scattered_bytes,
+            reads: Reads::default(),
+            batches: meter.into_events(),
+        };
+        Ok(Self {
+            events,
+            rendered,
+            sums,
+            modelled,
+        })
+    }
 }
 
 /// A frame with its counted work.
@@ -128,49 +241,20 @@ impl FrameWork {
         only: Option<&Mask>,
         units: &mut dyn Units,
     ) -> Result<Counted, SceneError> {
-        let mut meter = FrameMeter::new(config, array);
-        let mut units = Observed::new(units, config).by(&mut meter);
-        let rendered = match only {
-            None => scene.render_fixed(config, &mut units)?,
-            Some(mask) => scene.render_fixed_masked(config, mask, &mut units)?,
-        };
-        let (modelled, sums) = (meter.modelled(), meter.sums());
-        let batches = meter.into_batches();
-        let counts = &rendered.counts;
-        let accesses = scene.accesses(cache, only)?;
-        let memory = accesses.memory;
-        let at = |all: &[usize], of: usize| all.iter().position(|v| *v == of).unwrap_or(0);
-        let banks: Vec<usize> = BANKS.iter().map(|b| *b as usize).collect();
-        let conflicts = accesses.banks[at(&LANES, WARP)][at(&banks, WARP)];
-        let camera = scene.camera();
-        let frame_pixels = u64::from(camera.width) * u64::from(camera.height);
-        let splats = counts.splats.unwrap_or_default();
-        let work = Self {
-            pixels: only.map_or(frame_pixels, |mask| mask.count() as u64),
-            frame_pixels,
-            samples: counts.samples,
-            gaussians: splats.gaussians,
-            visible: splats.visible,
-            left_out_coefficients: scene.left_out_coefficients(),
-            pairs: splats.pairs,
-            record_bytes: counts.streams.records_written,
-            spilled_bytes: counts.streams.spills + 2 * counts.streams.partial_sums,
-            scattered_bytes: counts.scattered_bytes,
-            reads: Reads {
-                tables: accesses.tables.len() as u64,
-                model_bytes: accesses.stored_bytes(),
-                reads: memory.reads,
-                bytes: memory.read_bytes,
-                sectors: memory.sectors,
-                missed_bytes: memory.bytes,
-                misses: memory.misses,
-                not_streaming: memory.not_streaming,
-                conflict_rate: conflicts.conflict_rate(),
-            },
-            batches,
-        };
+        let Rendering {
+            events,
+            rendered,
+            sums,
+            mut modelled,
+        } = Rendering::of(scene, config, only, units)?;
+        let begun = Instant::now();
+        let pricing = Pricing::new(config, array);
+        let pricing = pricing.map_err(|error| SceneError::of_unit(error.into()))?;
+        let work = events.priced(&pricing, Reads::default());
+        modelled += begun.elapsed();
+        let reads = Reads::of(scene, cache, only)?;
         Ok(Counted {
-            work,
+            work: Self { reads, ..work },
             rendered,
             sums,
             modelled,

@@ -3,6 +3,7 @@
 mod cache;
 mod frame;
 mod path;
+mod path_events;
 mod replay;
 #[cfg(test)]
 mod tests;

@@ -8,12 +8,12 @@ use potamoi_formats::config::{Config, RitPath};
 use potamoi_reference::observer::{GatherCall, Observed, Observer, VectorCall};
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError};
 use potamoi_scene::{Scene, SceneError};
-use potamoi_warp::{Plan, PlanOptions, ReferenceFrom, Sequence, Warper};
 use serde::{Deserialize, Serialize};
 
 use super::super::dram::Access;
 use super::super::memory::{Memory, Rate};
 use super::path::{PathError, PathOptions};
+use super::path_events::{PathEvents, PixelRuns, seen_by};
 
 const BURST: u64 = 32;
 /// Longest sequence in bursts; later ones are left out.
@@ -59,46 +59,114 @@ pub struct PathReplay {
     pub rest: Option<Replay>,
 }
 
+/// Loads of the gathering unit for the two frames that stand for a path, whatever the memory and the
+/// GPU are: what is rendered once.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct PathLoads {
+    full: Option<Requested>,
+    rest: Option<Option<Requested>>,
+}
+
+/// Requested bytes, and the bursts of the first of them by number.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Requested {
+    bytes: u64,
+    bursts: Vec<u64>,
+}
+
+/// The first frame of a path that warping leaves incomplete, and its remaining pixels.
+fn incomplete(events: &PathEvents) -> Option<(usize, &PixelRuns)> {
+    let mut targets = events.path.targets.iter().zip(&events.targets);
+    let number = targets.position(|(target, _)| target.work.is_some())?;
+    Some((number, &events.targets[number]))
+}
+
+impl PathLoads {
+    /// Loads of a path's first frame, and of its first incomplete one.
+    ///
+    /// # Errors
+    /// A scene, a path or a configuration that does not fit.
+    pub(super) fn of(
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        events: &PathEvents,
+    ) -> Result<Self, PathError> {
+        let path = scene.path(options.fps, options.frames)?;
+        let of = |number: usize, only: Option<&Mask>| {
+            Requested::of(&seen_by(scene, &path[number]), config, only)
+        };
+        let rest = match incomplete(events) {
+            Some((number, pixels)) => {
+                let camera = &path[number];
+                let mask = pixels.mask([camera.width, camera.height]);
+                Some(of(number, Some(&mask))?)
+            }
+            None => None,
+        };
+        Ok(Self {
+            full: of(0, None)?,
+            rest,
+        })
+    }
+}
+
+impl Requested {
+    /// Loads of what the scene's camera sees; `None` for models whose rows are fetched one by one.
+    fn of(scene: &Scene, config: &Config, only: Option<&Mask>) -> Result<Option<Self>, SceneError> {
+        let mut loads = Loads::new(config);
+        let mut twins = ReferenceUnits::new(config);
+        let mut units = Observed::new(&mut twins, config).by(&mut loads);
+        let rendered = match only {
+            None => scene.render_fixed(config, &mut units)?,
+            Some(mask) => scene.render_fixed_masked(config, mask, &mut units)?,
+        };
+        let is_streamed = rendered.counts.scattered_bytes == 0;
+        Ok((is_streamed && loads.bytes > 0).then_some(Self {
+            bytes: loads.bytes,
+            bursts: loads.bursts,
+        }))
+    }
+
+    fn replayed(&self, memory: &Memory) -> Replayed {
+        let accesses: Vec<Access> = self.bursts.iter().copied().map(read).collect();
+        Replayed::new(memory, &accesses, self.bytes, memory.streamed())
+    }
+}
+
 impl PathReplay {
     /// Replays a path; the two frames stand for all.
     ///
     /// # Errors
-    /// A scene, a path or a configuration that does not fit.
-    pub fn of(
+    /// A scene or a path that does not fit.
+    pub(super) fn of(
         scene: &Scene,
-        config: &Config,
         options: &PathOptions,
         memory: &Memory,
+        (events, loads): (&PathEvents, &PathLoads),
     ) -> Result<Self, PathError> {
         let path = scene.path(options.fps, options.frames)?;
-        let plan = PlanOptions {
-            window: options.window,
-            reference: ReferenceFrom::Predicted,
-            lead: None,
+        let of = |number: usize, only: Option<&Mask>, loads: Option<&Requested>| {
+            let seen = seen_by(scene, &path[number]);
+            let missed = seen.accesses(options.cache, only)?.first_misses;
+            Ok::<_, SceneError>(Replay {
+                missed: misses(&missed, memory),
+                loaded: loads.map(|loads| loads.replayed(memory)),
+            })
         };
-        let plan = Plan::new(&path, &plan)?;
-        let rule = options.rule(scene);
-        let warper = Warper {
-            renderer: scene,
-            geometry: None,
-            rule,
-        };
-        let mut seen = scene.clone();
-        let mut of = |number: usize, only: Option<&Mask>| {
-            seen.set_camera(path[number]);
-            Replay::of(&seen, config, options.cache, memory, only)
-        };
-        let full = of(0, None)?;
-        for frame in Sequence::new(warper, &path, &plan, &[]) {
-            let frame = frame?;
-            let (camera, classes) = (&path[frame.number], &frame.target.classes);
-            let mask = Mask::new([camera.width, camera.height], |i| classes[i].is_rendered());
-            if frame.reference.is_some() && mask.count() > 0 {
-                let rest = Some(of(frame.number, Some(&mask))?);
-                return Ok(Self { full, rest });
+        let rest = match incomplete(events) {
+            Some((number, pixels)) => {
+                let camera = &path[number];
+                let mask = pixels.mask([camera.width, camera.height]);
+                let loads = loads.rest.as_ref().and_then(Option::as_ref);
+                Some(of(number, Some(&mask), loads)?)
             }
-        }
-        Ok(Self { full, rest: None })
+            None => None,
+        };
+        Ok(Self {
+            full: of(0, None, loads.full.as_ref())?,
+            rest,
+        })
     }
 }
 
@@ -116,17 +184,10 @@ impl Replay {
         only: Option<&Mask>,
     ) -> Result<Self, SceneError> {
         let missed = scene.accesses(cache, only)?.first_misses;
-        let mut loads = Loads::new(config);
-        let mut twins = ReferenceUnits::new(config);
-        let mut units = Observed::new(&mut twins, config).by(&mut loads);
-        let rendered = match only {
-            None => scene.render_fixed(config, &mut units)?,
-            Some(mask) => scene.render_fixed_masked(config, mask, &mut units)?,
-        };
-        let is_streamed = rendered.counts.scattered_bytes == 0;
+        let loads = Requested::of(scene, config, only)?;
         Ok(Self {
             missed: misses(&missed, memory),
-            loaded: is_streamed.then(|| loads.replayed(memory)).flatten(),
+            loaded: loads.map(|loads| loads.replayed(memory)),
         })
     }
 }
@@ -200,7 +261,8 @@ struct Loads {
     /// First free bursts, for MVoxels and for entries.
     free: [u64; 2],
     bytes: u64,
-    accesses: Vec<Access>,
+    /// Numbers of the bursts in order.
+    bursts: Vec<u64>,
 }
 
 impl Loads {
@@ -210,13 +272,13 @@ impl Loads {
             places: HashMap::new(),
             free: [0, TABLE / BURST],
             bytes: 0,
-            accesses: vec![],
+            bursts: vec![],
         }
     }
 
     /// Interleaves both streams of a task.
     fn load(&mut self, task: &GatherTask) {
-        if self.accesses.len() >= MOST {
+        if self.bursts.len() >= MOST {
             return;
         }
         let entries = match self.config.rit.path {
@@ -234,18 +296,12 @@ impl Loads {
         });
         let mut listed = 0;
         for i in 0..rows.max(1) {
-            self.accesses.extend((i < rows).then(|| read(first + i)));
+            self.bursts.extend((i < rows).then_some(first + i));
             let upto = (i + 1) * entries / rows.max(1);
-            self.accesses
-                .extend((listed..upto).map(|e| read(*table + e)));
+            self.bursts.extend((listed..upto).map(|e| *table + e));
             listed = upto;
         }
         *table += entries;
-    }
-
-    fn replayed(&self, memory: &Memory) -> Option<Replayed> {
-        (self.bytes > 0)
-            .then(|| Replayed::new(memory, &self.accesses, self.bytes, memory.streamed()))
     }
 }
 
@@ -315,8 +371,8 @@ mod tests {
                 weights: [0; 8],
             }],
         });
-        let is_entry = |access: &Access| access.address >= TABLE;
-        let found: Vec<bool> = loads.accesses.iter().map(is_entry).collect();
+        let is_entry = |burst: &u64| burst * BURST >= TABLE;
+        let found: Vec<bool> = loads.bursts.iter().map(is_entry).collect();
         assert_eq!(found, [false, false, true, false, false, true]);
         assert_eq!(loads.bytes, 128 + 48);
     }

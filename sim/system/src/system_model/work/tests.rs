@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::mask::Mask;
 use potamoi_base::precision::Precision;
-use potamoi_cycles::frame_meter::{Batch, FrameMeter};
+use potamoi_cycles::frame_meter::{Batch, FrameMeter, Pricing};
 use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
@@ -199,14 +199,33 @@ fn a_path_is_counted_once() {
     let (again, was_kept) = count();
     assert!(was_kept && again == path);
     // What was damaged is counted again.
-    let file = std::fs::read_dir(folder.path())
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap()
-        .path();
-    std::fs::write(&file, "{").unwrap();
+    let files = std::fs::read_dir(folder.path()).unwrap();
+    let mut files = files.map(|file| file.unwrap().path());
+    let is_path = |file: &std::path::PathBuf| {
+        file.file_name()
+            .unwrap()
+            .to_string_lossy()
+            .starts_with("path-")
+    };
+    std::fs::write(files.find(is_path).unwrap(), "{").unwrap();
     assert!(!count().1);
+    // Another GPU, array, clock and vector unit render nothing again, and are counted as if they had.
+    let other = PathOptions {
+        array: [16, 32],
+        is_double_buffered: true,
+        cache: 1 << 10,
+        ..options
+    };
+    let text = "clock_ghz = 0.5\n[vu]\nlanes = 7\n[vu.exp]\npipelined = true\n";
+    let units = Config::from_toml(text, "test").unwrap();
+    let kept = WorkCache::new(folder.path())
+        .path(&scene, &units, &other, &|| ())
+        .unwrap();
+    assert!(kept.1);
+    let anew = PathWork::count(&scene, &units, &other, &|| ()).unwrap();
+    assert_eq!(kept.0, anew);
+    assert_ne!(kept.0.references[0].reads, path.references[0].reads);
+    assert_ne!(kept.0.references[0].total(), path.references[0].total());
     let wider = PathOptions {
         window: 5,
         ..options
@@ -222,14 +241,16 @@ fn a_path_is_counted_once() {
 #[test]
 fn products_are_counted_as_the_array_does_them() {
     let config = Config::paper();
-    let mut meter = FrameMeter::new(&config, MacArray::PAPER);
+    let mut meter = FrameMeter::new(&config);
     let product = Product {
         rows: 4096,
         depth: 39,
         columns: 128,
     };
     meter.multiplied(&product);
-    let batches = meter.into_batches();
+    let pricing = Pricing::new(&config, MacArray::PAPER).unwrap();
+    let events = meter.into_events();
+    let batches: Vec<Batch> = events.iter().map(|own| own.priced(&pricing)).collect();
     let expected = Batch {
         products: 1,
         macs: 4096 * 39 * 128,
@@ -249,13 +270,15 @@ fn products_are_counted_as_the_array_does_them() {
 #[test]
 fn operands_and_results_are_counted() {
     let config = Config::paper();
-    let mut meter = FrameMeter::new(&config, MacArray::PAPER);
+    let mut meter = FrameMeter::new(&config);
     for (code, b) in [(OpCode::Add, &[1; 30][..]), (OpCode::Exp, &[0; 30][..])] {
         let op = VectorOp::new(code);
         let [a, out] = [&[1000; 30], &[0; 30]];
         meter.computed(&VectorCall { op, a, b, out }).unwrap();
     }
-    let batches = meter.into_batches();
+    let pricing = Pricing::new(&config, MacArray::PAPER).unwrap();
+    let events = meter.into_events();
+    let batches: Vec<Batch> = events.iter().map(|own| own.priced(&pricing)).collect();
     let bytes = (batches[0].operand_bytes, batches[0].result_bytes);
     assert_eq!((batches.len(), bytes), (1, (4 * 30 * 3, 4 * 30 * 2)));
 }

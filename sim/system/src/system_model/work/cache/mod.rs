@@ -4,19 +4,21 @@ use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
 use potamoi_result_cache::{self as result_cache, Key};
-use potamoi_scene::Scene;
+use potamoi_scene::{Scene, SceneError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::super::memory::Memory;
-use super::frame::FrameWork;
+use super::frame::{FrameEvents, FrameWork, Reads};
 use super::path::{PathError, PathOptions, PathWork};
-use super::replay::PathReplay;
+use super::path_events::{PathEvents, PathReads};
+use super::replay::{PathLoads, PathReplay};
+use potamoi_cycles::frame_meter::Pricing;
 use potamoi_cycles::mac_array::MacArray;
 
 /// Version of the counting code, raised where counts change.
-const VERSION: &str = "4";
+const VERSION: &str = "5";
 
 /// Why work could be neither counted nor read.
 #[derive(Debug, Error)]
@@ -52,8 +54,11 @@ impl WorkCache {
         }
     }
 
-    /// The work of a path, and whether it was cached. Work is cached for the same scene, cameras,
-    /// configuration, options and program version; otherwise it is counted and stored.
+    /// The work of a path, and whether its events were cached: nothing was rendered then.
+    ///
+    /// Events are cached for the same scene, cameras, rendering, schedule and program version. Lanes
+    /// and pipeline of the vector unit, the array, the GPU and the clock are no part of them: those
+    /// are applied to cached events. Reads are cached for the same cache of the GPU.
     ///
     /// # Errors
     /// As [`PathWork::count`]; a folder that cannot be written.
@@ -64,8 +69,22 @@ impl WorkCache {
         options: &PathOptions,
         step: &(dyn Fn() + Sync),
     ) -> Result<(PathWork, bool), WorkCacheError> {
-        self.get(&path_key(scene, config, options), || {
-            PathWork::count(scene, config, options, step)
+        let (events, was_cached) = self.events(scene, config, options, step)?;
+        let key = reads_key(scene, options);
+        let count = || PathReads::count(scene, options, &events, step);
+        let (reads, _) = self.get(&key, count)?;
+        Ok((events.priced(config, options, reads)?, was_cached))
+    }
+
+    fn events(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        step: &(dyn Fn() + Sync),
+    ) -> Result<(PathEvents, bool), WorkCacheError> {
+        self.get(&events_key(scene, config, options), || {
+            PathEvents::count(scene, config, options, step)
         })
     }
 
@@ -80,15 +99,23 @@ impl WorkCache {
         array: MacArray,
         cache: u32,
     ) -> Result<(FrameWork, bool), WorkCacheError> {
-        self.get(&frame_key(scene, config, array, cache), || {
-            Ok(FrameWork::count(scene, config, array, cache, None)?)
-        })
+        let (events, was_cached) = self.get(&frame_key(scene, config), || {
+            Ok(FrameEvents::of(scene, config, None)?)
+        })?;
+        let (reads, _) = self.get(&frame_reads_key(scene, cache), || {
+            Ok(Reads::of(scene, cache, None)?)
+        })?;
+        let pricing = Pricing::new(config, array);
+        let pricing = pricing.map_err(|error| SceneError::of_unit(error.into()));
+        let pricing = pricing.map_err(PathError::from)?;
+        Ok((events.priced(&pricing, reads), was_cached))
     }
 
-    /// The memory replay of a path, cached in the same way.
+    /// The memory replay of a path. Loads are cached as events are, replays for the same memory and
+    /// cache of the GPU.
     ///
     /// # Errors
-    /// As [`PathReplay::of`]; a folder that cannot be written.
+    /// As [`PathWork::count`]; a folder that cannot be written.
     pub fn replay(
         &self,
         scene: &Scene,
@@ -97,8 +124,15 @@ impl WorkCache {
         memory: &Memory,
     ) -> Result<PathReplay, WorkCacheError> {
         let key = replay_key(scene, config, options, memory);
-        let found = self.get(&key, || PathReplay::of(scene, config, options, memory))?;
-        Ok(found.0)
+        if let Some(found) = result_cache::read(&key.file(&self.folder, "json")) {
+            return Ok(found);
+        }
+        let (events, _) = self.events(scene, config, options, &|| ())?;
+        let (loads, _) = self.get(&loads_key(scene, config, options), || {
+            PathLoads::of(scene, config, options, &events)
+        })?;
+        let replay = || PathReplay::of(scene, options, memory, (&events, &loads));
+        Ok(self.get(&key, replay)?.0)
     }
 
     fn get<T: Serialize + DeserializeOwned>(
@@ -121,37 +155,67 @@ impl WorkCache {
     }
 }
 
-/// Key of all that counted work depends on: the program's version, every number of the
-/// configuration, and every part of the scene.
+/// The configuration as far as rendering and schedule depend on it, in a fixed form. The clock is in
+/// neither, nor are lanes and pipeline of a vector unit whose lengths do not depend on operands.
+fn scheduled(config: &Config) -> Config {
+    let mut own = config.without_clock();
+    if !own.vu.exp.early_out {
+        let paper = Config::paper();
+        own.vu.lanes = paper.vu.lanes;
+        own.vu.exp.pipelined = paper.vu.exp.pipelined;
+        own.vu.exp.iterations_per_clock = paper.vu.exp.iterations_per_clock;
+    }
+    own
+}
+
+/// Key of all that events depend on: the program's version, the configuration as far as it matters,
+/// and every part of the scene.
 fn key(kind: &str, scene: &Scene, config: &Config) -> Key {
-    let key = Key::new(kind, VERSION).value("configuration", config);
+    of_scene(kind, scene).value("configuration", &scheduled(config))
+}
+
+fn of_scene(kind: &str, scene: &Scene) -> Key {
+    let key = Key::new(kind, VERSION);
     (scene.identity().into_iter()).fold(key, |key, (part, hash)| key.hash(part, hash))
 }
 
-fn path_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {
-    key("path", scene, config).value("path", options)
+/// The options that a path is rendered with: array and cache come later.
+fn rendered(options: &PathOptions) -> PathOptions {
+    PathOptions {
+        array: [0, 0],
+        is_double_buffered: false,
+        cache: 0,
+        ..*options
+    }
+}
+
+fn events_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {
+    key("path", scene, config).value("path", &rendered(options))
+}
+
+/// Which pixels of targets are rendered does not depend on the configuration.
+fn reads_key(scene: &Scene, options: &PathOptions) -> Key {
+    let path = of_scene("reads", scene).value("path", &rendered(options));
+    path.value("cache", &options.cache)
+}
+
+fn loads_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {
+    key("loads", scene, config).value("path", &rendered(options))
 }
 
 fn replay_key(scene: &Scene, config: &Config, options: &PathOptions, memory: &Memory) -> Key {
     key("replay", scene, config)
-        .value("path", options)
+        .value("path", &rendered(options))
+        .value("cache", &options.cache)
         .hash("memory", memory.identity())
 }
 
-fn frame_key(scene: &Scene, config: &Config, array: MacArray, cache: u32) -> Key {
-    // A new field has to be a part.
-    let MacArray {
-        rows,
-        columns,
-        dataflow,
-        is_double_buffered,
-    } = array;
+fn frame_key(scene: &Scene, config: &Config) -> Key {
     key("frame", scene, config)
-        .value("rows", &rows)
-        .value("columns", &columns)
-        .value("dataflow", &dataflow)
-        .value("is_double_buffered", &is_double_buffered)
-        .value("cache", &cache)
+}
+
+fn frame_reads_key(scene: &Scene, cache: u32) -> Key {
+    of_scene("frame-reads", scene).value("cache", &cache)
 }
 
 #[cfg(test)]

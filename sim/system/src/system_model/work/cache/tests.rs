@@ -5,7 +5,6 @@ use potamoi_warp::Profile;
 use serde_json::Value;
 
 use super::*;
-use potamoi_cycles::mac_array::Dataflow;
 
 const OPTIONS: PathOptions = PathOptions {
     frames: 4,
@@ -103,14 +102,58 @@ fn all_differ(mut keys: Vec<String>) {
     assert_eq!(keys.len(), count);
 }
 
+/// Options that change what is rendered: all but the array and the GPU's cache.
+fn rendered_options() -> Vec<PathOptions> {
+    let all = changed_options().into_iter();
+    all.filter(|own| rendered(own) != rendered(&OPTIONS))
+        .collect()
+}
+
 #[test]
-fn all_that_a_path_depends_on_is_in_its_key() {
+fn all_that_events_depend_on_is_in_their_key() {
     let (own, paper) = (scene(), Config::paper());
-    let of = |options: &PathOptions| path_key(&own, &paper, options).hex();
-    let mut keys: Vec<String> = changed_options().iter().map(of).collect();
-    keys.extend(common().iter().map(|(s, c)| path_key(s, c, &OPTIONS).hex()));
+    let of = |options: &PathOptions| events_key(&own, &paper, options).hex();
+    let options = rendered_options();
+    // Array and cache are applied to them.
+    assert_eq!(options.len() + 4, changed_options().len());
+    let mut keys: Vec<String> = options.iter().map(of).collect();
+    keys.extend(
+        common()
+            .iter()
+            .map(|(s, c)| events_key(s, c, &OPTIONS).hex()),
+    );
     all_differ(keys);
-    assert_eq!(of(&OPTIONS), of(&OPTIONS.clone()));
+    for later in changed_options()
+        .iter()
+        .filter(|own| rendered(own) == rendered(&OPTIONS))
+    {
+        assert_eq!(of(later), of(&OPTIONS));
+    }
+    let loads = |options: &PathOptions| loads_key(&own, &paper, options).hex();
+    let mut keys: Vec<String> = options.iter().map(loads).collect();
+    keys.extend([loads(&OPTIONS), of(&OPTIONS)]);
+    all_differ(keys);
+}
+
+/// Scenes and paths, but no configuration.
+#[test]
+fn all_that_reads_depend_on_is_in_their_key() {
+    let own = scene();
+    let of = |options: &PathOptions| reads_key(&own, options).hex();
+    let cached = PathOptions {
+        cache: OPTIONS.cache + 1,
+        ..OPTIONS
+    };
+    let mut keys: Vec<String> = rendered_options().iter().map(of).collect();
+    keys.extend([
+        of(&OPTIONS),
+        of(&cached),
+        frame_reads_key(&own, 1).hex(),
+        frame_reads_key(&own, 2).hex(),
+    ]);
+    let scenes = [&common()[2].0, &common()[3].0].map(|scene| reads_key(scene, &OPTIONS).hex());
+    keys.extend(scenes);
+    all_differ(keys);
 }
 
 #[test]
@@ -118,59 +161,48 @@ fn all_that_a_replay_depends_on_is_in_its_key() {
     let (own, paper) = (scene(), Config::paper());
     let [memory, wider] = [1, 2].map(Memory::lpddr3);
     let of = |options: &PathOptions| replay_key(&own, &paper, options, &memory).hex();
-    let mut keys: Vec<String> = changed_options().iter().map(of).collect();
+    let cached = PathOptions {
+        cache: OPTIONS.cache + 1,
+        ..OPTIONS
+    };
+    let mut keys: Vec<String> = rendered_options().iter().map(of).collect();
     keys.extend((common().iter()).map(|(s, c)| replay_key(s, c, &OPTIONS, &memory).hex()));
-    keys.push(replay_key(&own, &paper, &OPTIONS, &wider).hex());
+    keys.extend([
+        of(&cached),
+        replay_key(&own, &paper, &OPTIONS, &wider).hex(),
+    ]);
     all_differ(keys);
 }
 
+/// Clock, lanes and pipeline of the vector unit are applied to events; with early termination lanes
+/// decide lengths.
 #[test]
-fn all_that_a_frame_depends_on_is_in_its_key() {
-    let MacArray {
-        rows,
-        columns,
-        dataflow: _,
-        is_double_buffered,
-    } = MacArray::PAPER;
-    let a = MacArray::PAPER;
-    let arrays = [
-        (a, 1),
-        (a, 2),
-        (
-            MacArray {
-                rows: rows + 1,
-                ..a
-            },
-            1,
-        ),
-        (
-            MacArray {
-                columns: columns + 1,
-                ..a
-            },
-            1,
-        ),
-        (
-            MacArray {
-                dataflow: Dataflow::OutputStationary,
-                ..a
-            },
-            1,
-        ),
-        (
-            MacArray {
-                is_double_buffered: !is_double_buffered,
-                ..a
-            },
-            1,
-        ),
+fn what_is_applied_later_is_in_no_key() {
+    let own = scene();
+    let of = |text: &str| {
+        let config = Config::from_toml(text, "t").unwrap();
+        frame_key(&own, &config).hex()
+    };
+    for later in [
+        "clock_ghz = 0.5\n",
+        "[vu]\nlanes = 12\n",
+        "[vu.exp]\npipelined = true\n",
+        "[vu.exp]\niterations_per_clock = 2\n",
+    ] {
+        assert_eq!(of(later), of(""), "{later}");
+    }
+    let early = "[vu.exp]\nearly_out = true\n";
+    let texts = [
+        "",
+        early,
+        &format!("[vu]\nlanes = 12\n{early}"),
+        "[vu.exp]\niterations = 17\n",
+        "[gu]\nbanks = 16\n",
+        "[gu]\nports = 1\n",
+        "[mvoxel]\nrows = 256\n",
+        "[rit]\nentries = 64\n",
     ];
-    let (own, paper) = (scene(), Config::paper());
-    let of = |(array, cache)| frame_key(&own, &paper, array, cache).hex();
-    let mut keys = arrays.map(of).to_vec();
-    let others = &common()[1..];
-    keys.extend((others.iter()).map(|(s, c)| frame_key(s, c, a, 1).hex()));
-    all_differ(keys);
+    all_differ(texts.map(of).to_vec());
 }
 
 #[test]
@@ -226,22 +258,6 @@ fn every_number_of_a_configuration_is_in_the_key() {
     }
 }
 
-/// Configurations that differ in one field, as files say it, have other keys.
-#[test]
-fn configurations_that_differ_have_other_keys() {
-    let texts = [
-        "",
-        "clock_mhz = 999\n",
-        "[vu.exp]\niterations = 17\n",
-        "[gu]\nbanks = 16\n",
-    ];
-    let of = |text| {
-        let config = Config::from_toml(text, "t").unwrap();
-        Key::new("k", "1").value("configuration", &config).hex()
-    };
-    all_differ(texts.map(of).to_vec());
-}
-
 #[test]
 fn kinds_of_work_have_other_keys() {
     let (own, paper) = (scene(), Config::paper());
@@ -249,7 +265,7 @@ fn kinds_of_work_have_other_keys() {
         key("path", &own, &paper).hex(),
         key("frame", &own, &paper).hex(),
     ]);
-    let names: Vec<_> = path_key(&own, &paper, &OPTIONS).names().collect();
+    let names: Vec<_> = events_key(&own, &paper, &OPTIONS).names().collect();
     assert!(
         ["version", "program", "configuration", "model", "path"]
             .iter()
@@ -267,8 +283,15 @@ fn edited_counts_are_not_believed() {
     let frame = || kept.frame(&scene, &Config::paper(), MacArray::PAPER, 1 << 19);
     let (work, was_kept) = frame().unwrap();
     assert!(!was_kept && frame().unwrap().1);
-    let file = std::fs::read_dir(folder.path()).unwrap().next().unwrap();
-    let file = file.unwrap().path();
+    let is_frame = |path: &std::path::PathBuf| {
+        let name = path.file_name().unwrap().to_string_lossy();
+        name.starts_with("frame-") && !name.starts_with("frame-reads")
+    };
+    let files = std::fs::read_dir(folder.path()).unwrap();
+    let file = files
+        .map(|file| file.unwrap().path())
+        .find(is_frame)
+        .unwrap();
     let text = std::fs::read_to_string(&file).unwrap();
     let (head, body) = text.split_once('\n').unwrap();
     let mut counts: Value = serde_json::from_str(body).unwrap();
