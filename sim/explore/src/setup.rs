@@ -101,7 +101,7 @@ impl Setup {
             config,
             preset,
             system: system.clone(),
-            memory: Memory::lpddr3(system.memory_channels),
+            memory: Memory::of(system),
             known,
             costs,
             replay: None,

@@ -9,7 +9,9 @@ use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use super::dram::{Access, Counts, Currents, Dram, Geometry, Timing};
+use super::dram::{self, Access, Counts, Currents, Dram, Geometry, Timing};
+use super::memory_device::MemoryDevice;
+use super::system::System;
 
 /// Bursts of a measured sequence; more hardly change the rates.
 const BURSTS: u64 = 20_000;
@@ -33,43 +35,52 @@ pub struct Memory {
     geometry: Geometry,
     timing: Timing,
     currents: Currents,
-    read: Rate,
-    write: Rate,
-    /// Rates of random reads, by bursts in a run.
-    random: Mutex<BTreeMap<u64, Rate>>,
+    /// Rates that were measured.
+    rates: Mutex<BTreeMap<Pattern, Rate>>,
+}
+
+/// An access pattern whose rate is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+enum Pattern {
+    /// Sequential reads.
+    Read,
+    /// Sequential writes.
+    Write,
+    /// Random reads of so many bursts each.
+    Random(u64),
 }
 
 impl Memory {
-    /// LPDDR3-1600 with so many channels.
+    /// So many channels of a device.
     #[must_use]
-    pub fn lpddr3(channels: u32) -> Self {
-        let mut own = Self {
-            geometry: Geometry::lpddr3(channels),
-            timing: Timing::LPDDR3_1600,
-            currents: Currents::LPDDR3_8GB,
-            read: Rate::default(),
-            write: Rate::default(),
-            random: Mutex::default(),
-        };
-        let burst = u64::from(own.geometry.burst_bytes);
-        let stream = |is_write| {
-            (0..BURSTS * u64::from(channels)).map(move |i| Access {
-                address: i * burst,
-                is_write,
-            })
-        };
-        own.read = own.measured(stream(false));
-        own.write = own.measured(stream(true));
-        own
+    pub fn new(device: &MemoryDevice, channels: u32) -> Self {
+        Self {
+            geometry: device.geometry(channels),
+            timing: device.timing(),
+            currents: device.currents(),
+            rates: Mutex::default(),
+        }
+    }
+
+    /// The memory of a system.
+    #[must_use]
+    pub fn of(system: &System) -> Self {
+        Self::new(&system.memory, system.memory_channels)
+    }
+
+    /// The default device, with so many channels.
+    #[must_use]
+    pub fn with_channels(channels: u32) -> Self {
+        Self::new(&MemoryDevice::default(), channels)
     }
 
     pub(super) fn measured(&self, accesses: impl Iterator<Item = Access>) -> Rate {
         let mut dram = Dram::new(self.geometry, self.timing);
         let done = dram.serve(accesses);
         let bytes = ((done.reads + done.writes) * u64::from(self.geometry.burst_bytes)) as f64;
-        let energy = self
-            .currents
-            .energy(&done, &self.timing, self.geometry.channels, done.clocks);
+        let energy =
+            self.currents
+                .energy(&done, &self.timing, self.geometry.all_ranks(), done.clocks);
         Rate {
             ns: dram.nanoseconds(done.clocks) / bytes,
             pj: energy.access_pj() / bytes,
@@ -77,7 +88,7 @@ impl Memory {
         }
     }
 
-    /// Hash of all parameters that decide the rates.
+    /// Hash of all that decides the rates: parameters, and the rules of [`dram`].
     #[must_use]
     pub fn identity(&self) -> blake3::Hash {
         let Self {
@@ -85,11 +96,9 @@ impl Memory {
             timing,
             currents,
             // Found of the others.
-            read: _,
-            write: _,
-            random: _,
+            rates: _,
         } = self;
-        hash_of(&(geometry, timing, currents))
+        hash_of(&(dram::RESULTS, geometry, timing, currents))
     }
 
     /// Channels.
@@ -98,45 +107,71 @@ impl Memory {
         self.geometry.channels
     }
 
+    /// Bytes of a burst, the least that is moved.
+    #[must_use]
+    pub const fn burst_bytes(&self) -> u64 {
+        self.geometry.burst_bytes as u64
+    }
+
     /// Rate of sequential reads.
     #[must_use]
-    pub const fn streamed(&self) -> Rate {
-        self.read
+    pub fn streamed(&self) -> Rate {
+        self.rate(Pattern::Read)
     }
 
     /// Rate of sequential writes.
     #[must_use]
-    pub const fn written(&self) -> Rate {
-        self.write
+    pub fn written(&self) -> Rate {
+        self.rate(Pattern::Write)
     }
 
     /// Rate of random reads of `run_bytes` each, for a byte requested. Bursts are whole, so bytes
     /// moved beyond the request are in its time and energy.
     #[must_use]
     pub fn random(&self, run_bytes: f64) -> Rate {
-        let burst = u64::from(self.geometry.burst_bytes);
-        let bursts = ((run_bytes / burst as f64).ceil() as u64).clamp(1, 4096);
-        // A lock is held by nobody who fails.
-        let mut known = self.random.lock().unwrap_or_else(|e| e.into_inner());
-        let of_bursts = *known.entry(bursts).or_insert_with(|| {
-            let mut generator = Pcg64Mcg::seed_from_u64(bursts);
-            let runs = (BURSTS * u64::from(self.geometry.channels)).div_ceil(bursts);
-            let starts: Vec<u64> = (0..runs)
-                .map(|_| generator.random_range(0..SPAN / burst))
-                .collect();
-            let all = starts.into_iter().flat_map(|first| {
-                (0..bursts).map(move |i| Access {
-                    address: (first + i) * burst,
-                    is_write: false,
-                })
-            });
-            self.measured(all)
-        });
+        let burst = self.burst_bytes() as f64;
+        let bursts = ((run_bytes / burst).ceil() as u64).clamp(1, 4096);
+        let of_bursts = self.rate(Pattern::Random(bursts));
         let over = self.moved(run_bytes);
         Rate {
             ns: of_bursts.ns * over,
             pj: of_bursts.pj * over,
             rows: of_bursts.rows * over,
+        }
+    }
+
+    fn rate(&self, pattern: Pattern) -> Rate {
+        // A lock is held by nobody who fails.
+        let mut known = self.rates.lock().unwrap_or_else(|e| e.into_inner());
+        *known
+            .entry(pattern)
+            .or_insert_with(|| self.of_pattern(pattern))
+    }
+
+    fn of_pattern(&self, pattern: Pattern) -> Rate {
+        let burst = self.burst_bytes();
+        let all = BURSTS * u64::from(self.geometry.channels);
+        let stream = |is_write| {
+            (0..all).map(move |i| Access {
+                address: i * burst,
+                is_write,
+            })
+        };
+        match pattern {
+            Pattern::Read => self.measured(stream(false)),
+            Pattern::Write => self.measured(stream(true)),
+            Pattern::Random(bursts) => {
+                let mut generator = Pcg64Mcg::seed_from_u64(bursts);
+                let starts: Vec<u64> = (0..all.div_ceil(bursts))
+                    .map(|_| generator.random_range(0..SPAN / burst))
+                    .collect();
+                self.measured(starts.into_iter().flat_map(|first| {
+                    (0..bursts).map(move |i| Access {
+                        address: (first + i) * burst,
+                        is_write: false,
+                    })
+                }))
+            }
         }
     }
 
@@ -148,26 +183,26 @@ impl Memory {
         (bursts * burst / run_bytes.max(1.0)).max(1.0)
     }
 
-    /// Refreshes of all channels in `ns` nanoseconds.
+    /// Refreshes of all ranks in `ns` nanoseconds.
     #[must_use]
     pub fn refreshes(&self, ns: f64) -> u64 {
         let each = self.timing.refresh_interval as f64 * self.timing.clock_ns;
-        (ns / each) as u64 * u64::from(self.geometry.channels)
+        (ns / each) as u64 * u64::from(self.geometry.all_ranks())
     }
 
-    /// Milliwatts of all channels in standby and refresh, with rows open for a share of the time.
+    /// Milliwatts of all ranks in standby and refresh, with rows open for a share of the time.
     #[must_use]
     pub(crate) fn standby_mw(&self, open: f64) -> f64 {
         let clocks = 1_000_000;
-        let channels = self.geometry.channels;
-        let refreshes = clocks / self.timing.refresh_interval * u64::from(channels);
+        let ranks = self.geometry.all_ranks();
+        let refreshes = clocks / self.timing.refresh_interval * u64::from(ranks);
         let done = Counts {
             clocks,
-            active_clocks: (open * (clocks * u64::from(channels)) as f64) as u64,
+            active_clocks: (open * (clocks * u64::from(ranks)) as f64) as u64,
             refreshes,
             ..Counts::default()
         };
-        let energy = self.currents.energy(&done, &self.timing, channels, clocks);
+        let energy = self.currents.energy(&done, &self.timing, ranks, clocks);
         let ns = clocks as f64 * self.timing.clock_ns;
         energy.total_pj() / ns
     }

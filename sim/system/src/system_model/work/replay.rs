@@ -274,7 +274,7 @@ mod tests {
     /// Vectors behind each other are a stream; far apart they are runs at random places.
     #[test]
     fn misses_are_streams_or_runs() {
-        let memory = Memory::lpddr3(4);
+        let memory = Memory::with_channels(4);
         let list = |stride: u64| -> Vec<(u64, u32)> {
             (0..20_000).map(|i| (i * stride % (1 << 29), 64)).collect()
         };
@@ -291,7 +291,7 @@ mod tests {
     /// Codes of four bytes that lie in one burst ask for it once, while it is on its way.
     #[test]
     fn what_is_on_its_way_is_not_asked_for_again() {
-        let memory = Memory::lpddr3(4);
+        let memory = Memory::with_channels(4);
         let list: Vec<(u64, u32)> = (0..40_000).map(|i| (4 * i, 4)).collect();
         let found = misses(&list, &memory).unwrap();
         assert!((found.moved - 1.0).abs() < 1e-3, "{}", found.moved);
@@ -324,7 +324,7 @@ mod tests {
     /// What is loaded for a frame is what is counted of it, and no stream is faster than one alone.
     #[test]
     fn loads_of_a_frame_are_those_counted() {
-        let memory = Memory::lpddr3(4);
+        let memory = Memory::with_channels(4);
         let config = Config::paper();
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(32), Some(32)).unwrap();

@@ -116,7 +116,7 @@ fn all_that_a_path_depends_on_is_in_its_key() {
 #[test]
 fn all_that_a_replay_depends_on_is_in_its_key() {
     let (own, paper) = (scene(), Config::paper());
-    let [memory, wider] = [1, 2].map(Memory::lpddr3);
+    let [memory, wider] = [1, 2].map(Memory::with_channels);
     let of = |options: &PathOptions| replay_key(&own, &paper, options, &memory).hex();
     let mut keys: Vec<String> = changed_options().iter().map(of).collect();
     keys.extend((common().iter()).map(|(s, c)| replay_key(s, c, &OPTIONS, &memory).hex()));
@@ -175,7 +175,12 @@ fn all_that_a_frame_depends_on_is_in_its_key() {
 
 #[test]
 fn every_channel_of_memory_is_in_a_replays_key() {
-    let of = |channels| Memory::lpddr3(channels).identity().to_hex().to_string();
+    let of = |channels| {
+        Memory::with_channels(channels)
+            .identity()
+            .to_hex()
+            .to_string()
+    };
     all_differ([1, 2, 4].map(of).to_vec());
 }
 
