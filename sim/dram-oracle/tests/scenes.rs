@@ -9,11 +9,13 @@ use std::collections::{HashMap, VecDeque};
 use common::agree;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
-use potamoi_scene::Scene;
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
+use potamoi_scene::Scene;
 use potamoi_system::system_model::dram::Access;
 
 const BURST: u64 = 32;
+/// What the model may be off: DRAMsim3 merges reads of a burst that is on its way.
+const WITHIN: f64 = 0.03;
 /// Bursts of a sequence at most.
 const MOST: usize = 200_000;
 /// Reads that wait in all queues at once, more or less.
@@ -86,7 +88,7 @@ fn accesses_of_scenes() {
         };
         scene.render_fixed(&config, &mut units).unwrap();
         units.accesses.truncate(MOST);
-        agree(&format!("{name}, MVoxels"), &units.accesses);
+        agree(&format!("{name}, MVoxels"), &units.accesses, WITHIN);
 
         let misses = scene.accesses(1 << 16, None).unwrap().first_misses;
         let bursts = misses.iter().flat_map(|(address, bytes)| {
@@ -111,6 +113,6 @@ fn accesses_of_scenes() {
             .take(MOST)
             .collect();
         assert!(bursts.len() > 1000, "{name}: {}", bursts.len());
-        agree(&format!("{name}, misses"), &bursts);
+        agree(&format!("{name}, misses"), &bursts, WITHIN);
     }
 }
