@@ -14,12 +14,12 @@ use potamoi_scene::Scene;
 use potamoi_system::system_model::dram::Access;
 
 const BURST: u64 = 32;
-/// What the model may be off: DRAMsim3 merges reads of a burst that is on its way.
-const WITHIN: f64 = 0.03;
+/// What the model may be off.
+const WITHIN: f64 = 0.0005;
 /// Bursts of a sequence at most.
 const MOST: usize = 200_000;
-/// Reads that wait in all queues at once, more or less.
-const WAITING: usize = 512;
+/// More reads than all queues of four channels hold: 32, and 8 for each of 16 banks.
+const WAITING: usize = 1024;
 
 /// ReferenceUnits, and the rows that were loaded: MVoxels with the same rows are the same, and lie one
 /// behind the other as they come up.

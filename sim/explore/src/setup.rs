@@ -101,7 +101,11 @@ impl Setup {
             config,
             preset,
             system: system.clone(),
-            memory: Memory::of(system),
+            // Without a cache, rates are measured in each run.
+            memory: match potamoi_verilated::cache::folder("work") {
+                Ok(folder) => Memory::of(system).kept_in(&folder),
+                Err(_) => Memory::of(system),
+            },
             known,
             costs,
             replay: None,

@@ -2,9 +2,11 @@
 //! sequences of that pattern. No rate is stated by hand.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use potamoi_base::content_hash::hash_of;
+use potamoi_result_cache::{self as result_cache, Key};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
@@ -37,6 +39,8 @@ pub struct Memory {
     currents: Currents,
     /// Rates that were measured.
     rates: Mutex<BTreeMap<Pattern, Rate>>,
+    /// Folder of rates that earlier runs measured.
+    folder: Option<PathBuf>,
 }
 
 /// An access pattern whose rate is measured.
@@ -59,6 +63,16 @@ impl Memory {
             timing: device.timing(),
             currents: device.currents(),
             rates: Mutex::default(),
+            folder: None,
+        }
+    }
+
+    /// Keeps rates between runs in files of `folder`, which is created if missing.
+    #[must_use]
+    pub fn kept_in(self, folder: &Path) -> Self {
+        Self {
+            folder: Some(folder.to_owned()),
+            ..self
         }
     }
 
@@ -97,6 +111,7 @@ impl Memory {
             currents,
             // Found of the others.
             rates: _,
+            folder: _,
         } = self;
         hash_of(&(dram::RESULTS, geometry, timing, currents))
     }
@@ -145,7 +160,29 @@ impl Memory {
         let mut known = self.rates.lock().unwrap_or_else(|e| e.into_inner());
         *known
             .entry(pattern)
-            .or_insert_with(|| self.of_pattern(pattern))
+            .or_insert_with(|| self.kept(pattern))
+    }
+
+    /// A rate as an earlier run measured it, or else measured now.
+    fn kept(&self, pattern: Pattern) -> Rate {
+        let Some(folder) = &self.folder else {
+            return self.of_pattern(pattern);
+        };
+        let file = self.key(pattern).file(folder, "json");
+        result_cache::read(&file).unwrap_or_else(|| {
+            let rate = self.of_pattern(pattern);
+            // Counts are kept in the same folder, and say so where it cannot be written.
+            let written = std::fs::create_dir_all(folder);
+            let _ = written.and_then(|()| result_cache::write(&file, &rate));
+            rate
+        })
+    }
+
+    fn key(&self, pattern: Pattern) -> Key {
+        Key::new("rate", "1")
+            .hash("memory", self.identity())
+            .value("pattern", &pattern)
+            .value("sequence", &(BURSTS, SPAN))
     }
 
     fn of_pattern(&self, pattern: Pattern) -> Rate {
@@ -205,5 +242,58 @@ impl Memory {
         let energy = self.currents.energy(&done, &self.timing, ranks, clocks);
         let ns = clocks as f64 * self.timing.clock_ns;
         energy.total_pj() / ns
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn files(folder: &Path) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().path()).collect()
+    }
+
+    /// What is kept is what is measured; an edited file is measured again.
+    #[test]
+    fn rates_are_kept_by_pattern_and_believed_unedited() {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = || Memory::with_channels(1).kept_in(folder.path());
+        let measured = Memory::with_channels(1);
+        let of = |own: &Memory| [own.streamed(), own.written(), own.random(64.0)];
+        assert_eq!(of(&kept()), of(&measured));
+        assert_eq!(files(folder.path()).len(), 3);
+        // A rate that no device has, under a sound checksum, shows that files are read.
+        let file = kept().key(Pattern::Read).file(folder.path(), "json");
+        let other = Rate {
+            ns: 7.0,
+            ..Rate::default()
+        };
+        result_cache::write(&file, &other).unwrap();
+        assert_eq!(kept().streamed(), other);
+        let text = std::fs::read_to_string(&file).unwrap();
+        std::fs::write(&file, text.replace("7.0", "8.0")).unwrap();
+        assert_eq!(kept().streamed(), measured.streamed());
+        assert_eq!(of(&kept()), of(&measured));
+    }
+
+    #[test]
+    fn another_memory_has_other_files() {
+        let key = |own: &Memory, pattern| own.key(pattern).hex();
+        let mut keys: Vec<_> = MemoryDevice::names()
+            .into_iter()
+            .flat_map(|name| {
+                let device = MemoryDevice::builtin(name).unwrap();
+                [1, 2].map(|channels| key(&Memory::new(&device, channels), Pattern::Read))
+            })
+            .collect();
+        let own = Memory::with_channels(1);
+        keys.extend([1, 2].map(|bursts| key(&own, Pattern::Random(bursts))));
+        keys.push(key(&own, Pattern::Write));
+        let count = keys.len();
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), count);
     }
 }
