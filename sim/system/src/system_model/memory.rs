@@ -11,7 +11,7 @@ use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use super::dram::{self, Access, Counts, Currents, Dram, Geometry, Timing};
+use super::dram::{self, Access, Counts, Currents, Dram, Geometry, Interface, Timing};
 use super::memory_device::MemoryDevice;
 use super::system::System;
 
@@ -25,10 +25,37 @@ const SPAN: u64 = 1 << 30;
 pub struct Rate {
     /// Nanoseconds.
     pub ns: f64,
-    /// Picojoules above standby, refreshes excluded.
+    /// Picojoules above standby, refreshes excluded, data lines included.
     pub pj: f64,
+    /// The part of the data lines.
+    pub io_pj: f64,
     /// Rows opened.
     pub rows: f64,
+}
+
+impl Rate {
+    /// The rate for a byte requested, where so many are moved for it.
+    #[must_use]
+    pub(super) fn over(self, moved: f64) -> Self {
+        Self {
+            ns: self.ns * moved,
+            pj: self.pj * moved,
+            io_pj: self.io_pj * moved,
+            rows: self.rows * moved,
+        }
+    }
+
+    /// So much of this rate, and the rest of another.
+    #[must_use]
+    pub(super) fn mixed(self, share: f64, other: Self) -> Self {
+        let mix = |of: fn(&Self) -> f64| share * of(&self) + (1.0 - share) * of(&other);
+        Self {
+            ns: mix(|rate| rate.ns),
+            pj: mix(|rate| rate.pj),
+            io_pj: mix(|rate| rate.io_pj),
+            rows: mix(|rate| rate.rows),
+        }
+    }
 }
 
 /// The memory of a system.
@@ -37,6 +64,7 @@ pub struct Memory {
     geometry: Geometry,
     timing: Timing,
     currents: Currents,
+    interface: Interface,
     /// Rates that were measured.
     rates: Mutex<BTreeMap<Pattern, Rate>>,
     /// Folder of rates that earlier runs measured.
@@ -62,6 +90,7 @@ impl Memory {
             geometry: device.geometry(channels),
             timing: device.timing(),
             currents: device.currents(),
+            interface: device.interface(),
             rates: Mutex::default(),
             folder: None,
         }
@@ -95,9 +124,11 @@ impl Memory {
         let energy =
             self.currents
                 .energy(&done, &self.timing, self.geometry.all_ranks(), done.clocks);
+        let io_pj = 8.0 * self.interface.pj_a_bit();
         Rate {
             ns: dram.nanoseconds(done.clocks) / bytes,
-            pj: energy.access_pj() / bytes,
+            pj: energy.access_pj() / bytes + io_pj,
+            io_pj,
             rows: done.activates as f64 / bytes,
         }
     }
@@ -109,17 +140,24 @@ impl Memory {
             geometry,
             timing,
             currents,
+            interface,
             // Found of the others.
             rates: _,
             folder: _,
         } = self;
-        hash_of(&(dram::RESULTS, geometry, timing, currents))
+        hash_of(&(dram::RESULTS, geometry, timing, currents, interface))
     }
 
     /// Channels.
     #[must_use]
     pub const fn channels(&self) -> u32 {
         self.geometry.channels
+    }
+
+    /// Bursts that wait in all queues at most.
+    #[must_use]
+    pub const fn waiting(&self) -> usize {
+        dram::waiting(&self.geometry)
     }
 
     /// Bytes of a burst, the least that is moved.
@@ -147,20 +185,13 @@ impl Memory {
         let burst = self.burst_bytes() as f64;
         let bursts = ((run_bytes / burst).ceil() as u64).clamp(1, 4096);
         let of_bursts = self.rate(Pattern::Random(bursts));
-        let over = self.moved(run_bytes);
-        Rate {
-            ns: of_bursts.ns * over,
-            pj: of_bursts.pj * over,
-            rows: of_bursts.rows * over,
-        }
+        of_bursts.over(self.moved(run_bytes))
     }
 
     fn rate(&self, pattern: Pattern) -> Rate {
         // A lock is held by nobody who fails.
         let mut known = self.rates.lock().unwrap_or_else(|e| e.into_inner());
-        *known
-            .entry(pattern)
-            .or_insert_with(|| self.kept(pattern))
+        *known.entry(pattern).or_insert_with(|| self.kept(pattern))
     }
 
     /// A rate as an earlier run measured it, or else measured now.

@@ -276,6 +276,7 @@ impl Model<'_> {
             buffers_mj: mj(on_chip.buffers_pj),
             memory_mj: mj(spent.memory_pj),
             dma_mj: mj(spent.descriptor_pj),
+            memory_io_mj: mj(spent.memory_io_pj),
             interconnect_mj: mj(spent.interconnect_bytes * self.system.interconnect_pj_per_byte),
             standby_mj: mj(self.memory.standby_mw(open) * span_ns),
             leakage_mj: {

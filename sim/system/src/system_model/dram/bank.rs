@@ -28,7 +28,7 @@ pub(super) enum Command {
 /// Row hits in sequence after which other accesses come first.
 const HITS: u32 = 4;
 /// Accesses in a bank's queue.
-const QUEUE: usize = 8;
+pub(super) const QUEUE: usize = 8;
 
 /// Earliest clocks of commands on the resources that banks share, for the banks of a group.
 #[derive(Debug, Clone, Copy, Default)]

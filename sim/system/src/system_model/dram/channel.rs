@@ -7,7 +7,7 @@ use super::counts::Counts;
 use super::timing::{BurstAddress, Geometry, Relation, Timing};
 
 /// Accesses that a controller holds before its banks' queues, for each direction.
-const HELD: usize = 32;
+pub(super) const HELD: usize = 32;
 /// Writes that justify a turnaround of the bus when no read waits.
 const WORTH: usize = 8;
 /// Activates within the window of tFAW.

@@ -22,6 +22,12 @@ use channel::Channel;
 /// test has the new one where the rules change.
 pub(crate) const RESULTS: &str = "a10694dff73edd0b";
 
+/// Reads that wait in the controllers and the queues of all banks at most.
+pub(crate) const fn waiting(geometry: &Geometry) -> usize {
+    let banks = (geometry.ranks * geometry.banks) as usize;
+    geometry.channels as usize * (channel::HELD + bank::QUEUE * banks)
+}
+
 /// One burst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Access {

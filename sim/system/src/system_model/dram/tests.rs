@@ -88,10 +88,8 @@ fn random_bursts_are_bound_by_activates() {
         assert!(done.clocks >= done.activates / at_once * timing.four_activates);
         let ns = done.clocks as f64 * timing.clock_ns;
         let rate = done.reads as f64 * 32.0 / ns;
-        let most = match timing.four_activates as f64 * timing.clock_ns {
-            window => 32.0 * at_once as f64 / window,
-        };
-        let most = most.min(device.peak_gb_s());
+        let window_ns = timing.four_activates as f64 * timing.clock_ns;
+        let most = (32.0 * at_once as f64 / window_ns).min(device.peak_gb_s());
         assert!(
             (0.5 * most..most).contains(&rate),
             "{}: {rate}, {most}",

@@ -225,10 +225,10 @@ impl MemoryDevice {
 }
 
 impl Default for MemoryDevice {
-    /// The former default of the model: dies of 8 Gb, one rank.
+    /// The paper's memory.
     fn default() -> Self {
         // Never blank: tests read all built-in devices.
-        Self::builtin("lpddr3-1600-8gb").unwrap_or_else(|_| Self {
+        Self::builtin("lpddr3-1600").unwrap_or_else(|_| Self {
             name: String::new(),
             title: String::new(),
             values: BTreeMap::new(),

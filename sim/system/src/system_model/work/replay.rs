@@ -15,11 +15,8 @@ use super::super::dram::Access;
 use super::super::memory::{Memory, Rate};
 use super::path::{PathError, PathOptions};
 
-const BURST: u64 = 32;
 /// Longest sequence in bursts; later ones are left out.
 const MOST: usize = 200_000;
-/// Approximate bursts waiting in all queues. A burst in flight is not requested again.
-const WAITING: usize = 512;
 /// Address of RIT entries, after all MVoxels.
 const TABLE: u64 = 1 << 30;
 /// Bytes of a feature code.
@@ -116,7 +113,7 @@ impl Replay {
         only: Option<&Mask>,
     ) -> Result<Self, SceneError> {
         let missed = scene.accesses(cache, only)?.first_misses;
-        let mut loads = Loads::new(config);
+        let mut loads = Loads::new(config, memory.burst_bytes());
         let mut twins = ReferenceUnits::new(config);
         let mut units = Observed::new(&mut twins, config).by(&mut loads);
         let rendered = match only {
@@ -131,9 +128,9 @@ impl Replay {
     }
 }
 
-const fn read(burst: u64) -> Access {
+const fn read(address: u64) -> Access {
     Access {
-        address: burst * BURST,
+        address,
         is_write: false,
     }
 }
@@ -153,40 +150,32 @@ fn misses(vectors: &[(u64, u32)], memory: &Memory) -> Option<Replayed> {
         behind = Some(address + u64::from(*bytes));
     }
     let random = memory.random(bytes as f64 / vectors.len() as f64);
-    let share = streamed as f64 / bytes as f64;
-    let mix = |of: fn(&Rate) -> f64| share * of(&memory.streamed()) + (1.0 - share) * of(&random);
-    let mut on_its_way = VecDeque::from([u64::MAX; WAITING]);
+    let at_rates = (memory.streamed()).mixed(streamed as f64 / bytes as f64, random);
+    let burst = memory.burst_bytes();
+    // A burst in flight is not requested again.
+    let mut on_its_way = VecDeque::from(vec![u64::MAX; memory.waiting()]);
     let mut accesses = vec![];
     for (address, bytes) in vectors {
-        for burst in address / BURST..=(address + u64::from(*bytes) - 1) / BURST {
-            if !on_its_way.contains(&burst) {
+        for own in address / burst..=(address + u64::from(*bytes) - 1) / burst {
+            if !on_its_way.contains(&own) {
                 on_its_way.pop_front();
-                on_its_way.push_back(burst);
-                accesses.push(read(burst));
+                on_its_way.push_back(own);
+                accesses.push(read(own * burst));
             }
         }
     }
-    let at_rates = Rate {
-        ns: mix(|rate| rate.ns),
-        pj: mix(|rate| rate.pj),
-        rows: mix(|rate| rate.rows),
-    };
     Some(Replayed::new(memory, &accesses, bytes, at_rates))
 }
 
 impl Replayed {
     /// Replays `accesses`, which request so many bytes.
     fn new(memory: &Memory, accesses: &[Access], bytes: u64, at_rates: Rate) -> Self {
-        let burst = memory.measured(accesses.iter().copied());
-        let moved = accesses.len() as f64 * BURST as f64 / bytes as f64;
+        let a_byte_moved = memory.measured(accesses.iter().copied());
+        let moved = (accesses.len() as u64 * memory.burst_bytes()) as f64 / bytes as f64;
         Self {
             bytes,
             at_rates,
-            replayed: Rate {
-                ns: burst.ns * moved,
-                pj: burst.pj * moved,
-                rows: burst.rows * moved,
-            },
+            replayed: a_byte_moved.over(moved),
             moved,
         }
     }
@@ -196,6 +185,7 @@ impl Replayed {
 /// order of their first use, as their entries do.
 struct Loads {
     config: Config,
+    burst: u64,
     places: HashMap<Vec<i16>, u64>,
     /// First free bursts, for MVoxels and for entries.
     free: [u64; 2],
@@ -204,11 +194,12 @@ struct Loads {
 }
 
 impl Loads {
-    fn new(config: &Config) -> Self {
+    fn new(config: &Config, burst: u64) -> Self {
         Self {
             config: config.clone(),
+            burst,
             places: HashMap::new(),
-            free: [0, TABLE / BURST],
+            free: [0, TABLE / burst],
             bytes: 0,
             accesses: vec![],
         }
@@ -225,7 +216,7 @@ impl Loads {
         } as u64;
         let rows = CODE * task.rows.len() as u64;
         self.bytes += rows + entries;
-        let [rows, entries] = [rows, entries].map(|bytes| bytes.div_ceil(BURST));
+        let [rows, entries] = [rows, entries].map(|bytes| bytes.div_ceil(self.burst));
         let [place, table] = &mut self.free;
         let first = *self.places.entry(task.rows.clone()).or_insert_with(|| {
             let own = *place;
@@ -234,10 +225,10 @@ impl Loads {
         });
         let mut listed = 0;
         for i in 0..rows.max(1) {
-            self.accesses.extend((i < rows).then(|| read(first + i)));
+            let burst = |own: u64| read(own * self.burst);
+            (self.accesses).extend((i < rows).then(|| burst(first + i)));
             let upto = (i + 1) * entries / rows.max(1);
-            self.accesses
-                .extend((listed..upto).map(|e| read(*table + e)));
+            (self.accesses).extend((listed..upto).map(|e| burst(*table + e)));
             listed = upto;
         }
         *table += entries;
@@ -304,7 +295,7 @@ mod tests {
     /// RIT entries and rows of an MVoxel are loaded side by side.
     #[test]
     fn both_streams_of_an_mvoxel_go_side_by_side() {
-        let mut loads = Loads::new(&Config::paper());
+        let mut loads = Loads::new(&Config::paper(), 32);
         loads.load(&GatherTask {
             vertices: Vertices::Eight,
             channels: 16,
