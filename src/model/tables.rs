@@ -309,7 +309,7 @@ fn energy(own: &[&Outcome]) -> comfy_table::Table {
         let sum = o.run.sum.energy.named();
         let both = o.run.max.energy.named().into_iter().zip(sum);
         row.extend(both.map(|((_, max), (_, sum))| range(&AtBounds { max, sum })));
-        row.push(range(&o.run.map(|run| run.energy.memory_io_mj)));
+        row.push(range(&o.run.map(|run| run.memory_io_mj)));
         energy.add_row(row);
     }
     energy

@@ -71,8 +71,6 @@ pub struct EnergyByPart {
     pub memory_mj: f64,
     /// DMA descriptors, read from memory.
     pub dma_mj: f64,
-    /// Memory's data lines: a part of both, which the total does not count again.
-    pub memory_io_mj: f64,
     /// The interconnect.
     pub interconnect_mj: f64,
     /// Standby and refresh of memory.
