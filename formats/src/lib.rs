@@ -24,6 +24,7 @@
 
 pub mod compact;
 pub mod config;
+pub mod device_file;
 pub mod document;
 pub mod files;
 pub mod fixed;

@@ -94,7 +94,7 @@ fn not_known(found: &Modelled) -> String {
 /// Roofline: multiplications a second over multiplications a byte of memory, below the limits of
 /// array and memory.
 pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result<(), Failure> {
-    let memory = Memory::lpddr3(system.memory_channels);
+    let memory = Memory::of(system);
     let array = f64::from(system.array_rows) * f64::from(system.array_columns) * found.clock_ghz;
     let bandwidth = 1.0 / memory.streamed().ns;
     let points: Vec<(f64, f64)> = found

@@ -300,6 +300,7 @@ fn energy(own: &[&Outcome]) -> comfy_table::Table {
     let parts = own[0].run.max.energy.named().map(|(name, _)| name);
     let mut header = vec!["mJ per frame"];
     header.extend(parts);
+    header.push("of memory: data lines");
     let mut energy = tables::plain(&header);
     for o in own {
         let mut row = vec![o.variant.name.to_owned()];
@@ -309,6 +310,7 @@ fn energy(own: &[&Outcome]) -> comfy_table::Table {
             let both = max.zip(sum).map(|(max, sum)| AtBounds { max, sum });
             known(both.as_ref())
         }));
+        row.push(range(&o.run.map(|run| run.memory_io_mj)));
         energy.add_row(row);
     }
     energy
@@ -352,6 +354,7 @@ fn assumptions(found: &Modelled, system: &System) {
          sectors of a request of fields (sim/gpu/rows)",
         described(&system.gpu)
     );
+    say!("memory: {}", memory_described(system));
     if found
         .outcomes
         .iter()
@@ -363,6 +366,24 @@ fn assumptions(found: &Modelled, system: &System) {
         "each figure that depends on a GPU is from where all demands of a kernel overlap to where \
          none do; mid is the geometric mean; a speed-up that includes 1 is no conclusion"
     );
+}
+
+/// Device, channels, packages and rate of the memory, and the energy of its data lines.
+fn memory_described(system: &System) -> String {
+    let (device, channels) = (&system.memory, system.memory_channels);
+    let (of_package, channels_of) = (device.package_channels(), f64::from(channels));
+    let packages = match channels.div_ceil(of_package) {
+        1 if channels < of_package => format!("of the {of_package} of a package"),
+        1 => "in a package".to_owned(),
+        packages => format!("in {packages} packages"),
+    };
+    format!(
+        "{}, {channels} channels {packages}, {:.1} GB/s; data lines take {:.2} pJ a bit, derived \
+         from their capacitance and swing (docs/reference/memory-devices.md)",
+        device.title,
+        channels_of * device.peak_gb_s(),
+        device.interface().pj_a_bit()
+    )
 }
 
 /// Device, power mode and watts of a GPU.

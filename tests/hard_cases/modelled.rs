@@ -37,7 +37,7 @@ const CACHE: u32 = 512 << 10;
 /// The same work takes time, energy and bytes on every variant, and no number is below zero or none.
 #[test]
 fn pictures_of_samples_are_modelled() {
-    let (memory, system) = (Memory::lpddr3(4), System::default());
+    let (memory, system) = (Memory::with_channels(4), System::default());
     let reports = Synthesised::checked_in().unwrap();
     let records = SynthReport::of_records().unwrap();
     for case in [fog::cases(), fields::cases(), voxels::cases()].concat() {

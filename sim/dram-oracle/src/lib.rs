@@ -1,13 +1,23 @@
-//! DRAMsim3 with the memory of the project's model, as the reference for its clock counts.
+//! DRAMsim3 with a memory of the project's model, as the reference for its clock counts.
+//!
+//! The file that comes with DRAMsim3 for 8 Gb x32 at 1600 MT/s has a bus of 64 bits, and `REFI` for
+//! `tREFI`, so that it refreshes every 7800 clocks instead of every 3120.
 
 use std::fmt::Write as _;
 
 use dramsim3::MemorySystem;
 use potamoi_system::system_model::dram::{Access, Geometry, Timing};
 
+/// Rows of a bank: addresses of the tests are below 1 GB.
+const ROWS: u64 = 1 << 15;
+
 /// Its configuration: the sizes and delays of the model, the policies that the model says of
-/// itself. The file that comes with DRAMsim3 for 8 Gb x32 at 1600 MT/s has a bus of 64 bits,
-/// and `REFI` for `tREFI`, so that it refreshes every 7800 clocks instead of every 3120.
+/// itself.
+///
+/// DRAMsim3 derives the clocks of a burst from its transfers, two a clock, and its bytes from them
+/// and the width of the bus. A memory of eight transfers a clock (LPDDR5, which DRAMsim3 does not
+/// have) has a bus as wide as its burst needs, and a protocol with bank groups. Of the names of
+/// protocols LPDDR4 alone has an effect, the delay between precharges.
 #[must_use]
 pub fn configuration(geometry: &Geometry, timing: &Timing) -> String {
     let mut text = String::new();
@@ -18,16 +28,24 @@ pub fn configuration(geometry: &Geometry, timing: &Timing) -> String {
         }
     };
     let of = |value: u64| value.to_string();
+    let protocol = match timing.precharge_to_precharge {
+        0 => "LPDDR3",
+        _ => "LPDDR4",
+    };
+    let transfers = 2 * timing.burst;
+    let width = 8 * u64::from(geometry.burst_bytes) / transfers;
+    let row_bytes = u64::from(geometry.row_bursts * geometry.burst_bytes);
+    let rank_megabytes = (row_bytes * ROWS * u64::from(geometry.banks)) >> 20;
     section(
         "dram_structure",
         &[
-            ("protocol", "LPDDR3".to_owned()),
-            ("bankgroups", of(1)),
-            ("banks_per_group", geometry.banks.to_string()),
-            ("rows", of(32768)),
-            ("columns", of(8 * u64::from(geometry.row_bursts))),
-            ("device_width", of(32)),
-            ("BL", of(8)),
+            ("protocol", protocol.to_owned()),
+            ("bankgroups", geometry.bank_groups.to_string()),
+            ("banks_per_group", geometry.banks_of_group().to_string()),
+            ("rows", of(ROWS)),
+            ("columns", of(transfers * u64::from(geometry.row_bursts))),
+            ("device_width", of(width)),
+            ("BL", of(transfers)),
         ],
     );
     section(
@@ -45,22 +63,26 @@ pub fn configuration(geometry: &Geometry, timing: &Timing) -> String {
             ("tRRD_S", of(timing.activate_to_activate)),
             ("tRRD_L", of(timing.activate_to_activate)),
             ("tWTR_S", of(timing.write_to_read)),
-            ("tWTR_L", of(timing.write_to_read)),
+            ("tWTR_L", of(timing.write_to_read_group)),
             ("tFAW", of(timing.four_activates)),
             ("tWR", of(timing.write_recovery)),
             ("tRTP", of(timing.read_to_precharge)),
             ("tCCD_S", of(timing.column_to_column)),
-            ("tCCD_L", of(timing.column_to_column)),
+            ("tCCD_L", of(timing.column_to_column_group)),
+            ("tPPD", of(timing.precharge_to_precharge)),
             ("tRTRS", of(timing.turnaround)),
         ],
     );
     section(
         "system",
         &[
-            ("channel_size", of(1024)),
+            (
+                "channel_size",
+                of(u64::from(geometry.ranks) * rank_megabytes),
+            ),
             ("channels", geometry.channels.to_string()),
-            ("bus_width", of(32)),
-            ("address_mapping", "rorababgcoch".to_owned()),
+            ("bus_width", of(width)),
+            ("address_mapping", "rorabacobgch".to_owned()),
             ("queue_structure", "PER_BANK".to_owned()),
             ("refresh_policy", "RANK_LEVEL_STAGGERED".to_owned()),
             ("row_buf_policy", "OPEN_PAGE".to_owned()),

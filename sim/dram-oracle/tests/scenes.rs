@@ -9,15 +9,18 @@ use std::collections::{HashMap, VecDeque};
 use common::agree;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
-use potamoi_scene::Scene;
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
+use potamoi_scene::Scene;
 use potamoi_system::system_model::dram::Access;
 
 const BURST: u64 = 32;
+/// What the model may be off: a read that waits for longer than many others is merged with the
+/// next of its burst in DRAMsim3.
+const WITHIN: f64 = 0.01;
 /// Bursts of a sequence at most.
 const MOST: usize = 200_000;
-/// Reads that wait in all queues at once, more or less.
-const WAITING: usize = 512;
+/// More reads than all queues of four channels hold: 32, and 8 for each of 16 banks.
+const WAITING: usize = 1024;
 
 /// ReferenceUnits, and the rows that were loaded: MVoxels with the same rows are the same, and lie one
 /// behind the other as they come up.
@@ -86,7 +89,7 @@ fn accesses_of_scenes() {
         };
         scene.render_fixed(&config, &mut units).unwrap();
         units.accesses.truncate(MOST);
-        agree(&format!("{name}, MVoxels"), &units.accesses);
+        agree(&format!("{name}, MVoxels"), &units.accesses, WITHIN);
 
         let misses = scene.accesses(1 << 16, None).unwrap().first_misses;
         let bursts = misses.iter().flat_map(|(address, bytes)| {
@@ -111,6 +114,6 @@ fn accesses_of_scenes() {
             .take(MOST)
             .collect();
         assert!(bursts.len() > 1000, "{name}: {}", bursts.len());
-        agree(&format!("{name}, misses"), &bursts);
+        agree(&format!("{name}, misses"), &bursts, WITHIN);
     }
 }

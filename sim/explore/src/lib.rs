@@ -24,6 +24,7 @@
 //! ```
 //! use potamoi_explore::accuracy::{Bench, CostQuality, Paths, Price, front, knobs};
 //! use potamoi_explore::{ConfigChoice, Setup};
+//! use potamoi_system::system_model::System;
 //! use potamoi_scene::Scene;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

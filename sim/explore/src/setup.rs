@@ -83,7 +83,11 @@ impl Setup {
             config,
             preset,
             system: system.clone(),
-            memory: Memory::lpddr3(system.memory_channels),
+            // Without a cache, rates are measured in each run.
+            memory: match potamoi_verilated::cache::folder("work") {
+                Ok(folder) => Memory::of(system).kept_in(&folder),
+                Err(_) => Memory::of(system),
+            },
             known,
             costs,
             replay: None,

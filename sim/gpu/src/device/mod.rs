@@ -3,32 +3,25 @@
 //! Every figure is a property of the hardware, and is either published or assumed with a reason.
 //! None belongs to a program or to a class of programs.
 
-mod error;
 mod field;
-mod file;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use potamoi_formats::files;
+pub(crate) use potamoi_formats::device_file::nearest;
+pub use potamoi_formats::device_file::{DeviceError, Origin};
+use potamoi_formats::device_file::{Figure, Kind};
 
-pub use error::DeviceError;
-pub(crate) use error::nearest;
 pub use field::{Better, FIELDS, Field};
 
-/// Size limit of a device file, in bytes.
-const LARGEST: u64 = 1 << 20;
-
-/// Where a figure comes from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Origin {
-    /// A publication that states it, or that it follows from.
-    Source(String),
-    /// Why it is assumed.
-    Assumed(String),
-}
+/// Its files, in messages.
+const KIND: Kind = Kind {
+    name: "device",
+    example: "sim/gpu/devices/a6000.toml",
+    texts: &["title", "mode"],
+};
 
 /// A GPU in one named power mode.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,7 +116,7 @@ impl Device {
         let (_, text) = text.ok_or_else(|| {
             let aliases = ALIASES.iter().map(|(alias, _)| *alias);
             let known: Vec<_> = Self::names().into_iter().chain(aliases).collect();
-            DeviceError::unknown(name, &known)
+            KIND.unknown(name, &known)
         })?;
         Self::from_text(name, &format!("{name}.toml"), text)
     }
@@ -143,13 +136,30 @@ impl Device {
     /// field or its origin, or has a value out of range.
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, DeviceError> {
         let path = path.as_ref();
-        let shown = path.display().to_string();
-        let text = files::read_text(path, LARGEST).map_err(|source| DeviceError::Unreadable {
-            file: shown.clone(),
-            source,
-        })?;
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        Self::from_text(&stem, &shown, &text)
+        let (name, text) = KIND.open(path)?;
+        Self::from_text(&name, &path.display().to_string(), &text)
+    }
+
+    /// A device from the text of its file; `file` stands in messages.
+    fn from_text(name: &str, file: &str, text: &str) -> Result<Self, DeviceError> {
+        let figures = FIELDS.map(|own| Figure {
+            key: own.key,
+            unit: own.unit,
+            least: own.least,
+            most: own.most,
+        });
+        let mut read = KIND.read(file, text, &figures)?;
+        let mut own = Self::blank(name);
+        let mut text = |key| read.texts.remove(key).unwrap_or_default();
+        own.title = text("title");
+        own.mode = text("mode");
+        for (key, (value, origin)) in read.figures {
+            if let Some(field) = FIELDS.iter().find(|field| field.key == key) {
+                *(field.place)(&mut own) = value;
+            }
+            own.origins.insert(key, origin);
+        }
+        Ok(own)
     }
 
     /// All SM clocks of a second: SMs times Hz.

@@ -125,6 +125,7 @@ impl<'a> Composer<'a> {
         self.spent.interconnect_bytes += wired;
         self.spent.rows_opened += transfers.rows(self.memory) + descriptors.rows(self.memory);
         self.spent.memory_pj += transfers.pj(self.memory);
+        self.spent.memory_io_pj += transfers.io_pj(self.memory) + descriptors.io_pj(self.memory);
         self.spent.streamed_bytes += transfers.read;
         self.spent.written_bytes += transfers.written;
         self.spent.random_bytes += transfers.random;

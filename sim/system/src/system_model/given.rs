@@ -1,10 +1,9 @@
-//! What descriptions say of a system's GPUs: fields that are gone, and device files beside them.
+//! What descriptions say of a system's devices: fields that are gone, and device files beside them.
 
 use std::path::Path;
 
+use potamoi_formats::device_file::is_file;
 use potamoi_formats::document::Value;
-
-use super::gpu::is_file;
 
 /// Fields of the calibrated model of the GPU that this one does not have, and what to write.
 const GONE: [(&str, &str); 11] = [
@@ -59,18 +58,26 @@ pub(super) fn beside(given: Value, folder: &Path) -> Value {
     let entries = entries.into_iter().map(|(key, value)| {
         let own = match (&*key, value) {
             ("gpu" | "remote", Value::Map(parts)) => {
-                let parts = parts.into_iter().map(|(key, value)| match value {
-                    Value::Text(text) if &*key == "device" && is_file(&text) => {
-                        let path = folder.join(&*text).display().to_string();
-                        (key, Value::Text(path.into()))
-                    }
-                    value => (key, value),
+                let parts = parts.into_iter().map(|(key, value)| match &*key {
+                    "device" => (key, file_beside(value, folder)),
+                    _ => (key, value),
                 });
                 Value::Map(parts.collect())
             }
+            ("memory", value) => file_beside(value, folder),
             (_, value) => value,
         };
         (key, own)
     });
     Value::Map(entries.collect())
+}
+
+fn file_beside(value: Value, folder: &Path) -> Value {
+    match value {
+        Value::Text(text) if is_file(&text) => {
+            let path = folder.join(&*text).display().to_string();
+            Value::Text(path.into())
+        }
+        value => value,
+    }
 }

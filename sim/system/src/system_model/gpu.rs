@@ -1,5 +1,6 @@
 //! The GPU of a system: a device of `potamoi-gpu`, and what a device file does not state.
 
+use potamoi_formats::device_file::is_file;
 use potamoi_gpu::Device;
 use serde::{Deserialize, Serialize};
 
@@ -56,11 +57,6 @@ fn device(given: &str) -> Result<Device, potamoi_gpu::DeviceError> {
         true => Device::from_file(given),
         false => Device::builtin(given),
     }
-}
-
-/// Whether a text is the path of a file, and no name of a device.
-pub(super) fn is_file(given: &str) -> bool {
-    given.contains(['/', '\\', '.'])
 }
 
 impl Gpu {

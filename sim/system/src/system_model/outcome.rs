@@ -50,6 +50,9 @@ pub struct Run {
     pub weight_buffer_utilisation: f64,
     /// Energy of the device, averaged over frames.
     pub energy: EnergyByPart,
+    /// The part of memory's data lines in that of memory accesses and DMA descriptors, in
+    /// millijoules a frame.
+    pub memory_io_mj: f64,
     /// Energy of the remote GPU in millijoules a frame, at work and idle; not part of the device's.
     /// `None` where all frames are rendered locally.
     pub remote_mj: Option<f64>,
@@ -250,6 +253,7 @@ impl Model<'_> {
             feature_buffer_utilisation: spent.feature_buffer_bytes / features / span_ns,
             weight_buffer_utilisation: spent.weight_buffer_bytes / weights / span_ns,
             energy,
+            memory_io_mj: spent.memory_io_pj * 1e-9 / frames as f64,
             remote_mj,
             refreshes: self.memory.refreshes(span_ns),
             spent,

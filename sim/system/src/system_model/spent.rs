@@ -28,6 +28,8 @@ pub struct Spent {
     pub memory_pj: f64,
     /// Energy of reading descriptors, in picojoules.
     pub descriptor_pj: f64,
+    /// The part of memory's data lines in both, in picojoules.
+    pub memory_io_pj: f64,
     /// Bytes over the interconnect: all of the above, in whole bursts.
     pub interconnect_bytes: f64,
     /// Bytes read from and written to the global feature buffer.

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use potamoi_formats::device_file::is_file;
 use potamoi_formats::document::{self, Value};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::given;
-use super::gpu::{Gpu, is_file};
+use super::gpu::Gpu;
+use super::memory_device::MemoryDevice;
 use super::ranges::RANGES;
 use crate::link;
 use potamoi_cycles::mac_array::MacArray;
@@ -38,7 +40,9 @@ pub struct System {
     /// Bytes of the weight buffer, with one port of 48 bytes. Weights that fit are loaded once per
     /// path.
     pub weight_buffer_bytes: u64,
-    /// Channels of LPDDR3-1600, 6.4 GB/s each.
+    /// The memory: the name of a device ([`MemoryDevice::names`]), or the path of a device file.
+    pub memory: MemoryDevice,
+    /// Channels of the memory, in one or more packages.
     pub memory_channels: u32,
     /// Bytes of a DMA descriptor, read once per transfer: the spacing of a published controller
     /// (AMD, PG021, "Scatter Gather Descriptor").
@@ -82,6 +86,7 @@ impl Default for System {
             feature_banks: 48,
             feature_block_banks: 48,
             weight_buffer_bytes: 96 * 1024,
+            memory: MemoryDevice::default(),
             memory_channels: 4,
             dma_descriptor_bytes: 64.0,
             interconnect_bytes_a_clock: 32.0,

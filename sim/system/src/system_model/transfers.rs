@@ -43,20 +43,27 @@ impl Transfers {
         ]
     }
 
-    pub(super) fn ns(&self, memory: &Memory) -> f64 {
+    fn sum(&self, memory: &Memory, of: fn(&Rate) -> f64) -> f64 {
         let [read, random] = self.rates(memory);
-        self.read * read.ns + self.written * memory.written().ns + self.random * random.ns
+        self.read * of(&read) + self.written * of(&memory.written()) + self.random * of(&random)
+    }
+
+    pub(super) fn ns(&self, memory: &Memory) -> f64 {
+        self.sum(memory, |rate| rate.ns)
     }
 
     /// Rows of memory opened.
     pub(super) fn rows(&self, memory: &Memory) -> f64 {
-        let [read, random] = self.rates(memory);
-        self.read * read.rows + self.written * memory.written().rows + self.random * random.rows
+        self.sum(memory, |rate| rate.rows)
     }
 
     pub(super) fn pj(&self, memory: &Memory) -> f64 {
-        let [read, random] = self.rates(memory);
-        self.read * read.pj + self.written * memory.written().pj + self.random * random.pj
+        self.sum(memory, |rate| rate.pj)
+    }
+
+    /// The part of the data lines in [`Transfers::pj`].
+    pub(super) fn io_pj(&self, memory: &Memory) -> f64 {
+        self.sum(memory, |rate| rate.io_pj)
     }
 }
 

@@ -60,7 +60,7 @@ fn work() -> &'static FrameWork {
 
 fn memory(channels: u32) -> &'static Memory {
     static ALL: [OnceLock<Memory>; 5] = [const { OnceLock::new() }; 5];
-    ALL[channels.ilog2() as usize].get_or_init(|| Memory::lpddr3(channels))
+    ALL[channels.ilog2() as usize].get_or_init(|| Memory::with_channels(channels))
 }
 
 /// A frame takes some time and some energy.

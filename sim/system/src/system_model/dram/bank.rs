@@ -28,12 +28,13 @@ pub(super) enum Command {
 /// Row hits in sequence after which other accesses come first.
 const HITS: u32 = 4;
 /// Accesses in a bank's queue.
-const QUEUE: usize = 8;
+pub(super) const QUEUE: usize = 8;
 
-/// Earliest clocks of commands on the resources that banks share.
+/// Earliest clocks of commands on the resources that banks share, for the banks of a group.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shared {
     pub(super) activate_from: u64,
+    pub(super) precharge_from: u64,
     pub(super) read_from: u64,
     pub(super) write_from: u64,
 }
@@ -87,9 +88,10 @@ impl Bank {
                     (Command::Column { at, is_write }, self.column_from.max(bus))
                 }
                 // The oldest alone opens another row, when no hit waits or enough were served.
-                Some(row) if at == 0 && (self.hits >= HITS || !self.has_hit(row)) => {
-                    (Command::Precharge, self.precharge_from)
-                }
+                Some(row) if at == 0 && (self.hits >= HITS || !self.has_hit(row)) => (
+                    Command::Precharge,
+                    self.precharge_from.max(shared.precharge_from),
+                ),
                 Some(_) => continue,
             };
             if from <= now {

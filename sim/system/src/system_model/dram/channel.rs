@@ -1,59 +1,74 @@
-//! One channel: its controller, command bus and banks.
+//! One channel: its controller, command bus, ranks and banks.
 
 use std::collections::VecDeque;
 
 use super::bank::{Bank, Command, Shared, Waiting};
 use super::counts::Counts;
-use super::timing::{BurstAddress, Timing};
+use super::timing::{BurstAddress, Geometry, Relation, Timing};
 
 /// Accesses that a controller holds before its banks' queues, for each direction.
-const HELD: usize = 32;
+pub(super) const HELD: usize = 32;
 /// Writes that justify a turnaround of the bus when no read waits.
 const WORTH: usize = 8;
 /// Activates within the window of tFAW.
 const WINDOW: usize = 4;
 
+/// What the banks of a rank share.
+#[derive(Debug, Clone, Default)]
+struct Rank {
+    /// The last activates, oldest first.
+    activates: VecDeque<u64>,
+    /// Banks with an open row, and since when at least one is open.
+    open: u32,
+    open_since: u64,
+}
+
 #[derive(Debug, Clone)]
 pub(super) struct Channel {
     timing: Timing,
+    /// Banks of a rank, and of a group.
+    banks_of: [usize; 2],
     now: u64,
     /// No command is possible before.
     wake: u64,
+    /// By rank, then group.
     banks: Vec<Bank>,
-    shared: Shared,
+    /// By rank, then group.
+    shared: Vec<Shared>,
+    ranks: Vec<Rank>,
     reads: VecDeque<Waiting>,
     writes: VecDeque<Waiting>,
     /// Writes of the current batch still to be handed to banks.
     draining: usize,
     /// The bank with the lowest priority.
     last: usize,
-    /// The last activates, oldest first.
-    activates: VecDeque<u64>,
     refresh_due: u64,
-    is_refresh_owed: bool,
-    /// Banks with an open row, and since when at least one is open.
-    open: u32,
-    open_since: u64,
+    /// The rank that is due next; ranks take turns within the interval.
+    next_due: usize,
+    /// Ranks that wait for their refresh, in order.
+    owed: VecDeque<usize>,
     done: Counts,
 }
 
 impl Channel {
-    pub(super) fn new(timing: Timing, banks: u32) -> Self {
+    pub(super) fn new(geometry: &Geometry, timing: Timing) -> Self {
+        let [ranks, groups, banks] =
+            [geometry.ranks, geometry.bank_groups, geometry.banks].map(|n| n as usize);
         Self {
             timing,
+            banks_of: [banks, banks / groups],
             now: 0,
             wake: 0,
-            banks: vec![Bank::default(); banks as usize],
-            shared: Shared::default(),
+            banks: vec![Bank::default(); ranks * banks],
+            shared: vec![Shared::default(); ranks * groups],
+            ranks: vec![Rank::default(); ranks],
             reads: VecDeque::new(),
             writes: VecDeque::new(),
             draining: 0,
             last: 0,
-            activates: VecDeque::new(),
-            refresh_due: timing.refresh_interval,
-            is_refresh_owed: false,
-            open: 0,
-            open_since: 0,
+            refresh_due: timing.refresh_interval / ranks as u64,
+            next_due: 0,
+            owed: VecDeque::new(),
             done: Counts::default(),
         }
     }
@@ -89,11 +104,8 @@ impl Channel {
     }
 
     pub(super) fn counts(&self) -> Counts {
-        let since = if self.open > 0 {
-            self.now - self.open_since
-        } else {
-            0
-        };
+        let open = self.ranks.iter().filter(|rank| rank.open > 0);
+        let since: u64 = open.map(|rank| self.now - rank.open_since).sum();
         Counts {
             active_clocks: self.done.active_clocks + since,
             ..self.done
@@ -105,14 +117,19 @@ impl Channel {
         let now = self.now;
         self.now += 1;
         if now >= self.refresh_due {
-            self.is_refresh_owed = true;
-            self.refresh_due += self.timing.refresh_interval;
+            self.owed.push_back(self.next_due);
+            self.next_due = (self.next_due + 1) % self.ranks.len();
+            self.refresh_due += self.timing.refresh_interval / self.ranks.len() as u64;
         } else if now < self.wake {
             return;
         }
-        let next = match self.is_refresh_owed {
-            true => self.refresh(now),
-            false => self.command(now),
+        let next = match self.owed.front().copied() {
+            None => self.command(now, None),
+            // The other ranks work on.
+            Some(rank) => match self.refresh(rank, now) {
+                None => None,
+                Some(from) => (self.command(now, Some(rank))).map(|other| other.min(from)),
+            },
         };
         let has_moved = self.hand_on();
         self.wake = match next {
@@ -121,11 +138,13 @@ impl Channel {
         };
     }
 
-    /// Advances the refresh of all banks, or returns the earliest clock at which it can.
-    fn refresh(&mut self, now: u64) -> Option<u64> {
-        let open = self.banks.iter().enumerate().filter(|(_, b)| b.is_open());
+    /// Advances the refresh of all banks of a rank, or returns the earliest clock at which it can.
+    fn refresh(&mut self, rank: usize, now: u64) -> Option<u64> {
+        let [banks, _] = self.banks_of;
+        let own = rank * banks..(rank + 1) * banks;
+        let open = own.clone().filter(|at| self.banks[*at].is_open());
         if let Some((at, from)) = open
-            .map(|(at, bank)| (at, bank.precharge_from()))
+            .map(|at| (at, self.precharge_from(at)))
             .min_by_key(|(_, from)| *from)
         {
             if from > now {
@@ -134,26 +153,37 @@ impl Channel {
             self.close(at, now);
             return None;
         }
-        let from = self.banks.iter().map(Bank::activate_from).max();
+        let banks = &mut self.banks[own];
+        let from = banks.iter().map(Bank::activate_from).max();
         if let Some(from) = from.filter(|from| *from > now) {
             return Some(from);
         }
-        for bank in &mut self.banks {
+        for bank in banks {
             bank.refresh(now, &self.timing);
         }
-        self.is_refresh_owed = false;
+        self.owed.pop_front();
         self.done.refreshes += 1;
         None
     }
 
-    /// Issues a command, round-robin over the banks, or returns the earliest clock at which one can
-    /// be.
-    fn command(&mut self, now: u64) -> Option<u64> {
+    /// Earliest clock of a bank's precharge.
+    fn precharge_from(&self, at: usize) -> u64 {
+        let shared = self.shared[at / self.banks_of[1]].precharge_from;
+        self.banks[at].precharge_from().max(shared)
+    }
+
+    /// Issues a command, round-robin over the banks but for those of a rank, or returns the earliest
+    /// clock at which one can be.
+    fn command(&mut self, now: u64, but: Option<usize>) -> Option<u64> {
+        let [of_rank, of_group] = self.banks_of;
         let mut earliest = u64::MAX;
         let count = self.banks.len();
         for turn in 1..=count {
             let at = (self.last + turn) % count;
-            match self.banks[at].next(now, self.shared) {
+            if but == Some(at / of_rank) {
+                continue;
+            }
+            match self.banks[at].next(now, self.shared[at / of_group]) {
                 Ok(command) => {
                     self.last = at;
                     self.issue(at, command, now);
@@ -165,62 +195,79 @@ impl Channel {
         Some(earliest)
     }
 
-    fn issue(&mut self, at: usize, command: Command, now: u64) {
+    /// What the banks of a rank share, group by group.
+    fn shared_of(&mut self, rank: usize) -> &mut [Shared] {
+        let groups = self.banks_of[0] / self.banks_of[1];
+        &mut self.shared[rank * groups..(rank + 1) * groups]
+    }
+
+    fn activate(&mut self, at: usize, row: u64, now: u64) {
         let timing = self.timing;
+        self.banks[at].activate(row, now, &timing);
+        let of = at / self.banks_of[0];
+        let rank = &mut self.ranks[of];
+        if rank.open == 0 {
+            rank.open_since = now;
+        }
+        rank.open += 1;
+        self.done.activates += 1;
+        rank.activates.push_back(now);
+        let mut from = now + timing.activate_to_activate;
+        if rank.activates.len() > WINDOW {
+            rank.activates.pop_front();
+        }
+        if rank.activates.len() == WINDOW {
+            from = from.max(rank.activates[0] + timing.four_activates);
+        }
+        for shared in self.shared_of(of) {
+            shared.activate_from = from;
+        }
+    }
+
+    fn column(&mut self, at: usize, place: usize, is_write: bool, now: u64) {
+        let timing = self.timing;
+        self.banks[at].column(place, is_write, now, &timing);
+        let [of_rank, of_group] = self.banks_of;
+        for (group, shared) in self.shared.iter_mut().enumerate() {
+            let relation = match group {
+                same if same == at / of_group => Relation::SameGroup,
+                other if other * of_group / of_rank == at / of_rank => Relation::OtherGroup,
+                _ => Relation::OtherRank,
+            };
+            let [read, write] = timing.after_column(is_write, relation);
+            shared.read_from = shared.read_from.max(now + read);
+            shared.write_from = shared.write_from.max(now + write);
+        }
+        let (count, latency) = match is_write {
+            true => (&mut self.done.writes, timing.write_latency),
+            false => (&mut self.done.reads, timing.read_latency),
+        };
+        *count += 1;
+        self.done.clocks = self.done.clocks.max(now + latency + timing.burst);
+    }
+
+    fn issue(&mut self, at: usize, command: Command, now: u64) {
         match command {
-            Command::Activate { row } => {
-                self.banks[at].activate(row, now, &timing);
-                if self.open == 0 {
-                    self.open_since = now;
-                }
-                self.open += 1;
-                self.done.activates += 1;
-                self.activates.push_back(now);
-                let mut from = now + timing.activate_to_activate;
-                if self.activates.len() > WINDOW {
-                    self.activates.pop_front();
-                }
-                if self.activates.len() == WINDOW {
-                    from = from.max(self.activates[0] + timing.four_activates);
-                }
-                self.shared.activate_from = from;
-            }
+            Command::Activate { row } => self.activate(at, row, now),
             Command::Precharge => self.close(at, now),
             Command::Column {
                 at: place,
                 is_write,
-            } => {
-                self.banks[at].column(place, is_write, now, &timing);
-                let (to_read, to_write, latency) = match is_write {
-                    true => (
-                        timing.write_to_read_command(),
-                        timing.column_to_column,
-                        timing.write_latency,
-                    ),
-                    false => (
-                        timing.column_to_column,
-                        timing.read_to_write(),
-                        timing.read_latency,
-                    ),
-                };
-                self.shared.read_from = self.shared.read_from.max(now + to_read);
-                self.shared.write_from = self.shared.write_from.max(now + to_write);
-                let count = if is_write {
-                    &mut self.done.writes
-                } else {
-                    &mut self.done.reads
-                };
-                *count += 1;
-                self.done.clocks = self.done.clocks.max(now + latency + timing.burst);
-            }
+            } => self.column(at, place, is_write, now),
         }
     }
 
     fn close(&mut self, at: usize, now: u64) {
         self.banks[at].precharge(now, &self.timing);
-        self.open -= 1;
-        if self.open == 0 {
-            self.done.active_clocks += now - self.open_since;
+        let of = at / self.banks_of[0];
+        let from = now + self.timing.precharge_to_precharge;
+        for shared in self.shared_of(of) {
+            shared.precharge_from = from;
+        }
+        let rank = &mut self.ranks[of];
+        rank.open -= 1;
+        if rank.open == 0 {
+            self.done.active_clocks += now - rank.open_since;
         }
     }
 

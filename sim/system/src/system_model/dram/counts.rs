@@ -5,7 +5,7 @@
 pub struct Counts {
     /// Clocks until the last burst ended, on the slowest channel.
     pub clocks: u64,
-    /// Clocks with an open row, summed over channels.
+    /// Clocks with an open row, summed over ranks.
     pub active_clocks: u64,
     /// Bursts read.
     pub reads: u64,
@@ -13,6 +13,6 @@ pub struct Counts {
     pub writes: u64,
     /// Rows opened.
     pub activates: u64,
-    /// Refreshes of all banks of a channel.
+    /// Refreshes of all banks of a rank.
     pub refreshes: u64,
 }

@@ -2,7 +2,8 @@
 
 use super::{Counts, Timing};
 
-/// Supply currents of one device in milliamperes, as pairs of VDD1 and VDD2.
+/// Supply currents of one rank in milliamperes, as pairs of VDD1 and VDD2, without the outputs' own
+/// supply.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Currents {
     /// Volts of VDD1 and VDD2.
@@ -24,19 +25,6 @@ pub struct Currents {
 }
 
 impl Currents {
-    /// LPDDR3, 8 Gb x32 at 1600 MT/s, from manufacturers' data sheets; without the outputs' own
-    /// supply and the bus.
-    pub const LPDDR3_8GB: Self = Self {
-        volts: [1.8, 1.2],
-        activate: [8.0, 60.0],
-        activate_ns: [42.0, 18.0],
-        closed: [0.8, 26.0],
-        open: [2.0, 34.0],
-        read: [2.0, 230.0],
-        write: [2.0, 240.0],
-        refresh: [28.0, 150.0],
-    };
-
     /// Picojoules that current `of` takes above `base` in so many nanoseconds: mA V ns.
     fn above(&self, of: [f64; 2], base: [f64; 2], ns: f64) -> f64 {
         let watts = [0, 1].map(|i| (of[i] - base[i]) * self.volts[i]);
@@ -69,12 +57,13 @@ impl Currents {
         self.above(self.refresh, self.closed, ns)
     }
 
-    /// Energy of the commands in `done` and of standby over so many clocks, for `channels` devices.
+    /// Energy of the commands in `done` and of standby over so many clocks, for `ranks` of all
+    /// channels.
     #[must_use]
-    pub fn energy(&self, done: &Counts, timing: &Timing, channels: u32, clocks: u64) -> Energy {
+    pub fn energy(&self, done: &Counts, timing: &Timing, ranks: u32, clocks: u64) -> Energy {
         let none = [0.0; 2];
         let ns = |clocks: u64| clocks as f64 * timing.clock_ns;
-        let all = clocks * u64::from(channels);
+        let all = clocks * u64::from(ranks);
         let closed = all.saturating_sub(done.active_clocks);
         Energy {
             activate_pj: done.activates as f64 * self.activate_pj(),
@@ -113,5 +102,37 @@ impl Energy {
     #[must_use]
     pub(crate) fn access_pj(&self) -> f64 {
         self.activate_pj + self.read_pj + self.write_pj
+    }
+}
+
+/// A data line between the memory and its controller, driven from its own supply.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Interface {
+    /// Volts of the supply (VDDQ).
+    pub volts: f64,
+    /// Volts between the levels of the line.
+    pub swing_volts: f64,
+    /// Capacitance of driver, line and receivers.
+    pub picofarads: f64,
+    /// Share of bits that differ from the one before.
+    pub changes: f64,
+    /// Termination to ground; 0 without.
+    pub ohms: f64,
+    /// Nanoseconds of a bit.
+    pub bit_ns: f64,
+}
+
+impl Interface {
+    /// Picojoules of a transferred bit: a rise takes its charge from the supply, and a line that is
+    /// held high, half of the time, the current of its termination. Strobes are left out.
+    #[must_use]
+    pub fn pj_a_bit(&self) -> f64 {
+        let charged = self.changes / 2.0 * self.picofarads * self.swing_volts * self.volts;
+        let held_watts = match self.ohms > 0.0 {
+            true => self.swing_volts / self.ohms * self.volts / 2.0,
+            false => 0.0,
+        };
+        // Watts times nanoseconds are nanojoules.
+        charged + 1e3 * held_watts * self.bit_ns
     }
 }

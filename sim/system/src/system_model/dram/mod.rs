@@ -1,8 +1,8 @@
-//! LPDDR3 memory: time and energy of a sequence of accesses, from banks, rows and refresh.
+//! Memory: time and energy of a sequence of accesses, from ranks, banks, rows and refresh.
 //!
 //! Each channel has a controller. It serves row hits first and otherwise the oldest access,
-//! collects writes until a batch is worth a turnaround, keeps rows open, and issues one command a
-//! clock. Accesses come as fast as the controllers accept them.
+//! collects writes until a batch is worth a turnaround, keeps rows open, issues one command a
+//! clock, and refreshes its ranks in turn. Accesses come as fast as the controllers accept them.
 
 mod bank;
 mod channel;
@@ -13,10 +13,20 @@ mod tests;
 mod timing;
 
 pub use counts::Counts;
-pub use energy::{Currents, Energy};
+pub use energy::{Currents, Energy, Interface};
 pub use timing::{Geometry, Timing};
 
 use channel::Channel;
+
+/// Hash of what the rules here give for sequences of a test, by which kept results are known. The
+/// test has the new one where the rules change.
+pub(crate) const RESULTS: &str = "a10694dff73edd0b";
+
+/// Reads that wait in the controllers and the queues of all banks at most.
+pub(crate) const fn waiting(geometry: &Geometry) -> usize {
+    let banks = (geometry.ranks * geometry.banks) as usize;
+    geometry.channels as usize * (channel::HELD + bank::QUEUE * banks)
+}
 
 /// One burst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +49,7 @@ impl Dram {
     /// A memory with empty queues and closed rows.
     #[must_use]
     pub fn new(geometry: Geometry, timing: Timing) -> Self {
-        let channel = Channel::new(timing, geometry.banks);
+        let channel = Channel::new(&geometry, timing);
         Self {
             geometry,
             timing,

@@ -106,7 +106,8 @@ proptest! {
         prop_assert!(found.span_ns >= at_best);
         // Rows are opened for bursts, and memory refreshes every 3.9 us.
         prop_assert!(spent.rows_opened > 0.0 && spent.rows_opened <= spent.interconnect_bytes / 32.0 + 1.0);
-        prop_assert!(found.refreshes.abs_diff((found.span_ns / 3900.0) as u64 * 4) <= 4);
+        let ranks = 4 * 2;
+        prop_assert!(found.refreshes.abs_diff((found.span_ns / 3900.0) as u64 * ranks) <= ranks);
         prop_assert_eq!(found.remote_mj, None);
     }
 

@@ -44,3 +44,32 @@ fn a_system_is_a_device_or_a_file_with_files_beside_it() {
             .watts
     );
 }
+
+/// A memory is a device by name, or a file beside the description; what is wrong with either names
+/// the description.
+#[test]
+fn a_memory_is_a_device_or_a_file_beside_it() {
+    let read = |text: &str| System::from_toml(text, "s.toml");
+    assert_eq!(System::default().memory.name, "lpddr3-1600");
+    let own = read("memory = \"lpddr4x-4266\"\nmemory_channels = 16").unwrap();
+    assert_eq!(own.memory.name, "lpddr4x-4266");
+    assert_eq!(Memory::of(&own).channels(), 16);
+    let text = toml::to_string(&own).unwrap();
+    assert_eq!(read(&text).unwrap(), own);
+    for (text, said) in [
+        ("memory = \"lpddr4-4266\"", "did you mean `lpddr4x-4266`?"),
+        ("memory = \"none.toml\"", "none.toml"),
+        ("memory = 3", "memory"),
+        ("memory_channels = 3", "1, 2, 4, 8 or 16"),
+    ] {
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.contains("s.toml") && error.contains(said), "{error}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let device = include_str!("../../../memories/lpddr5-6400.toml");
+    std::fs::write(folder.path().join("mine.toml"), device).unwrap();
+    let system = folder.path().join("system.toml");
+    std::fs::write(&system, "memory = \"mine.toml\"").unwrap();
+    let own = System::read(&system).unwrap().memory;
+    assert_eq!((&*own.name, own.peak_gb_s()), ("mine", 12.8));
+}

@@ -46,7 +46,7 @@ pub(in crate::system_model) fn costs(program: Program) -> &'static Costs {
 /// Of four channels, or of eight.
 pub(in crate::system_model) fn memory(channels: u32) -> &'static Memory {
     static ALL: OnceLock<[Memory; 2]> = OnceLock::new();
-    let all = ALL.get_or_init(|| [4, 8].map(Memory::lpddr3));
+    let all = ALL.get_or_init(|| [4, 8].map(Memory::with_channels));
     &all[usize::from(channels == 8)]
 }
 

@@ -16,6 +16,7 @@ fn known_sequences_stand_in_for_rates() {
         let rate = Rate {
             ns: 1.0,
             pj,
+            io_pj: 0.0,
             rows: 0.0,
         };
         Some(Replayed {
@@ -107,20 +108,24 @@ fn memory_energy_is_saved_by_traffic_and_by_streaming() {
     assert!(found.by_traffic_pj == 0.0 && found.by_streaming_pj.abs() < 1e-6);
 }
 
-/// Random rates come from the memory model: they cost more than streams and are never faster.
+/// Random rates come from the memory model: they cost more than streams and are hardly faster.
 #[test]
 fn short_runs_are_slower_and_dearer() {
     let memory = memory(4);
     let stream = memory.streamed();
-    assert!((1.0 / stream.ns - 23.9).abs() < 0.2, "{stream:?}");
-    assert!((stream.pj / 8.0 - 4.6).abs() < 0.2, "{stream:?}");
+    assert!((1.0 / stream.ns - 24.5).abs() < 0.2, "{stream:?}");
+    let in_the_dies = |rate: &Rate| rate.pj - rate.io_pj;
+    assert!((in_the_dies(&stream) / 8.0 - 4.7).abs() < 0.2, "{stream:?}");
     let mut before = memory.random(32.0);
-    assert!(before.pj > 2.5 * stream.pj);
+    assert!(in_the_dies(&before) > 2.5 * in_the_dies(&stream));
+    assert_eq!(before.io_pj, stream.io_pj);
     for run in [64.0, 256.0, 1024.0, 4096.0, 65536.0] {
         let own = memory.random(run);
+        // Runs in both ranks use the bus while one is refreshed, which a stream does not.
+        let (fastest, peak) = (0.98 * stream.ns, 1.0 / 25.6);
         assert!(
-            own.ns <= before.ns * 1.01 && own.ns >= stream.ns * 0.99,
-            "{run}"
+            own.ns <= before.ns * 1.03 && own.ns >= fastest.max(peak),
+            "{run}: {own:?}"
         );
         assert!(own.pj <= before.pj * 1.01, "{run}");
         before = own;

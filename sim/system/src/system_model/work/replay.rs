@@ -15,11 +15,8 @@ use super::super::memory::{Memory, Rate};
 use super::path::{PathError, PathOptions};
 use super::path_events::{PathEvents, PixelRuns, seen_by};
 
-const BURST: u64 = 32;
 /// Longest sequence in bursts; later ones are left out.
 const MOST: usize = 200_000;
-/// Approximate bursts waiting in all queues. A burst in flight is not requested again.
-const WAITING: usize = 512;
 /// Address of RIT entries, after all MVoxels.
 const TABLE: u64 = 1 << 30;
 /// Bytes of a feature code.
@@ -71,6 +68,8 @@ pub(super) struct PathLoads {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Requested {
     bytes: u64,
+    /// Bytes of a burst.
+    burst: u64,
     bursts: Vec<u64>,
 }
 
@@ -82,7 +81,7 @@ fn incomplete(events: &PathEvents) -> Option<(usize, &PixelRuns)> {
 }
 
 impl PathLoads {
-    /// Loads of a path's first frame, and of its first incomplete one.
+    /// Loads of a path's first frame, and of its first incomplete one, in bursts of so many bytes.
     ///
     /// # Errors
     /// A scene, a path or a configuration that does not fit.
@@ -90,11 +89,11 @@ impl PathLoads {
         scene: &Scene,
         config: &Config,
         options: &PathOptions,
-        events: &PathEvents,
+        (events, burst): (&PathEvents, u64),
     ) -> Result<Self, PathError> {
         let path = scene.path(options.fps, options.frames)?;
         let of = |number: usize, only: Option<&Mask>| {
-            Requested::of(&seen_by(scene, &path[number]), config, only)
+            Requested::of(&seen_by(scene, &path[number]), config, burst, only)
         };
         let rest = match incomplete(events) {
             Some((number, pixels)) => {
@@ -113,8 +112,13 @@ impl PathLoads {
 
 impl Requested {
     /// Loads of what the scene's camera sees; `None` for models whose rows are fetched one by one.
-    fn of(scene: &Scene, config: &Config, only: Option<&Mask>) -> Result<Option<Self>, SceneError> {
-        let mut loads = Loads::new(config);
+    fn of(
+        scene: &Scene,
+        config: &Config,
+        burst: u64,
+        only: Option<&Mask>,
+    ) -> Result<Option<Self>, SceneError> {
+        let mut loads = Loads::new(config, burst);
         let mut twins = ReferenceUnits::new(config);
         let mut units = Observed::new(&mut twins, config).by(&mut loads);
         let rendered = match only {
@@ -124,12 +128,14 @@ impl Requested {
         let is_streamed = rendered.counts.scattered_bytes == 0;
         Ok((is_streamed && loads.bytes > 0).then_some(Self {
             bytes: loads.bytes,
+            burst: loads.burst,
             bursts: loads.bursts,
         }))
     }
 
     fn replayed(&self, memory: &Memory) -> Replayed {
-        let accesses: Vec<Access> = self.bursts.iter().copied().map(read).collect();
+        let accesses = self.bursts.iter().map(|own| read(own * self.burst));
+        let accesses: Vec<Access> = accesses.collect();
         Replayed::new(memory, &accesses, self.bytes, memory.streamed())
     }
 }
@@ -184,7 +190,7 @@ impl Replay {
         only: Option<&Mask>,
     ) -> Result<Self, SceneError> {
         let missed = scene.accesses(cache, only)?.first_misses;
-        let loads = Requested::of(scene, config, only)?;
+        let loads = Requested::of(scene, config, memory.burst_bytes(), only)?;
         Ok(Self {
             missed: misses(&missed, memory),
             loaded: loads.map(|loads| loads.replayed(memory)),
@@ -192,9 +198,9 @@ impl Replay {
     }
 }
 
-const fn read(burst: u64) -> Access {
+const fn read(address: u64) -> Access {
     Access {
-        address: burst * BURST,
+        address,
         is_write: false,
     }
 }
@@ -214,40 +220,32 @@ fn misses(vectors: &[(u64, u32)], memory: &Memory) -> Option<Replayed> {
         behind = Some(address + u64::from(*bytes));
     }
     let random = memory.random(bytes as f64 / vectors.len() as f64);
-    let share = streamed as f64 / bytes as f64;
-    let mix = |of: fn(&Rate) -> f64| share * of(&memory.streamed()) + (1.0 - share) * of(&random);
-    let mut on_its_way = VecDeque::from([u64::MAX; WAITING]);
+    let at_rates = (memory.streamed()).mixed(streamed as f64 / bytes as f64, random);
+    let burst = memory.burst_bytes();
+    // A burst in flight is not requested again.
+    let mut on_its_way = VecDeque::from(vec![u64::MAX; memory.waiting()]);
     let mut accesses = vec![];
     for (address, bytes) in vectors {
-        for burst in address / BURST..=(address + u64::from(*bytes) - 1) / BURST {
-            if !on_its_way.contains(&burst) {
+        for own in address / burst..=(address + u64::from(*bytes) - 1) / burst {
+            if !on_its_way.contains(&own) {
                 on_its_way.pop_front();
-                on_its_way.push_back(burst);
-                accesses.push(read(burst));
+                on_its_way.push_back(own);
+                accesses.push(read(own * burst));
             }
         }
     }
-    let at_rates = Rate {
-        ns: mix(|rate| rate.ns),
-        pj: mix(|rate| rate.pj),
-        rows: mix(|rate| rate.rows),
-    };
     Some(Replayed::new(memory, &accesses, bytes, at_rates))
 }
 
 impl Replayed {
     /// Replays `accesses`, which request so many bytes.
     fn new(memory: &Memory, accesses: &[Access], bytes: u64, at_rates: Rate) -> Self {
-        let burst = memory.measured(accesses.iter().copied());
-        let moved = accesses.len() as f64 * BURST as f64 / bytes as f64;
+        let a_byte_moved = memory.measured(accesses.iter().copied());
+        let moved = (accesses.len() as u64 * memory.burst_bytes()) as f64 / bytes as f64;
         Self {
             bytes,
             at_rates,
-            replayed: Rate {
-                ns: burst.ns * moved,
-                pj: burst.pj * moved,
-                rows: burst.rows * moved,
-            },
+            replayed: a_byte_moved.over(moved),
             moved,
         }
     }
@@ -257,6 +255,7 @@ impl Replayed {
 /// order of their first use, as their entries do.
 struct Loads {
     config: Config,
+    burst: u64,
     places: HashMap<Vec<i16>, u64>,
     /// First free bursts, for MVoxels and for entries.
     free: [u64; 2],
@@ -266,11 +265,12 @@ struct Loads {
 }
 
 impl Loads {
-    fn new(config: &Config) -> Self {
+    fn new(config: &Config, burst: u64) -> Self {
         Self {
             config: config.clone(),
+            burst,
             places: HashMap::new(),
-            free: [0, TABLE / BURST],
+            free: [0, TABLE / burst],
             bytes: 0,
             bursts: vec![],
         }
@@ -287,7 +287,7 @@ impl Loads {
         } as u64;
         let rows = CODE * task.rows.len() as u64;
         self.bytes += rows + entries;
-        let [rows, entries] = [rows, entries].map(|bytes| bytes.div_ceil(BURST));
+        let [rows, entries] = [rows, entries].map(|bytes| bytes.div_ceil(self.burst));
         let [place, table] = &mut self.free;
         let first = *self.places.entry(task.rows.clone()).or_insert_with(|| {
             let own = *place;
@@ -330,7 +330,7 @@ mod tests {
     /// Vectors behind each other are a stream; far apart they are runs at random places.
     #[test]
     fn misses_are_streams_or_runs() {
-        let memory = Memory::lpddr3(4);
+        let memory = Memory::with_channels(4);
         let list = |stride: u64| -> Vec<(u64, u32)> {
             (0..20_000).map(|i| (i * stride % (1 << 29), 64)).collect()
         };
@@ -347,7 +347,7 @@ mod tests {
     /// Codes of four bytes that lie in one burst ask for it once, while it is on its way.
     #[test]
     fn what_is_on_its_way_is_not_asked_for_again() {
-        let memory = Memory::lpddr3(4);
+        let memory = Memory::with_channels(4);
         let list: Vec<(u64, u32)> = (0..40_000).map(|i| (4 * i, 4)).collect();
         let found = misses(&list, &memory).unwrap();
         assert!((found.moved - 1.0).abs() < 1e-3, "{}", found.moved);
@@ -360,7 +360,7 @@ mod tests {
     /// RIT entries and rows of an MVoxel are loaded side by side.
     #[test]
     fn both_streams_of_an_mvoxel_go_side_by_side() {
-        let mut loads = Loads::new(&Config::paper());
+        let mut loads = Loads::new(&Config::paper(), 32);
         loads.load(&GatherTask {
             vertices: Vertices::Eight,
             channels: 16,
@@ -371,7 +371,7 @@ mod tests {
                 weights: [0; 8],
             }],
         });
-        let is_entry = |burst: &u64| burst * BURST >= TABLE;
+        let is_entry = |burst: &u64| burst * loads.burst >= TABLE;
         let found: Vec<bool> = loads.bursts.iter().map(is_entry).collect();
         assert_eq!(found, [false, false, true, false, false, true]);
         assert_eq!(loads.bytes, 128 + 48);
@@ -380,7 +380,7 @@ mod tests {
     /// What is loaded for a frame is what is counted of it, and no stream is faster than one alone.
     #[test]
     fn loads_of_a_frame_are_those_counted() {
-        let memory = Memory::lpddr3(4);
+        let memory = Memory::with_channels(4);
         let config = Config::paper();
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(32), Some(32)).unwrap();

@@ -128,8 +128,9 @@ impl WorkCache {
             return Ok(found);
         }
         let (events, _) = self.events(scene, config, options, &|| ())?;
-        let (loads, _) = self.get(&loads_key(scene, config, options), || {
-            PathLoads::of(scene, config, options, &events)
+        let burst = memory.burst_bytes();
+        let (loads, _) = self.get(&loads_key(scene, config, options, burst), || {
+            PathLoads::of(scene, config, options, (&events, burst))
         })?;
         let replay = || PathReplay::of(scene, options, memory, (&events, &loads));
         Ok(self.get(&key, replay)?.0)
@@ -199,8 +200,9 @@ fn reads_key(scene: &Scene, options: &PathOptions) -> Key {
     path.value("cache", &options.cache)
 }
 
-fn loads_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {
-    key("loads", scene, config).value("path", &rendered(options))
+fn loads_key(scene: &Scene, config: &Config, options: &PathOptions, burst: u64) -> Key {
+    let path = key("loads", scene, config).value("path", &rendered(options));
+    path.value("burst", &burst)
 }
 
 fn replay_key(scene: &Scene, config: &Config, options: &PathOptions, memory: &Memory) -> Key {

@@ -129,9 +129,10 @@ fn all_that_events_depend_on_is_in_their_key() {
     {
         assert_eq!(of(later), of(&OPTIONS));
     }
-    let loads = |options: &PathOptions| loads_key(&own, &paper, options).hex();
+    let loads = |options: &PathOptions| loads_key(&own, &paper, options, 32).hex();
     let mut keys: Vec<String> = options.iter().map(loads).collect();
     keys.extend([loads(&OPTIONS), of(&OPTIONS)]);
+    keys.push(loads_key(&own, &paper, &OPTIONS, 64).hex());
     all_differ(keys);
 }
 
@@ -159,7 +160,7 @@ fn all_that_reads_depend_on_is_in_their_key() {
 #[test]
 fn all_that_a_replay_depends_on_is_in_its_key() {
     let (own, paper) = (scene(), Config::paper());
-    let [memory, wider] = [1, 2].map(Memory::lpddr3);
+    let [memory, wider] = [1, 2].map(Memory::with_channels);
     let of = |options: &PathOptions| replay_key(&own, &paper, options, &memory).hex();
     let cached = PathOptions {
         cache: OPTIONS.cache + 1,
@@ -207,7 +208,12 @@ fn what_is_applied_later_is_in_no_key() {
 
 #[test]
 fn every_channel_of_memory_is_in_a_replays_key() {
-    let of = |channels| Memory::lpddr3(channels).identity().to_hex().to_string();
+    let of = |channels| {
+        Memory::with_channels(channels)
+            .identity()
+            .to_hex()
+            .to_string()
+    };
     all_differ([1, 2, 4].map(of).to_vec());
 }
 

@@ -3,32 +3,33 @@
 use toml::{Table, Value};
 
 use super::error::nearest;
-use super::{Device, DeviceError, FIELDS, Field, Origin};
+use super::{Contents, DeviceError, Figure, Kind, Origin};
 
-/// Keys that hold text.
-const TEXTS: [&str; 2] = ["title", "mode"];
 /// The expected form of a figure.
 const FORM: &str = "`{ value = 1.0, source = \"...\" }` or `{ value = 1.0, assumed = \"why\" }`";
 
-impl Device {
-    /// A device from the text of its file; `file` stands in messages.
-    pub(super) fn from_text(name: &str, file: &str, text: &str) -> Result<Self, DeviceError> {
-        let table: Table = text.parse().map_err(|e: toml::de::Error| {
-            let message = e.message().to_owned();
-            let file = file.to_owned();
-            DeviceError::Syntax { file, message }
-        })?;
-        refuse_unknown(file, &table)?;
-        let mut own = Self::blank(name);
-        own.title = text_of(file, &table, "title")?;
-        own.mode = text_of(file, &table, "mode")?;
-        for field in &FIELDS {
-            let (value, origin) = figure(file, &table, field)?;
-            *(field.place)(&mut own) = value;
-            own.origins.insert(field.key.to_owned(), origin);
-        }
-        Ok(own)
+pub(super) fn contents(
+    kind: &Kind,
+    file: &str,
+    text: &str,
+    figures: &[Figure],
+) -> Result<Contents, DeviceError> {
+    let table: Table = text.parse().map_err(|e: toml::de::Error| {
+        let message = e.message().to_owned();
+        let file = file.to_owned();
+        DeviceError::Syntax { file, message }
+    })?;
+    refuse_unknown(kind, file, &table, figures)?;
+    let mut own = Contents::default();
+    for key in kind.texts {
+        own.texts
+            .insert((*key).to_owned(), text_of(file, &table, key)?);
     }
+    for of in figures {
+        own.figures
+            .insert(of.key.to_owned(), figure(file, &table, of)?);
+    }
+    Ok(own)
 }
 
 fn refused(file: &str, field: &str, found: &str, expected: &str, action: &str) -> DeviceError {
@@ -41,8 +42,14 @@ fn refused(file: &str, field: &str, found: &str, expected: &str, action: &str) -
     }
 }
 
-fn refuse_unknown(file: &str, table: &Table) -> Result<(), DeviceError> {
-    let known: Vec<&str> = TEXTS.into_iter().chain(FIELDS.map(|f| f.key)).collect();
+fn refuse_unknown(
+    kind: &Kind,
+    file: &str,
+    table: &Table,
+    figures: &[Figure],
+) -> Result<(), DeviceError> {
+    let texts = kind.texts.iter().copied();
+    let known: Vec<&str> = texts.chain(figures.iter().map(|f| f.key)).collect();
     for key in table.keys() {
         if !known.contains(&key.as_str()) {
             let action = nearest(key, &known).map_or_else(
@@ -50,7 +57,13 @@ fn refuse_unknown(file: &str, table: &Table) -> Result<(), DeviceError> {
                 |near| format!("write `{near}`, or remove it"),
             );
             let expected = format!("the keys are {}", known.join(", "));
-            return Err(refused(file, key, "no key of a device", &expected, &action));
+            return Err(refused(
+                file,
+                key,
+                &format!("no key of a {}", kind.name),
+                &expected,
+                &action,
+            ));
         }
     }
     Ok(())
@@ -68,7 +81,7 @@ fn text_of(file: &str, table: &Table, key: &str) -> Result<String, DeviceError> 
     }
 }
 
-fn figure(file: &str, table: &Table, field: &Field) -> Result<(f64, Origin), DeviceError> {
+fn figure(file: &str, table: &Table, field: &Figure) -> Result<(f64, Origin), DeviceError> {
     let key = field.key;
     let write = format!("write `{key} = ...` as {FORM}");
     let Some(entry) = table.get(key) else {
@@ -96,7 +109,7 @@ fn figure(file: &str, table: &Table, field: &Field) -> Result<(f64, Origin), Dev
     Ok((value(file, entry, field)?, origin(file, entry, key)?))
 }
 
-fn value(file: &str, entry: &Table, field: &Field) -> Result<f64, DeviceError> {
+fn value(file: &str, entry: &Table, field: &Figure) -> Result<f64, DeviceError> {
     let found = entry.get("value");
     let number = match found {
         Some(Value::Float(number)) => Some(*number),
@@ -107,7 +120,7 @@ fn value(file: &str, entry: &Table, field: &Field) -> Result<f64, DeviceError> {
         Some(number) if (field.least..=field.most).contains(&number) => Ok(number),
         _ => {
             let found = found.map_or_else(|| "missing".to_owned(), ToString::to_string);
-            let Field {
+            let Figure {
                 least, most, unit, ..
             } = field;
             let expected = format!("it is a number from {least} to {most} {unit}");

@@ -4,8 +4,10 @@
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
     /// No device has that name.
-    #[error("no device is called `{name}`{suggestion}; the devices are {known}")]
+    #[error("no {kind} is called `{name}`{suggestion}; the {kind}s are {known}")]
     Unknown {
+        /// The kind of device.
+        kind: &'static str,
         /// The name asked for.
         name: String,
         /// `: did you mean ...?`, or nothing.
@@ -14,12 +16,14 @@ pub enum DeviceError {
         known: String,
     },
     /// The file is not readable.
-    #[error("{file}: {source}; give a readable file of the form of sim/gpu/devices/a6000.toml")]
+    #[error("{file}: {source}; give a readable file of the form of {example}")]
     Unreadable {
         /// The file.
         file: String,
         /// The error of the operating system.
         source: std::io::Error,
+        /// A file to start from.
+        example: &'static str,
     },
     /// The file is not TOML.
     #[error("{file}: not TOML: {message}; correct the line")]
@@ -45,19 +49,9 @@ pub enum DeviceError {
     },
 }
 
-impl DeviceError {
-    pub(super) fn unknown(name: &str, names: &[&str]) -> Self {
-        let near = nearest(name, names);
-        Self::Unknown {
-            name: name.to_owned(),
-            suggestion: near.map_or_else(String::new, |n| format!(": did you mean `{n}`?")),
-            known: names.join(", "),
-        }
-    }
-}
-
 /// The name that takes the fewest edits, if a third of its letters or fewer are to be edited.
-pub(crate) fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     let edits = |known: &str| distance(&name.to_lowercase(), known);
     let best = names.iter().min_by_key(|known| edits(known))?;
     (edits(best) <= best.len().div_ceil(3)).then_some(*best)
