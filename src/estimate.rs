@@ -84,7 +84,7 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
         scaled_by: scaled_by.as_ref(),
     };
     let mut units = vec![];
-    for unit in args.unit.kinds() {
+    for unit in args.unit.of_configuration()? {
         let own = UnitEstimate::new(&fit, &config, *unit, &of)?;
         units.push(own);
     }

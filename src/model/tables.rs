@@ -162,8 +162,8 @@ fn heading(found: &Modelled) {
             Profile::FirstAuthors => ", warped by the first authors' rules",
         },
         match found.was_kept {
-            true => "; counted earlier",
-            false => "",
+            true => "; rendered and counted earlier",
+            false => "; rendered and counted now",
         }
     );
     say!(

@@ -15,7 +15,7 @@ use crate::stdout::say;
 pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(), Failure> {
     let tools = FpgaTools::find()?;
     let bar = progress::bar(0, "steps");
-    let (kinds, jobs) = (args.unit.kinds(), args.jobs.into());
+    let (kinds, jobs) = (args.unit.of_configuration()?, args.jobs.into());
     let made = in_parallel(kinds, jobs, 1, &Shown(&bar), |unit, _| {
         place_and_route(config, *unit, &tools, args.seed, cache)
     });

@@ -99,6 +99,19 @@ enum Family {
 }
 
 impl Units {
+    /// Units of the configuration, of those chosen: formulas and placement are of these alone.
+    pub(crate) fn of_configuration(self) -> Result<&'static [UnitKind], Failure> {
+        match self {
+            Self::Mac => Err(Failure::Usage(
+                "--unit mac: the array's unit is no part of a configuration; potamoi synth --unit \
+                 mac synthesises it"
+                    .to_owned(),
+            )),
+            Self::All => Ok(&[UnitKind::Gathering, UnitKind::Vector]),
+            Self::Gu | Self::Vu => Ok(self.kinds()),
+        }
+    }
+
     pub(crate) const fn kinds(self) -> &'static [UnitKind] {
         match self {
             Self::Gu => &[UnitKind::Gathering],

@@ -30,6 +30,7 @@
 //! ```
 
 pub mod bank_rounds;
+pub mod batch;
 mod beat_words;
 pub mod closed_form;
 pub mod drive;

@@ -26,6 +26,6 @@ fn formats() -> Vec<Format> {
 
 frame::tests! {
     ply, packed_ply, splat, spz, spz_4, compact, sog, sog_folder, dvgo, tensorf, ingp, msgpack,
-    cameras_json, transforms_json, transforms_of_angles, colmap, tum, euroc, kitti, replica, images, scene_toml, configuration,
-    trace, obj, mesh_ply
+    tum, euroc, replica, kitti, cameras_json, transforms_json, transforms_of_angles, colmap, images,
+    scene_toml, configuration, trace, obj, mesh_ply
 }

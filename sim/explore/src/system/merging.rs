@@ -1,6 +1,6 @@
 //! Saving by merging cells of splats into fuller `MVoxel`s.
 
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_splats::{Cells, Octree};

@@ -2,7 +2,7 @@
 
 use super::system::System;
 use super::work::FrameWork;
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 
 /// One step of the pipeline: the features of a block of the feature buffer.
 pub(super) struct Block {

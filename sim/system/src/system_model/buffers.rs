@@ -9,7 +9,7 @@ use super::costs::{FEATURE_WORD, WEIGHT_WORD};
 use super::job_scheduler::{Share, Shared};
 use super::system::System;
 use super::variant::Gathering;
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 
 /// Bytes of the buffers that a job reads and writes.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

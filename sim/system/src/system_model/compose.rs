@@ -13,7 +13,7 @@ use super::system::System;
 use super::transfers::{ReplayedRates, Transfers, unit_transfers};
 use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay, Replayed};
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 use potamoi_gpu::Overlap;
 
 /// Appends the jobs of frames to a list.

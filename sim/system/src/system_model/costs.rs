@@ -13,7 +13,7 @@ use super::clock::{Clock, Periods};
 use super::kernels::Program;
 use super::logic::{FORMULAS, Logic, NODE_NM, UnitEnergy, power_of};
 use super::unit_source::Known;
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 
 /// Bytes of a word of the global feature buffer; weights in a word of the weight buffer.
 pub(super) const FEATURE_WORD: f64 = 16.0;

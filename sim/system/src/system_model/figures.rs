@@ -8,7 +8,7 @@ use potamoi_warp::Profile;
 use super::tests::{costs, memory};
 use super::work::{Classes, FrameWork, PathOptions, PathWork, Quality, Reads, TargetWork};
 use super::*;
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 
 /// A splat or field frame of so many batches, each larger than the one before.
 pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {

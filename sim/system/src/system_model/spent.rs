@@ -1,6 +1,6 @@
 //! Bytes, energy and work of jobs.
 
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 use serde::Serialize;
 
 use super::costs::OnChip;

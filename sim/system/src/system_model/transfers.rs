@@ -5,7 +5,7 @@ use super::kernels;
 use super::memory::{Memory, Rate};
 use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay, Replayed};
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 
 /// Memory transfers of a job.
 #[derive(Debug, Clone, Copy, Default)]

@@ -16,7 +16,7 @@ use potamoi_synth::{SynthReport, Synthesised, UnitKind};
 use potamoi_warp::Profile;
 use proptest::prelude::*;
 
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 
 use super::work::{
     Classes, FrameWork, PathOptions, PathReplay, PathWork, Quality, Reads, Replay, Replayed,

@@ -10,7 +10,8 @@ use potamoi_scene::characterise::{BANKS, LANES};
 use potamoi_scene::{Rendered, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
-use potamoi_cycles::frame_meter::{Batch, BatchEvents, FrameMeter, GatherSums, Pricing};
+use potamoi_cycles::batch::{Batch, BatchEvents, Pricing};
+use potamoi_cycles::frame_meter::{FrameMeter, GatherSums};
 use potamoi_cycles::mac_array::MacArray;
 
 /// Threads in a warp, and banks of a GPU's shared memory.

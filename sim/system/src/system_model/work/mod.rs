@@ -4,6 +4,7 @@ mod cache;
 mod frame;
 mod path;
 mod path_events;
+mod path_reads;
 mod replay;
 #[cfg(test)]
 mod tests;

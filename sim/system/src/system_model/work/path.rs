@@ -2,16 +2,14 @@
 //! half the resolution.
 
 use potamoi_base::effects::Effect;
-use potamoi_cycles::frame_meter::Batch;
+use potamoi_cycles::batch::Batch;
 use potamoi_cycles::mac_array::MacArray;
-use potamoi_formats::config::Config;
 use potamoi_scene::{Scene, SceneError};
 use potamoi_warp::{Profile, Rule, WarpError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::frame::FrameWork;
-use super::path_events::{PathEvents, PathReads};
 
 /// Why a path could not be counted.
 #[derive(Debug, Error)]
@@ -181,20 +179,5 @@ impl PathWork {
         let references = u64::from(options.frames.div_ceil(options.window.max(1)));
         // Each frame is rendered, and those that are counted are read once more.
         5 * u64::from(options.frames) + 4 * references
-    }
-
-    /// Renders and counts a path. `step` is called after each frame.
-    ///
-    /// # Errors
-    /// A scene, a path or a configuration that does not fit.
-    pub fn count(
-        scene: &Scene,
-        config: &Config,
-        options: &PathOptions,
-        step: &(dyn Fn() + Sync),
-    ) -> Result<Self, PathError> {
-        let events = PathEvents::count(scene, config, options, step)?;
-        let reads = PathReads::count(scene, options, &events, step)?;
-        events.priced(config, options, reads)
     }
 }

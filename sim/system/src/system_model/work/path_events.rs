@@ -4,7 +4,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 use potamoi_base::ssim::ssim;
-use potamoi_cycles::frame_meter::{BatchEvents, Pricing};
+use potamoi_cycles::batch::BatchEvents;
 use potamoi_formats::config::Config;
 use potamoi_scene::{Scene, SceneError};
 use potamoi_warp::{
@@ -14,7 +14,7 @@ use potamoi_warp::{
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::frame::{FrameEvents, FrameWork, Reads};
+use super::frame::FrameEvents;
 use super::path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
 
 /// Frames counted in parallel; their pictures are in memory.
@@ -27,15 +27,6 @@ pub(super) struct PathEvents {
     pub(super) path: PathWork<BatchEvents>,
     pub(super) targets: Vec<PixelRuns>,
     pub(super) chained: Vec<PixelRuns>,
-}
-
-/// Reads of a path's frames through a cache: of references, halves, targets and chained frames.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct PathReads {
-    references: Vec<Reads>,
-    halves: Vec<Reads>,
-    targets: Vec<Option<Reads>>,
-    chained: Vec<Option<Reads>>,
 }
 
 /// Pixels of a mask: lengths of runs, of pixels that are not in it and that are, by turns. Empty
@@ -83,7 +74,7 @@ pub(super) fn seen_by(scene: &Scene, camera: &Camera) -> Scene {
     scene
 }
 
-fn plan(path: &[Camera], options: &PathOptions) -> Result<Plan, WarpError> {
+pub(super) fn plan(path: &[Camera], options: &PathOptions) -> Result<Plan, WarpError> {
     let plan = PlanOptions {
         window: options.window,
         reference: ReferenceFrom::Predicted,
@@ -93,7 +84,7 @@ fn plan(path: &[Camera], options: &PathOptions) -> Result<Plan, WarpError> {
 }
 
 /// Cameras of the references, in full and then at half the resolution.
-fn whole_and_half(plan: &Plan) -> Vec<Camera> {
+pub(super) fn whole_and_half(plan: &Plan) -> Vec<Camera> {
     let whole = plan.references.iter().map(|task| task.camera);
     let small = |of: Camera| of.resized(of.width.div_ceil(2), of.height.div_ceil(2));
     whole.clone().chain(whole.map(small)).collect()
@@ -335,92 +326,6 @@ impl PathEvents {
             path,
             targets: targets.pixels,
             chained: chained.pixels,
-        })
-    }
-
-    /// The work with the units of a configuration, an array and reads.
-    pub(super) fn priced(
-        self,
-        config: &Config,
-        options: &PathOptions,
-        reads: PathReads,
-    ) -> Result<PathWork, PathError> {
-        let pricing = Pricing::new(config, PathWork::array(options));
-        let pricing = pricing.map_err(|error| SceneError::of_unit(error.into()))?;
-        let frames = |works: Vec<FrameEvents>, reads: Vec<Reads>| -> Vec<FrameWork> {
-            let both = works.iter().zip(reads);
-            both.map(|(work, reads)| work.priced(&pricing, reads))
-                .collect()
-        };
-        let targets = |works: Vec<TargetWork<BatchEvents>>, reads: Vec<Option<Reads>>| {
-            let both = works.into_iter().zip(reads);
-            let priced = both.map(|(target, reads)| TargetWork {
-                reference: target.reference,
-                classes: target.classes,
-                work: (target.work).map(|own| own.priced(&pricing, reads.unwrap_or_default())),
-            });
-            priced.collect::<Vec<TargetWork>>()
-        };
-        let own = self.path;
-        Ok(PathWork {
-            scene: own.scene,
-            algorithm: own.algorithm,
-            size: own.size,
-            options: *options,
-            references: frames(own.references, reads.references),
-            reference_frames: own.reference_frames,
-            targets: targets(own.targets, reads.targets),
-            chained: targets(own.chained, reads.chained),
-            halves: frames(own.halves, reads.halves),
-            full_quality: own.full_quality,
-            warped_quality: own.warped_quality,
-            chained_quality: own.chained_quality,
-            half_quality: own.half_quality,
-        })
-    }
-}
-
-impl PathReads {
-    /// Counts the reads of a path's frames through the options' cache. Nothing is rendered through
-    /// units. `step` is called for each frame.
-    ///
-    /// # Errors
-    /// A scene or a path that does not fit.
-    pub(super) fn count(
-        scene: &Scene,
-        options: &PathOptions,
-        events: &PathEvents,
-        step: &(dyn Fn() + Sync),
-    ) -> Result<Self, PathError> {
-        let path = scene.path(options.fps, options.frames)?;
-        let cameras = whole_and_half(&plan(&path, options)?);
-        let of = |camera: &Camera, only: Option<&Mask>| {
-            let reads = Reads::of(&seen_by(scene, camera), options.cache, only);
-            step();
-            reads
-        };
-        let whole = cameras.par_iter().map(|camera| of(camera, None));
-        let mut references = whole.collect::<Result<Vec<_>, _>>()?;
-        let halves = references.split_off(references.len() / 2);
-        let targets = |works: &[TargetWork<BatchEvents>], pixels: &[PixelRuns]| {
-            let all = works.par_iter().zip(pixels).zip(&path);
-            let all = all.map(|((target, pixels), camera)| match &target.work {
-                None => {
-                    step();
-                    Ok(None)
-                }
-                Some(_) => {
-                    let mask = pixels.mask([camera.width, camera.height]);
-                    of(camera, Some(&mask)).map(Some)
-                }
-            });
-            all.collect::<Result<Vec<_>, SceneError>>()
-        };
-        Ok(Self {
-            references,
-            halves,
-            targets: targets(&events.path.targets, &events.targets)?,
-            chained: targets(&events.path.chained, &events.chained)?,
         })
     }
 }

@@ -12,9 +12,10 @@ use thiserror::Error;
 use super::super::memory::Memory;
 use super::frame::{FrameEvents, FrameWork, Reads};
 use super::path::{PathError, PathOptions, PathWork};
-use super::path_events::{PathEvents, PathReads};
+use super::path_events::PathEvents;
+use super::path_reads::PathReads;
 use super::replay::{PathLoads, PathReplay};
-use potamoi_cycles::frame_meter::Pricing;
+use potamoi_cycles::batch::Pricing;
 use potamoi_cycles::mac_array::MacArray;
 
 /// Version of the counting code, raised where counts change.
