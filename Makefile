@@ -13,7 +13,7 @@ help:
 	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
 	  'make test-full  also the exhaustive tests, hard cases without their guards, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
-	  'make figures    write the figures between markers in the documents (slow ones: make figures SLOW=1)' \
+	  'make figures    write the figures between markers in the documents (slow ones: SLOW=1; of one page: PAGE=system)' \
 	  'make book       build the documents as HTML: book/index.html' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/{paper,fields,records}-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
@@ -102,7 +102,7 @@ refresh: setup
 	@git status --short -- rtl_out README.md docs ':(glob)**/*.snap' ':(glob)tests/**'
 
 figures:
-	POTAMOI_REFRESH=1 cargo test --locked --quiet --test end_to_end figures_in_the_documents -- $(if $(SLOW),--include-ignored)
+	POTAMOI_REFRESH=1 $(if $(PAGE),POTAMOI_PAGE=$(PAGE)) cargo test --locked --quiet --test end_to_end figures_in_the_documents -- $(if $(SLOW),--include-ignored)
 
 book:
 	@tools/setup book

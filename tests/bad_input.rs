@@ -152,7 +152,7 @@ fn old_names_of_flags_work_with_a_note() {
         let done = common::run(at, &arguments);
         assert!(done.status.success(), "{}", stderr(&done));
         // Work that the other name has done is not done again.
-        let printed = common::stdout(&done).replace("; counted earlier", "");
+        let printed = common::stdout(&done).replace("counted earlier", "counted now");
         (printed, stderr(&done))
     };
     let frames = "warp --scene lantern --width 12 --frames 3 --window 2 --frame-ms 20";

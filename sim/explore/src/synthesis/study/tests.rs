@@ -160,8 +160,8 @@ fn memories_beside_logic_are_as_the_book_has_them() {
     let found = cells(&text, "| the paper's unit, mm^2 |");
     assert_eq!(found.len(), 4, "{text}");
     assert_eq!(found, cells(book, "| the paper's unit, mm^2 at 12 nm |"));
-    let npu = "The NPU: 0.901 mm^2, of which the array 0.254, the global feature buffer 0.610, \
-               the weight buffer 0.038.";
+    let npu = "The NPU: 0.876 mm^2 (1.668 by a published cell), of which the array 0.229, the global feature buffer 0.610 (1.355), \
+               the weight buffer 0.038 (0.085).";
     assert!(text.contains(npu), "{text}");
     let found = cells(&text, "| table of features |");
     assert_eq!(found.len(), 6, "{text}");
