@@ -50,7 +50,7 @@ pub const PRESETS: [(&str, &str); 8] = [
 const LIMIT: u64 = 1 << 20;
 
 /// All parameters of the hardware.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
     /// Assumed clock in MHz, which converts cycles to time; `clock_ghz`, in GHz, in files. `None`:
@@ -65,18 +65,6 @@ pub struct Config {
     pub gu: GuConfig,
     /// The vector unit.
     pub vu: VuConfig,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            clock_mhz: None,
-            mvoxel: MvoxelConfig::default(),
-            rit: RitConfig::default(),
-            gu: GuConfig::default(),
-            vu: VuConfig::default(),
-        }
-    }
 }
 
 /// Why a configuration cannot be used.
