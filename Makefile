@@ -15,7 +15,7 @@ help:
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make figures    write the figures between markers in the documents (slow ones: SLOW=1; of one page: PAGE=system)' \
 	  'make book       build the documents as HTML: book/index.html' \
-	  'make parameters LIBERTY=FILE  synthesise again: synth/{paper,fields,records}-asap7.json' \
+	  'make parameters LIBERTY=FILE  synthesise again: synth/PRESET-asap7.json and synth/records-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
 	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
 	  'make lint       formatting and lints alone' \
@@ -114,8 +114,12 @@ parameters: setup
 	@tools/setup synth
 	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
 	  --json synth/paper-asap7.json
-	cargo run --locked --release --quiet -- --config fields synth --liberty "$(LIBERTY)" \
-	  --node 7 --json synth/fields-asap7.json
+	for preset in fields piecewise pipelined small compact feature-major; do \
+	  cargo run --locked --release --quiet -- --config $$preset synth --liberty "$(LIBERTY)" \
+	    --node 7 --json synth/$$preset-asap7.json || exit 1; \
+	done
+	cargo run --locked --release --quiet -- --config parity synth --activity lantern \
+	  --liberty "$(LIBERTY)" --node 7 --json synth/parity-asap7.json
 	cargo run --locked --release --quiet -- synth --unit gu --activity garden \
 	  --liberty "$(LIBERTY)" --node 7 --json synth/records-asap7.json
 

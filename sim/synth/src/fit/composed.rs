@@ -1,13 +1,13 @@
 //! Units that no formula is of, composed: a synthesised unit that differs in numbers alone, times
 //! what formulas give for those numbers in a unit that they are of.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, ExpForm};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{Fit, Work};
+use super::{Estimate, Fit, Spread, Work};
 use crate::UnitKind;
-use crate::grid::{Family, is_same_unit};
+use crate::grid::{Family, differing, is_same_unit};
 
 /// Figures of a unit over those of another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -22,6 +22,109 @@ pub struct Ratio {
     pub work: f64,
     /// Leakage.
     pub leakage: f64,
+}
+
+/// Figures of a unit: what a ratio is of.
+#[derive(Debug, Clone, Copy)]
+struct Figures {
+    area: f64,
+    period: f64,
+    rest: f64,
+    work: f64,
+    leakage: f64,
+}
+
+impl Figures {
+    /// Of a unit at rest and busy.
+    fn of([rest, busy]: &[Estimate; 2]) -> Self {
+        Self {
+            area: rest.area_um2,
+            period: rest.period_ps,
+            rest: rest.with_glitches_pj,
+            work: busy.with_glitches_pj - rest.with_glitches_pj,
+            leakage: rest.leakage_nw,
+        }
+    }
+
+    fn over(&self, other: &Self) -> Ratio {
+        Ratio {
+            area: self.area / other.area,
+            period: self.period / other.period,
+            rest: self.rest / other.rest,
+            work: self.work / other.work,
+            leakage: self.leakage / other.leakage,
+        }
+    }
+
+    /// With a part, from a unit with it and one without it, which have one lane for each `lanes` here.
+    fn and(&self, with: &Self, without: &Self, lanes: f64) -> Self {
+        Self {
+            area: self.area + lanes * (with.area - without.area),
+            period: self.period * with.period / without.period,
+            rest: self.rest + lanes * (with.rest - without.rest),
+            work: self.work + lanes * (with.work - without.work),
+            leakage: self.leakage + lanes * (with.leakage - without.leakage),
+        }
+    }
+}
+
+/// Fields that together are the shape of an exponential.
+const SHAPE: [&str; 6] = [
+    ITERATIONS,
+    PIPELINED,
+    "vu.exp.form",
+    "vu.exp.tail",
+    "vu.exp.pieces",
+    "vu.exp.base",
+];
+const ITERATIONS: &str = "vu.exp.iterations";
+const PIPELINED: &str = "vu.exp.pipelined";
+/// Fields of vector units that formulas take, whatever the exponential.
+const NUMBERS: [&str; 2] = ["vu.lanes", "vu.exp.output_bits"];
+
+/// Fields in which a vector unit differs from the paper's beyond `plain` ones, part by part: the
+/// shape of the exponential together, each other setting by itself.
+fn parts(config: &Config, plain: &[&str]) -> Vec<Vec<String>> {
+    let own = differing(config, &Config::paper(), UnitKind::Vector);
+    let own = own.into_iter().filter(|field| !NUMBERS.contains(&&**field));
+    let (mut shape, others): (Vec<_>, Vec<_>) = own.partition(|f| SHAPE.contains(&&**f));
+    if shape.iter().all(|field| plain.contains(&&**field)) {
+        shape.clear();
+    }
+    // The pipeline is of the unit that it adds to.
+    shape.retain(|field| field != PIPELINED || !plain.contains(&PIPELINED));
+    let parts = others.into_iter().map(|field| vec![field]);
+    parts.chain((!shape.is_empty()).then_some(shape)).collect()
+}
+
+/// Relative errors of units composed by parts, at synthesised combinations of parts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CompositionErrors {
+    /// Area.
+    pub area: Spread,
+    /// Longest path.
+    pub period: Spread,
+    /// Energy of a busy cycle, with glitches.
+    pub energy: Spread,
+}
+
+/// Fields of an exponential's shape that formulas take. Straight pieces have no iterations and are
+/// pipelined always.
+fn plain_fields(config: &Config) -> &'static [&'static str] {
+    match config.vu.exp.form {
+        ExpForm::Piecewise => &[],
+        _ => &[ITERATIONS, PIPELINED],
+    }
+}
+
+/// Whether a vector unit differs from the paper's in several parts.
+fn is_combination(config: &Config) -> bool {
+    let plain = plain_fields(config);
+    let own = differing(config, &Config::paper(), UnitKind::Vector);
+    let by_formulas = |field: &&String| {
+        NUMBERS.contains(&&***field) || (plain.contains(&PIPELINED) && **field == PIPELINED)
+    };
+    own.iter().filter(by_formulas).count() + parts(config, plain).len() > 1
 }
 
 impl Fit {
@@ -45,17 +148,84 @@ impl Fit {
         let [own, known] = [plain(own)?, plain(known)?];
         let channels = Config::paper().gu.banks.into();
         let at = |of: &Config, busy| self.estimate(of, unit, Work { busy, channels }).ok();
-        let [rest, rest_known] = [at(&own, 0.0)?, at(&known, 0.0)?];
-        let [busy, busy_known] = [at(&own, 1.0)?, at(&known, 1.0)?];
-        let work = |busy: f64, rest: f64| busy - rest;
-        Some(Ratio {
-            area: rest.area_um2 / rest_known.area_um2,
-            period: rest.period_ps / rest_known.period_ps,
-            rest: rest.with_glitches_pj / rest_known.with_glitches_pj,
-            work: work(busy.with_glitches_pj, rest.with_glitches_pj)
-                / work(busy_known.with_glitches_pj, rest_known.with_glitches_pj),
-            leakage: rest.leakage_nw / rest_known.leakage_nw,
-        })
+        let both = |of: &Config| Some([at(of, 0.0)?, at(of, 1.0)?]);
+        let (own, known) = (both(&own)?, both(&known)?);
+        Some(Figures::of(&own).over(&Figures::of(&known)))
+    }
+
+    /// Figures of a configuration's vector unit over those of the paper's. Formulas give the unit with
+    /// the same numbers and pipeline. Each part in which it differs besides (the shape of the
+    /// exponential, and each other setting by itself) was synthesised in the paper's unit: it adds as
+    /// much area, energy and leakage a lane as there, and lengthens the period by the same factor.
+    /// `None` where a part was not synthesised, or for other units.
+    #[must_use]
+    pub fn by_parts(&self, config: &Config, unit: UnitKind) -> Option<Ratio> {
+        if unit != UnitKind::Vector {
+            return None;
+        }
+        let paper = Config::paper();
+        let at = |of: &Config, busy| {
+            let work = Work { busy, channels: 0 };
+            self.estimate(of, unit, work).ok()
+        };
+        let both = |of: &Config| Some(Figures::of(&[at(of, 0.0)?, at(of, 1.0)?]));
+        let like_own = |fields: &[&str]| with_numbers(&paper, config, fields.iter().copied());
+        let plain = plain_fields(config);
+        let lanes = f64::from(config.vu.lanes) / f64::from(paper.vu.lanes);
+        let mut all = both(&like_own(&[&NUMBERS, plain].concat())?)?;
+        for part in parts(config, plain) {
+            let part: Vec<&str> = part.iter().map(String::as_str).collect();
+            let shared = part.iter().copied().filter(|field| plain.contains(field));
+            let shared: Vec<&str> = shared.collect();
+            all = all.and(
+                &both(&like_own(&part)?)?,
+                &both(&like_own(&shared)?)?,
+                lanes,
+            );
+        }
+        Some(all.over(&both(&paper)?))
+    }
+
+    /// Errors of composition at the synthesised vector units that differ from the paper's in two
+    /// parts or more, each composed without its own synthesis.
+    #[must_use]
+    pub fn composition_errors(&self) -> CompositionErrors {
+        let unit = UnitKind::Vector;
+        let paper = Config::paper();
+        let busy = Work {
+            busy: 1.0,
+            channels: 0,
+        };
+        let mut found = vec![];
+        for point in self.forms.iter().filter(|p| p.family.unit() == unit) {
+            let own = point.config().ok().filter(is_combination);
+            let composed = own.and_then(|own| self.by_parts(&own, unit));
+            let Some(ratio) = composed else { continue };
+            let Ok(known) = self.estimate(&paper, unit, busy) else {
+                continue;
+            };
+            let rest = known.clock_pj;
+            let energy = ratio.rest * rest + ratio.work * (known.with_glitches_pj - rest);
+            let own = Estimate::of(point, busy);
+            found.push([
+                ratio.area * known.area_um2 / own.area_um2,
+                ratio.period * known.period_ps / own.period_ps,
+                energy / own.with_glitches_pj,
+            ]);
+        }
+        let spread = |i: usize| Spread::new(found.iter().map(|own| own[i] - 1.0));
+        CompositionErrors {
+            area: spread(0),
+            period: spread(1),
+            energy: spread(2),
+        }
+    }
+
+    /// The longest period of a synthesised unit that no formula is of, in picoseconds.
+    #[must_use]
+    pub fn slowest_ps(&self, unit: UnitKind) -> Option<f64> {
+        let own = self.forms.iter().filter(|p| p.family.unit() == unit);
+        own.map(|point| point.period_ps).reduce(f64::max)
     }
 
     /// Configurations of the synthesised units that no formula is of.
@@ -75,8 +245,18 @@ fn with_numbers<'f>(
     let from = serde_json::to_value(from).ok()?;
     for field in fields {
         let path = format!("/{}", field.replace('.', "/"));
-        let number: Value = from.pointer(&path)?.clone();
-        *value.pointer_mut(&path)? = number;
+        // A setting that is not written is at its default.
+        let number = from.pointer(&path).cloned().unwrap_or(Value::Null);
+        match value.pointer_mut(&path) {
+            Some(place) => *place = number,
+            None => {
+                let (of, name) = path.rsplit_once('/')?;
+                value
+                    .pointer_mut(of)?
+                    .as_object_mut()?
+                    .insert(name.to_owned(), number);
+            }
+        }
     }
     serde_json::from_value(value).ok()
 }
@@ -116,6 +296,38 @@ mod tests {
         if Config::from_toml(pieces, "t").is_ok() {
             assert_eq!(ratio(pieces), plain);
         }
+    }
+
+    /// Radix 4, four iterations a clock and a pipeline: each was synthesised alone, all together not.
+    #[test]
+    fn parts_that_were_synthesised_alone_are_a_unit() {
+        let fit = Fit::checked_in().unwrap();
+        let of = |exp: &str| {
+            let config = config(&format!("[vu.exp]\n{exp}"));
+            fit.by_parts(&config, UnitKind::Vector)
+        };
+        let shape = "form = \"radix-4\"\niterations = 4\ntail = true\n";
+        let [alone, fast] = [shape, "iterations_per_clock = 4\n"].map(|exp| of(exp).unwrap());
+        let both = of(&format!("{shape}iterations_per_clock = 4\n")).unwrap();
+        assert!((both.period / (alone.period * fast.period) - 1.0).abs() < 1e-12);
+        assert!((both.area - (alone.area + fast.area - 1.0)).abs() < 1e-12);
+        assert!(fast.period > 1.4 && fast.area > 1.0, "{fast:?}");
+        assert!((of("").unwrap().area - 1.0).abs() < 1e-12);
+        assert!(of("form = \"radix-4\"\niterations = 7\n").is_none());
+        assert_eq!(fit.by_parts(&Config::paper(), UnitKind::Gathering), None);
+        assert!(fit.slowest_ps(UnitKind::Vector).unwrap() > 2000.0);
+    }
+
+    /// The five combinations, and the errors that docs/explanation/cost.md states.
+    #[test]
+    fn combinations_are_near_their_synthesis() {
+        let fit = Fit::checked_in().unwrap();
+        let errors = fit.composition_errors();
+        let worst = [errors.area, errors.period, errors.energy].map(|of| {
+            assert_eq!(of.points, 5);
+            (1e3 * of.worst).round() / 10.0
+        });
+        assert_eq!(worst, [3.8, 6.8, 25.6], "percent");
     }
 
     #[test]

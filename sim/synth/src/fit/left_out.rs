@@ -68,7 +68,7 @@ impl PointErrors {
 }
 
 impl Spread {
-    fn new(errors: impl Iterator<Item = f64>) -> Self {
+    pub(super) fn new(errors: impl Iterator<Item = f64>) -> Self {
         let errors: Vec<_> = errors.collect();
         let squares: f64 = errors.iter().map(|e| e * e).sum();
         Self {

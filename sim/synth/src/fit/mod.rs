@@ -14,7 +14,7 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
-pub use composed::Ratio;
+pub use composed::{CompositionErrors, Ratio};
 pub use estimate::{EnergiesOf, Estimate, EstimatedModule, ScaledEstimate, Work};
 pub use formulas::Formula;
 pub use left_out::{LeftOut, PointErrors, Spread};

@@ -1,6 +1,6 @@
 //! Experimental design of the grid.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use potamoi_formats::config::{Config, ConfigError};
 use rand::SeedableRng;
@@ -250,7 +250,8 @@ pub fn design() -> Vec<Point> {
 
 /// Units that no formula covers, each on its own: the paper's with other exponentials, exact sums,
 /// and records that share a row; and the preset `fields`' vector unit with settings outside the
-/// formulas. The family is the one from which it differs in more than numbers.
+/// formulas; and combinations of these. The family is the one from which it differs in more than
+/// numbers.
 #[must_use]
 pub fn forms() -> Vec<Point> {
     let tails = [4, 6, 8, 9, 12, 14].map(|n| format!("iterations = {n}\ntail = true"));
@@ -293,7 +294,29 @@ pub fn forms() -> Vec<Point> {
         family: Family::Gathering,
         text: format!("[gu]\n{text}\n"),
     });
-    exponentials.chain(gathering).chain(fields).collect()
+    let all = exponentials.chain(gathering).chain(fields);
+    all.chain(combinations()).collect()
+}
+
+/// Vector units with several parts that were synthesised alone, to know the error of composition.
+fn combinations() -> impl Iterator<Item = Point> {
+    let pipelined = "iterations = 9\ntail = true\npipelined = true";
+    let radix_4 = "form = \"radix-4\"\niterations = 4\ntail = true\npipelined = true";
+    let clocks = "iterations = 8\ntail = true\niterations_per_clock = 4";
+    let early = "early_out = true\naccumulator_bits = 18";
+    let narrow =
+        "form = \"radix-4\"\niterations = 5\ntail = true\noutput_bits = 12\ninput = \"U3.10\"";
+    let all = [
+        (4, Family::VectorPipelined, pipelined),
+        (24, Family::VectorPipelined, radix_4),
+        (24, Family::Vector, clocks),
+        (12, Family::Vector, early),
+        (32, Family::Vector, narrow),
+    ];
+    all.into_iter().map(|(lanes, family, exp)| Point {
+        family,
+        text: format!("vu.lanes = {lanes}\n\n[vu.exp]\n{exp}\n"),
+    })
 }
 
 /// Whether a field of a configuration affects a unit.
@@ -311,6 +334,16 @@ fn in_effect(config: &Config) -> Config {
     let mut own = config.clone();
     own.vu.exp = own.vu.exp.in_effect();
     own
+}
+
+/// Fields of a unit that differ between two configurations as they are written.
+pub(crate) fn differing(a: &Config, b: &Config, unit: UnitKind) -> Vec<String> {
+    let (a, b) = (fields(a), fields(b));
+    let names: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    let own = names.into_iter().filter(|name| matters(name, unit));
+    own.filter(|name| a.get(*name) != b.get(*name))
+        .cloned()
+        .collect()
 }
 
 /// Whether a unit is equal in two configurations.

@@ -16,7 +16,7 @@ pub struct Synthesised {
 }
 
 /// Presets that were synthesised, with what `potamoi synth --json` wrote: one line each.
-const PRESETS_SYNTHESISED: [(&str, &str); 4] = [
+const PRESETS_SYNTHESISED: [(&str, &str); 8] = [
     ("paper", PAPER),
     ("fields", FIELDS),
     (
@@ -26,6 +26,19 @@ const PRESETS_SYNTHESISED: [(&str, &str); 4] = [
     (
         "pipelined",
         include_str!("../../../../synth/pipelined-asap7.json"),
+    ),
+    ("small", include_str!("../../../../synth/small-asap7.json")),
+    (
+        "compact",
+        include_str!("../../../../synth/compact-asap7.json"),
+    ),
+    (
+        "parity",
+        include_str!("../../../../synth/parity-asap7.json"),
+    ),
+    (
+        "feature-major",
+        include_str!("../../../../synth/feature-major-asap7.json"),
     ),
 ];
 

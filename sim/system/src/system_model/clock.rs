@@ -124,7 +124,7 @@ impl Period {
 }
 
 /// Source of a composed period.
-const COMPOSED: &str = "synthesis of a unit with other numbers, in the proportion of formulas";
+const COMPOSED: &str = "composed of the syntheses of a unit and of the ";
 
 /// Clock where no period is known at all.
 const UNKNOWN_GHZ: f64 = 1.0;
@@ -141,13 +141,21 @@ impl Periods<'_> {
             UnitSource::Composed(Base::Reported(base), ratio) => {
                 let own = self.beside(base, unit, ratio);
                 let own = own.ok_or_else(|| "the node of its parameters has no factors".to_owned());
-                own.map(|ps| Period::estimated(ps, COMPOSED))
+                own.map(|ps| {
+                    Period::estimated(ps, &format!("{COMPOSED}numbers in which it differs"))
+                })
             }
             UnitSource::Composed(Base::Beside(base), ratio) => {
                 let own = self.formulas(&base, unit);
-                own.map(|own| Period::estimated(own.ps * ratio.period, COMPOSED))
+                let error = self.known.fit.composition_errors().period;
+                let from = format!(
+                    "{COMPOSED}parts in which it differs, rms error {:.1} % at {} combinations",
+                    100.0 * error.rms,
+                    error.points
+                );
+                own.map(|own| Period::estimated(own.ps * ratio.period, &from))
             }
-            UnitSource::Unknown(why) => Err(why),
+            UnitSource::Unknown(why) => self.slowest(unit, why),
         };
         let (ps, from, is_estimated) = match found {
             Ok(own) => (Some(own.ps), own.from, own.is_estimated),
@@ -179,6 +187,25 @@ impl Periods<'_> {
             from: format!("synthesis in {}{memories}", report.library.name),
             is_estimated: false,
         })
+    }
+
+    /// The period of the slowest unit that was synthesised, for one that nothing is known of: an
+    /// unknown clock is no gain.
+    fn slowest(&self, unit: UnitKind, why: String) -> Result<Period, String> {
+        let reports = self.known.reports.iter();
+        let reported = reports.filter_map(|own| self.synthesised(&own.report, unit)?.ps);
+        let reported = reported.map(|ps| ps / (1.0 + self.wire_margin));
+        let node = self.known.fit.grid().library.node_nm;
+        let factors = node.and_then(|node| scaling::logic(node, NODE_NM));
+        let beside = self.known.fit.slowest_ps(unit).zip(factors);
+        let beside = beside.map(|(ps, factors)| ps * factors.delay);
+        match reported.chain(beside).reduce(f64::max) {
+            Some(ps) => Ok(Period::estimated(
+                ps,
+                &format!("not known, taken as the slowest that was synthesised: {why}"),
+            )),
+            None => Err(why),
+        }
     }
 
     /// Picoseconds of a unit in a ratio to a synthesised one, before the margin for wires.
@@ -351,6 +378,17 @@ mod tests {
             block.unwrap().ps
         };
         assert_eq!(weights(&plain), weights(&wired));
+    }
+
+    /// Nothing is gained by a unit that was never synthesised: it is as slow as the slowest.
+    #[test]
+    fn an_unknown_unit_is_as_slow_as_the_slowest() {
+        let own = clock("[vu.exp]\nform = \"radix-4\"\niterations = 7\n", 0.0);
+        let slowest = &own.blocks[0];
+        assert_eq!(slowest.block, "vector_unit");
+        assert!(slowest.from.starts_with("not known"), "{}", slowest.from);
+        assert_eq!(own.origin, ClockOrigin::Estimated);
+        assert!(own.ghz < 0.45, "{}", own.ghz);
     }
 
     /// A unit between two of the grid's is estimated, and said to be.

@@ -178,7 +178,7 @@ impl Logic {
 
 /// Sources by name.
 pub(super) const FORMULAS: &str = "formulas fitted to syntheses";
-const COMPOSED: &str = "netlists of a unit with other numbers, in the proportion of formulas";
+const COMPOSED: &str = "composed of the netlists of a unit and of the parts in which it differs";
 const PROPORTION: &str =
     "netlists of a unit with another exponential, in the proportion of formulas";
 

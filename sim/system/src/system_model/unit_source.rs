@@ -18,7 +18,8 @@ pub(super) enum UnitSource<'a> {
     Synthesised(&'a Synthesised),
     /// Formulas, or a synthesis beside them.
     Formulas,
-    /// A synthesised unit that differs in numbers alone, and the ratio by formulas.
+    /// A synthesised unit that differs in numbers alone, or the paper's, which differs in parts that
+    /// were synthesised, and the ratio.
     Composed(Base<'a>, Ratio),
     /// None, and why.
     Unknown(String),
@@ -33,8 +34,8 @@ pub(super) enum Base<'a> {
 }
 
 impl<'a> Known<'a> {
-    /// The best source of a unit: its own synthesis, formulas, or a synthesised unit and formulas
-    /// for the numbers in which it differs.
+    /// The best source of a unit: its own synthesis, formulas, a synthesised unit and formulas for
+    /// the numbers in which it differs, or the paper's unit and the parts in which it differs.
     pub(super) fn source(&self, config: &Config, unit: UnitKind) -> UnitSource<'a> {
         if let Some(own) = self.reports.iter().find(|own| own.has(config, unit)) {
             return UnitSource::Synthesised(own);
@@ -57,7 +58,10 @@ impl<'a> Known<'a> {
         let beside = beside.find_map(|own| Some((ratio(&own)?, own)));
         match beside {
             Some((ratio, own)) => UnitSource::Composed(Base::Beside(Box::new(own)), ratio),
-            None => UnitSource::Unknown(why.to_string()),
+            None => match self.fit.by_parts(config, unit) {
+                Some(ratio) => UnitSource::Composed(Base::Beside(Box::new(Config::paper())), ratio),
+                None => UnitSource::Unknown(why.to_string()),
+            },
         }
     }
 }

@@ -147,7 +147,9 @@ fn a_given_gathering_unit_counts_before_formulas() {
 #[test]
 fn time_is_known_without_energy() {
     let reports = Synthesised::checked_in().unwrap();
-    let compact = Config::from_toml("rit.entry = \"compact\"", "test").unwrap();
+    // Of two settings that were not synthesised together.
+    let text = "[rit]\nentry = \"compact\"\n[gu]\nrecords_a_row = 2\n";
+    let compact = Config::from_toml(text, "test").unwrap();
     let own = costs_of(&compact, None, &reports);
     let [unknown] = &own.unknown[..] else {
         unreachable!("{:?}", own.unknown)
@@ -187,7 +189,11 @@ fn a_unit_with_other_numbers_is_composed() {
     };
     let [whole, half] = [24, 12].map(of);
     assert!(half.unknown.is_empty(), "{:?}", half.unknown);
-    assert!(half.origin.contains("other numbers"), "{}", half.origin);
+    assert!(
+        half.origin.contains("parts in which it differs"),
+        "{}",
+        half.origin
+    );
     let done = Batch {
         vector_cycles: 1000,
         vector_busy: 900,
