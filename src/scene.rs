@@ -20,10 +20,13 @@ fn scenes() -> String {
         .map(|(name, endings)| format!("{name} (.{})", endings.join(", .")));
     format!(
         "Built-in scene ({}; each but the first two also as a ready model behind a colon, such as \
-         cairn:ngp: {}), splat model (.{}), Compact-3DGS model (.npz), model file of a field: \
+         cairn:ngp: {}; of the originals' sizes: {}), splat model (.{}), Compact-3DGS model (.npz), model file of a field: \
          {}; or description (.toml) [default: {DEFAULT}]",
         BUILTIN.join(", "),
         Representation::ALL.map(Representation::name).join(", "),
+        Representation::FULL_SIZE
+            .map(Representation::name)
+            .join(", "),
         files::endings().join(", ."),
         fields.collect::<Vec<_>>().join(", "),
     )

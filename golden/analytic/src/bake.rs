@@ -21,20 +21,34 @@ const DIAGONAL: f64 = 1.733;
 /// functions of the direction.
 pub(super) fn bake(field: &dyn Field) -> Result<Grid, MarchError> {
     let frame = field.frame();
-    let [nx, ny, _] = frame.points;
+    sample(field, frame.points, frame.voxel)
+}
+
+/// The same at about `count` vertices in the box of its grid.
+pub(super) fn bake_of(field: &dyn Field, count: usize) -> Result<Grid, MarchError> {
+    let frame = field.frame();
+    let own = frame.points.map(|p| (p - 1) as f64);
+    let finer = (count as f64 / own.iter().product::<f64>()).cbrt();
+    let points = own.map(|edges| (edges * finer).round() as usize);
+    sample(field, points, frame.voxel / finer)
+}
+
+fn sample(field: &dyn Field, points: [usize; 3], voxel: f64) -> Result<Grid, MarchError> {
+    let frame = field.frame();
+    let [nx, ny, _] = points;
     let channels = frame.layout.channels();
-    let mut features = vec![0f32; frame.points.iter().product::<usize>() * channels];
+    let mut features = vec![0f32; points.iter().product::<usize>() * channels];
     let rows = features.par_chunks_exact_mut(nx * channels);
     rows.enumerate().for_each(|(row, values)| {
         let (y, z) = (row % ny, row / ny);
         for (x, vertex) in values.chunks_exact_mut(channels).enumerate() {
-            let at = frame.corner + frame.voxel * DVec3::new(x as f64, y as f64, z as f64);
+            let at = frame.corner + voxel * DVec3::new(x as f64, y as f64, z as f64);
             let probe = field.probe(at);
-            vertex[0] = (probe.density * frame.voxel).max(OUTSIDE) as f32;
+            vertex[0] = (probe.density * voxel).max(OUTSIDE) as f32;
             // No light gets to colours deep inside, and none from cells with no
             // corner inside.
             let deep = probe.density * frame.voxel >= INSIDE;
-            if probe.clearance <= DIAGONAL * frame.voxel && !deep {
+            if probe.clearance <= DIAGONAL * voxel && !deep {
                 colours(
                     &field.look(at),
                     frame.layout,
@@ -44,13 +58,7 @@ pub(super) fn bake(field: &dyn Field) -> Result<Grid, MarchError> {
             }
         }
     });
-    Grid::new(
-        frame.points,
-        frame.corner,
-        frame.voxel,
-        frame.layout,
-        features,
-    )
+    Grid::new(points, frame.corner, voxel, frame.layout, features)
 }
 
 /// The linear colour of one point, independent of a layout.

@@ -170,6 +170,14 @@ impl Analytic {
         bake::bake(self.field())
     }
 
+    /// The same with about `count` vertices in the same box, for grids of another size.
+    ///
+    /// # Errors
+    /// `count` is too small or too large for a grid.
+    pub fn bake_of(self, count: usize) -> Result<Grid, MarchError> {
+        bake::bake_of(self.field(), count)
+    }
+
     /// Source of samples for models that are not grids.
     #[must_use]
     pub fn sampler(self) -> Sampler {

@@ -3,6 +3,7 @@
 //! stored coded splats with a fitted colour field.
 
 mod efficient;
+mod full_size;
 mod grids;
 mod shade;
 mod surfels;
@@ -37,6 +38,16 @@ pub enum Representation {
     Compact,
     /// Instant-NGP hashed by MVoxel, only of `cairn`.
     NgpMVoxel,
+    /// DirectVoxGO of the original's size.
+    DvgoFull,
+    /// TensoRF of the original's size.
+    TensorfFull,
+    /// Instant-NGP of the original's size.
+    NgpFull,
+    /// About 300,000 Gaussians, as of trained objects.
+    Splats300k,
+    /// About three million, as of trained photographs of places.
+    Splats3m,
 }
 
 impl Representation {
@@ -51,6 +62,15 @@ impl Representation {
         Self::Compact,
     ];
 
+    /// With the originals' sizes: models for counts, whose pictures are not better.
+    pub const FULL_SIZE: [Self; 5] = [
+        Self::DvgoFull,
+        Self::TensorfFull,
+        Self::NgpFull,
+        Self::Splats300k,
+        Self::Splats3m,
+    ];
+
     /// Its name after a scene's name and a colon.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -63,6 +83,11 @@ impl Representation {
             Self::EfficientNerf => "efficientnerf",
             Self::Compact => "compact",
             Self::NgpMVoxel => "ngp-mvoxel",
+            Self::DvgoFull => "dvgo-full",
+            Self::TensorfFull => "tensorf-full",
+            Self::NgpFull => "ngp-full",
+            Self::Splats300k => "splats-300k",
+            Self::Splats3m => "splats-3m",
         }
     }
 
@@ -72,6 +97,7 @@ impl Representation {
         if analytic == HASHED_BY_MVOXEL {
             all.push(Self::NgpMVoxel);
         }
+        all.extend(Self::FULL_SIZE);
         all
     }
 
@@ -88,6 +114,16 @@ impl Representation {
             }
             Self::Compact => Model::Compact(Box::new(compact(analytic)?)),
             Self::NgpMVoxel => Model::Field(AnyField::new(ngp_mvoxel()?)),
+            Self::DvgoFull => Model::Field(AnyField::new(full_size::dvgo(analytic)?)),
+            Self::TensorfFull => Model::Field(AnyField::new(full_size::tensorf(analytic)?)),
+            Self::NgpFull => Model::Field(AnyField::new(ngp(analytic)?.full_size()?)),
+            Self::Splats300k | Self::Splats3m => {
+                let count = match self {
+                    Self::Splats300k => 300_000,
+                    _ => 3_000_000,
+                };
+                Model::Splats(full_size::replicated(&cloud(analytic, DISCS)?, count)?)
+            }
         })
     }
 }

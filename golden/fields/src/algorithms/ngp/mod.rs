@@ -14,6 +14,7 @@
 mod bound;
 mod document;
 mod fixed;
+mod full_size;
 pub mod grid;
 mod integers;
 mod keys;

@@ -154,6 +154,26 @@ impl Tensorf {
         &self.rules
     }
 
+    /// The same planes and lines with `points` vertices along x, y, z, at least 2 each, interpolated
+    /// between their own. Steps are shorter in proportion.
+    ///
+    /// # Errors
+    /// The sizes are out of range.
+    pub fn resampled(&self, points: [usize; 3]) -> Result<Self, FieldError> {
+        let mut tables = self.tables.clone();
+        for mode in 0..3 {
+            let [a, b] = PLANES[mode].map(|axis| points[axis]);
+            tables[mode] = resampled(&tables[mode], [a, b, 1])?;
+            tables[3 + mode] = resampled(&tables[3 + mode], [points[LINES[mode]], 1, 1])?;
+        }
+        Ok(Self {
+            tables,
+            points,
+            magnitudes: Magnitudes::default(),
+            ..self.clone()
+        })
+    }
+
     /// Number of vertices along x, y, z.
     #[must_use]
     pub const fn points(&self) -> [usize; 3] {
@@ -207,6 +227,25 @@ impl Tensorf {
         encode(0..count, self.rules.feature_frequencies, values);
         encode(count..count + 3, self.rules.view_frequencies, values);
     }
+}
+
+/// A dense table with `points` vertices along each axis, interpolated between its own.
+fn resampled(table: &Table, points: [usize; 3]) -> Result<Table, FieldError> {
+    let channels = table.channels();
+    let finer = [0, 1, 2].map(|axis| {
+        let edges = |points: [usize; 3]| (points[axis] - 1) as f64;
+        edges(table.points()) / edges(points).max(1.0)
+    });
+    let [nx, ny, nz] = points;
+    let mut values = Vec::with_capacity(nx * ny * nz * channels);
+    let mut own = vec![0.0; channels];
+    for i in 0..nx * ny * nz {
+        let vertex = [i % nx, i / nx % ny, i / (nx * ny)];
+        let place = [0, 1, 2].map(|axis| vertex[axis] as f64 * finer[axis]);
+        table.gather(DVec3::from(place), &mut own);
+        values.extend(own.iter().map(|v| *v as f32));
+    }
+    Table::new(points, channels, values)
 }
 
 /// Appends the sines of each value times 1, 2, 4 and so on, value after value, then the cosines.
