@@ -1,7 +1,9 @@
 //! Sensitivity of the results to figures of the GPUs, and results without a GPU.
 
-use potamoi_explore::system::{CountedScene, Sensitivity, SensitivityRow};
-use potamoi_system::system_model::{Scenario, System};
+use std::collections::BTreeMap;
+
+use potamoi_explore::system::{Conclusion, CountedScene, Sensitivity, SensitivityRow};
+use potamoi_system::system_model::{AtBounds, Scenario, System};
 
 use super::ModelArgs;
 use super::bounds::{known, ratio};
@@ -51,11 +53,7 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
         };
         let names = found.rows.iter().take(1).flat_map(|row| &row.means);
         let names = names.filter(|m| m.scenario == *scenario && m.variant != "baseline");
-        let heading = match scenario {
-            Scenario::Local => "local rendering",
-            Scenario::Remote => "remote rendering",
-        };
-        let heading = std::iter::once(heading.to_owned());
+        let heading = std::iter::once(place(*scenario).to_owned());
         let mut table = tables::plain(
             heading
                 .chain(names.map(|m| m.variant.to_owned()))
@@ -68,5 +66,69 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
             }
         }
         say!("{table}");
+    }
+    print_conclusions(found);
+}
+
+const fn place(scenario: Scenario) -> &'static str {
+    match scenario {
+        Scenario::Local => "local rendering",
+        Scenario::Remote => "remote rendering",
+    }
+}
+
+/// What holds within the model's own error, scene by scene.
+fn print_conclusions(found: &Sensitivity) {
+    say!(
+        "conclusions: each holds at both bounds and under each error of the model, or is open. The \
+         errors, one at a time:"
+    );
+    for error in &found.errors {
+        say!("  {}: {}", error.name, error.means);
+    }
+    let headings = [
+        "conclusion",
+        "times as fast",
+        "within the error",
+        "says",
+        "state",
+    ];
+    let mut table = tables::plain(headings.map(str::to_owned));
+    for own in &found.conclusions {
+        let remote = match own.scenario {
+            Scenario::Local => "",
+            Scenario::Remote => ", remote",
+        };
+        table.add_row([
+            format!("{}{remote}: {}", own.scene, own.of),
+            known(own.ratio.as_ref()),
+            within(own),
+            own.says.clone(),
+            state(own),
+        ]);
+    }
+    say!("{table}");
+}
+
+fn within(own: &Conclusion) -> String {
+    let range = own.within.map(|[max, sum]| AtBounds { max, sum });
+    known(range.as_ref())
+}
+
+/// `holds`, or which errors change it.
+fn state(own: &Conclusion) -> String {
+    if own.holds() {
+        return "holds".to_owned();
+    }
+    let mut by: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (error, says) in &own.open_by {
+        by.entry(says).or_default().push(error);
+    }
+    let by = by
+        .iter()
+        .map(|(says, errors)| format!("{says} with {}", errors.join(", ")));
+    match own.open_by.is_empty() {
+        true => "open: the bounds differ".to_owned(),
+        false => format!("open: {}", by.collect::<Vec<_>>().join("; ")),
     }
 }

@@ -39,7 +39,7 @@ impl ExploreError {
             Self::Unit(error) => of_unit(&**error),
             Self::Rtl(error) => of_rtl(error),
             Self::Synth(error) => of_synthesis(error),
-            Self::Netlist(_) | Self::Check(_) => Cause::Check,
+            Self::Netlist(_) | Self::Check(_) | Self::Rows(_) | Self::Counts(_) => Cause::Check,
             Self::Inconclusive(_) => Cause::Inconclusive,
         }
     }

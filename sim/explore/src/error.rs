@@ -54,6 +54,12 @@ pub enum ExploreError {
     /// An energy or area is not known.
     #[error(transparent)]
     Cost(#[from] CostError),
+    /// Measured rows of GPUs cannot be read.
+    #[error(transparent)]
+    Rows(#[from] potamoi_gpu::rows::RowError),
+    /// A program refuses a row's counts.
+    #[error(transparent)]
+    Counts(#[from] potamoi_gpu::programs::CountError),
     /// The generated netlist is invalid.
     #[error("the generated netlist is invalid: {0}")]
     Netlist(#[from] IrErrors),

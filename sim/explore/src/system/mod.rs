@@ -2,6 +2,7 @@
 //! assumptions.
 
 mod accelerators;
+mod conclusions;
 mod fidelity;
 mod merging;
 mod modelled;
@@ -9,6 +10,7 @@ mod paper;
 mod sensitivity;
 
 pub use accelerators::{Accelerators, NEUREX_SIDE};
+pub use conclusions::{Conclusion, ModelErrorNote};
 pub use fidelity::{Fidelity, Rung, rungs};
 pub use merging::{Merging, Side};
 pub use modelled::Modelled;

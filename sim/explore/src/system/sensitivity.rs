@@ -5,6 +5,7 @@ use potamoi_system::system_model::work::PathWork;
 use potamoi_system::system_model::{AtBounds, Gpu, Model, Scenario, System, Variant};
 use serde::Serialize;
 
+use super::conclusions::{Conclusion, ModelErrorNote, conclusions};
 use crate::{ExploreError, Setup};
 
 /// A change of one parameter.
@@ -135,6 +136,10 @@ pub struct Sensitivity {
     pub scenes: Vec<String>,
     /// One row a change; changes that affect no scenario are left out.
     pub rows: Vec<SensitivityRow>,
+    /// Conclusions about each scene, and whether the model's error leaves them standing.
+    pub conclusions: Vec<Conclusion>,
+    /// The errors under which they were tried.
+    pub errors: Vec<ModelErrorNote>,
 }
 
 /// A scene with a counted path.
@@ -175,9 +180,12 @@ impl Sensitivity {
                 });
             }
         }
+        let (conclusions, errors) = conclusions(counted, system, variants, scenarios)?;
         Ok(Self {
             scenes: counted.iter().map(|own| own.name.clone()).collect(),
             rows,
+            conclusions,
+            errors,
         })
     }
 }

@@ -168,6 +168,24 @@ impl Device {
         self.multiprocessors * self.clock_ghz * 1e9
     }
 
+    /// The same device with all rates times `factor`, and all times divided by it: what it runs takes
+    /// as much less time.
+    #[must_use]
+    pub fn faster(&self, factor: f64) -> Self {
+        Self {
+            clock_ghz: self.clock_ghz * factor,
+            dram_gb_s: self.dram_gb_s * factor,
+            tensor_tflops: self.tensor_tflops * factor,
+            copy_gb_s: self.copy_gb_s * factor,
+            operation_us: self.operation_us / factor,
+            wait_us: self.wait_us / factor,
+            launch_us: self.launch_us / factor,
+            ramp_us: self.ramp_us / factor,
+            dram_latency_ns: self.dram_latency_ns / factor,
+            ..self.clone()
+        }
+    }
+
     /// A device without any limit: all rates infinite, all times zero. It bounds from below what a
     /// program takes, which is nothing.
     #[must_use]

@@ -116,3 +116,23 @@ fn what_is_no_toml_is_refused() {
     let message = Device::from_file("/nowhere.toml").unwrap_err().to_string();
     assert!(message.contains("/nowhere.toml"), "{message}");
 }
+
+/// Every kernel of every row takes half of its time on a device that is twice as fast.
+#[test]
+fn a_device_twice_as_fast_takes_half_of_the_time() {
+    for row in crate::rows::Row::all().unwrap() {
+        let counts = row.at(crate::rows::At::Mid);
+        let seconds = |device: &Device| {
+            let bounds = row.program.frame(&counts, device).unwrap().bounds(device);
+            [bounds.max.seconds, bounds.sum.seconds]
+        };
+        let [plain, fast] = [&row.device, &row.device.faster(2.0)].map(seconds);
+        for (plain, fast) in plain.into_iter().zip(fast) {
+            assert!(
+                (plain / fast - 2.0).abs() < 1e-9,
+                "{}: {plain} {fast}",
+                row.id
+            );
+        }
+    }
+}

@@ -48,7 +48,7 @@ pub struct System {
     /// (AMD, PG021, "Scatter Gather Descriptor").
     pub dma_descriptor_bytes: f64,
     /// Bytes that the interconnect between memory, GPU and accelerator moves in a clock of the
-    /// accelerator. An assumption: one burst.
+    /// accelerator. An assumption: two bursts, so that it is faster than the memory at 0.4 GHz.
     pub interconnect_bytes_a_clock: f64,
     /// Picojoules of a byte on it. An assumption: 5 mm of wire at 0.2 pF a mm (Ho et al., "The
     /// Future of Wires", Proc. IEEE 2001), as much again of repeaters, at 0.7 V, half of the bits
@@ -89,7 +89,7 @@ impl Default for System {
             memory: MemoryDevice::default(),
             memory_channels: 4,
             dma_descriptor_bytes: 64.0,
-            interconnect_bytes_a_clock: 32.0,
+            interconnect_bytes_a_clock: 64.0,
             interconnect_pj_per_byte: 2.0,
             groups_in_flight: 2,
             wire_margin: 0.0,
