@@ -4,6 +4,7 @@ mod bounds;
 pub(crate) mod clock;
 pub(crate) mod ladder;
 mod limits;
+mod means;
 mod octree;
 mod pictures;
 mod report;

@@ -5,6 +5,7 @@ use potamoi_system::system_model::{Alone, AtBounds, Outcome, Scenario};
 
 use super::bounds::{known, range, ratio};
 use super::clock;
+use super::means;
 use super::report::Report;
 use super::tables::{figure, percent, scenarios, times};
 use crate::stdout::say;
@@ -45,30 +46,8 @@ pub(super) fn print(report: &Report<Modelled>) {
             }));
             rows.add_row(row);
         }
-        let count = report.scenes.len() as f64;
-        type Ratio = dyn Fn(&Modelled, &Outcome) -> Option<AtBounds<f64>>;
-        let mean = |of: &Ratio, i: usize, is_geometric: bool| {
-            let all = (report.scenes.iter()).map(|found| of(found, &found.outcomes[i]));
-            let all: Vec<AtBounds<f64>> = all.collect::<Option<_>>()?;
-            let all = || all.iter().copied();
-            let mean = |own: fn(AtBounds<f64>) -> f64| match is_geometric {
-                true => (all().map(|all| own(all).ln()).sum::<f64>() / count).exp(),
-                false => all().map(own).sum::<f64>() / count,
-            };
-            Some(AtBounds {
-                max: mean(|own| own.max),
-                sum: mean(|own| own.sum),
-            })
-        };
-        for (name, is_geometric) in [("mean", false), ("geometric mean", true)] {
-            let mut row = vec![name.to_owned(), String::new(), String::new()];
-            row.extend(own.iter().map(|i| {
-                let speed_up = mean(&|found, o| Some(found.speed_up(o)), *i, is_geometric);
-                let saving = mean(&|found, o| found.saving(o), *i, is_geometric);
-                let speed_up = speed_up.map_or_else(String::new, |own| ratio(&own));
-                format!("{speed_up} ({})", known(saving.as_ref()))
-            }));
-            rows.add_row(row);
+        for (name, row) in mean_rows(report, &own) {
+            rows.add_row([vec![name, String::new(), String::new()], row].concat());
         }
         let mut row = vec!["the paper's mean".to_owned(), String::new(), String::new()];
         row.extend(own.iter().map(|i| {
@@ -80,6 +59,38 @@ pub(super) fn print(report: &Report<Modelled>) {
     }
     alone(report);
     gathering(report);
+}
+
+/// Means over the scenes of these outcomes, and without a scene that decides one.
+fn mean_rows(report: &Report<Modelled>, outcomes: &[usize]) -> Vec<(String, Vec<String>)> {
+    let each = |of: &dyn Fn(&Modelled, &Outcome) -> Option<AtBounds<f64>>, i: usize| {
+        let all = report.scenes.iter();
+        let all = all.map(|found| of(found, &found.outcomes[i]));
+        all.collect::<Option<Vec<_>>>()
+    };
+    let speed_ups = outcomes.iter();
+    let speed_ups = speed_ups.filter_map(|i| each(&|found, o| Some(found.speed_up(o)), *i));
+    let speed_ups: Vec<Vec<AtBounds<f64>>> = speed_ups.collect();
+    let savings: Vec<_> = (outcomes.iter())
+        .map(|i| each(&Modelled::saving, *i))
+        .collect();
+    let row = |mean: &dyn Fn(&[AtBounds<f64>]) -> AtBounds<f64>| {
+        let both = speed_ups.iter().zip(&savings);
+        both.map(|(speed_up, saving)| {
+            let saving = saving.as_ref().map(|own| mean(own));
+            format!("{} ({})", ratio(&mean(speed_up)), known(saving.as_ref()))
+        })
+        .collect()
+    };
+    let mut rows = vec![
+        ("mean".to_owned(), row(&means::mean)),
+        ("geometric mean".to_owned(), row(&means::geometric)),
+    ];
+    if let Some(scene) = means::deciding(&speed_ups) {
+        let name = format!("mean without {}", report.scenes[scene].scene);
+        rows.push((name, row(&|all| means::mean(&means::without(all, scene)))));
+    }
+    rows
 }
 
 /// The last variant beside the GPU alone, by scene.

@@ -1,4 +1,4 @@
-//! Tables of `docs/explanation/gpu-trust.md`, compared with the page, or written into it.
+//! Tables of `docs/explanation/trust.md`, compared with the page, or written into it.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -98,7 +98,7 @@ fn errors(checks: &[Check]) -> String {
 
 #[test]
 fn the_table_of_the_book_has_today_s_predictions() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/explanation/gpu-trust.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/explanation/trust.md");
     let mut text = std::fs::read_to_string(&page).unwrap();
     let (judged, beside) = (checks(true), checks(false));
     let tables = [
