@@ -71,8 +71,8 @@ impl ModelError {
             },
             Self::new(
                 "half the interconnect",
-                "its width is assumed".to_owned(),
-                |system| system.interconnect_bytes_a_clock /= 2.0,
+                "twice the memory's peak is assumed".to_owned(),
+                |system| system.interconnect_over_memory /= 2.0,
             ),
             Self::new(
                 "blocks in a bank",

@@ -132,7 +132,7 @@ impl<'a> Composer<'a> {
         self.spent.feature_buffer_bytes += buffered.features;
         self.spent.weight_buffer_bytes += buffered.weights;
         let memory_ns = transfers.ns(self.memory) + descriptors.ns(self.memory);
-        let wires = self.system.interconnect_bytes_a_clock * self.clock_ghz;
+        let wires = self.system.interconnect_gb_s();
         let moved = [
             (Shared::Memory, memory_ns),
             (Shared::Interconnect, wired / wires),

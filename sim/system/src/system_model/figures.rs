@@ -120,7 +120,7 @@ fn figures_are_what_they_were() {
         feature_block_banks: 2,
         groups_in_flight: 1,
         weight_buffer_bytes: 1024,
-        interconnect_bytes_a_clock: 8.0,
+        interconnect_over_memory: 0.3125,
         ..System::default()
     };
     let mut text = String::new();

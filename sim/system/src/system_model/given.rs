@@ -45,6 +45,10 @@ pub(super) fn gone(given: &Value) -> Option<(String, String)> {
             return Some((format!("{gpu}.{key}"), instead));
         }
     }
+    if given.get("interconnect_bytes_a_clock").is_some() {
+        let instead = "write interconnect_over_memory, a ratio to the memory's peak".to_owned();
+        return Some(("interconnect_bytes_a_clock".to_owned(), instead));
+    }
     let counted = "leave it out: instructions are counted from each kernel, on each pipe";
     let gone = given.get("instructions");
     gone.map(|_| ("instructions".to_owned(), counted.to_owned()))

@@ -51,9 +51,9 @@ pub(super) const RANGES: [Range; 19] = [
     range("memory_channels", [1.0, 16.0], "1, 2, 4, 8 or 16"),
     range("dma_descriptor_bytes", [0.0, 4096.0], "0 to 4096 bytes"),
     range(
-        "interconnect_bytes_a_clock",
-        [0.001, 65_536.0],
-        "0.001 to 65536 bytes",
+        "interconnect_over_memory",
+        [0.001, 1000.0],
+        "0.001 to 1000, a ratio",
     ),
     range(
         "interconnect_pj_per_byte",

@@ -47,9 +47,10 @@ pub struct System {
     /// Bytes of a DMA descriptor, read once per transfer: the spacing of a published controller
     /// (AMD, PG021, "Scatter Gather Descriptor").
     pub dma_descriptor_bytes: f64,
-    /// Bytes that the interconnect between memory, GPU and accelerator moves in a clock of the
-    /// accelerator. An assumption: two bursts, so that it is faster than the memory at 0.4 GHz.
-    pub interconnect_bytes_a_clock: f64,
+    /// Rate of the interconnect between memory, GPU and accelerator, over the peak of the memory. It
+    /// has a clock of its own. An assumption: paths for reads and for writes, each as fast as the
+    /// memory.
+    pub interconnect_over_memory: f64,
     /// Picojoules of a byte on it. An assumption: 5 mm of wire at 0.2 pF a mm (Ho et al., "The
     /// Future of Wires", Proc. IEEE 2001), as much again of repeaters, at 0.7 V, half of the bits
     /// changing.
@@ -89,7 +90,7 @@ impl Default for System {
             memory: MemoryDevice::default(),
             memory_channels: 4,
             dma_descriptor_bytes: 64.0,
-            interconnect_bytes_a_clock: 64.0,
+            interconnect_over_memory: 2.0,
             interconnect_pj_per_byte: 2.0,
             groups_in_flight: 2,
             wire_margin: 0.0,
@@ -150,6 +151,12 @@ pub enum SystemError {
 }
 
 impl System {
+    /// Rate of the interconnect, in bytes a nanosecond.
+    pub(super) fn interconnect_gb_s(&self) -> f64 {
+        let peak = self.memory.peak_gb_s() * f64::from(self.memory_channels);
+        self.interconnect_over_memory * peak
+    }
+
     /// Reads a description in TOML; fields that it leaves out have their defaults.
     ///
     /// # Errors
@@ -345,7 +352,7 @@ mod tests {
             "remote.idle_watts = 2001",
             "remote.shares_memory = true",
             "link_bytes_per_second = 0",
-            "interconnect_bytes_a_clock = 0",
+            "interconnect_over_memory = 0",
             "array_rows = 24.5",
             "array_rows = true",
             "gpu = 3",

@@ -27,7 +27,7 @@ const BINARY: &str = "-p potamoi-system --test mutants";
 /// The system of the defaults, and a part of each kind.
 const SYSTEM: &str = "memory_channels = 4\narray_rows = 24\narray_columns = 24\ngroups_in_flight = 4\n\
     feature_block_bytes = 4096\nfeature_buffer_bytes = 32768\nfeature_banks = 32\nfeature_block_banks = 32\n\
-    interconnect_bytes_a_clock = 32.0\nlink_bytes_per_second = 1e7\ninterconnect_pj_per_byte = 0.5\n\
+    interconnect_over_memory = 1.25\nlink_bytes_per_second = 1e7\ninterconnect_pj_per_byte = 0.5\n\
     [gpu]\ndevice = \"orin-nx\"\nidle_watts = 2.0\nshares_memory = true\n[remote]\ndevice = \"2080ti\"\nidle_watts = 15.0\n";
 
 fn costs() -> &'static Costs {

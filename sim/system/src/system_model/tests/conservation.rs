@@ -135,7 +135,7 @@ proptest! {
         for (what, own) in [
             ("channels", wider),
             ("buffer", larger),
-            ("interconnect", of(|s| s.interconnect_bytes_a_clock *= 2.0)),
+            ("interconnect", of(|s| s.interconnect_over_memory *= 2.0)),
             ("GPU's memory", of(|s| s.gpu.shares_memory = false)),
             ("weight buffer", of(|s| s.weight_buffer_bytes *= 2)),
             ("descriptors", of(|s| s.dma_descriptor_bytes /= 2.0)),
