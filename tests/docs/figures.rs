@@ -300,11 +300,27 @@ fn printed(commands: &[&str]) -> Result<Printed, String> {
     Ok(Printed { files, texts })
 }
 
+/// The same with `2.1 to 2.3` as one, which reads `2.2` where both ends are alike.
+fn ranges(text: &str) -> Vec<std::ops::Range<usize>> {
+    let mut found: Vec<std::ops::Range<usize>> = vec![];
+    for own in numbers(text) {
+        match found.last_mut() {
+            Some(last) if text[last.end..own.start] == *" to " => last.end = own.end,
+            _ => found.push(own),
+        }
+    }
+    found
+}
+
+/// Finds numbers, or ranges, in a text.
+type Places = fn(&str) -> Vec<std::ops::Range<usize>>;
+
 /// What the numbers of a body are; none of those that stay as they stand.
 fn values(
     passage: &Passage<'_>,
     last: &str,
     printed: &Printed,
+    places: Places,
 ) -> Result<Vec<Option<String>>, String> {
     let mut values: Vec<Option<String>> = vec![];
     for line in &passage.values {
@@ -319,7 +335,7 @@ fn values(
             for column in columns.split("; ") {
                 let cell = cell(text, row, column);
                 let cell = cell.ok_or_else(|| format!("{row} | {column}: no such cell"))?;
-                let own = numbers(cell).into_iter().map(|n| Some(cell[n].to_owned()));
+                let own = places(cell).into_iter().map(|n| Some(cell[n].to_owned()));
                 let before = values.len();
                 values.extend(own);
                 if values.len() == before {
@@ -360,15 +376,21 @@ fn current(passage: &Passage<'_>, body: &str, printed: &Printed) -> Result<Strin
         let text = lines.join("\n");
         return Ok(format!("\n```text\n{}\n```\n", text.trim_end()));
     }
-    let values = values(passage, last, printed)?;
-    let places = numbers(body);
-    if places.len() != values.len() {
-        let own: Vec<_> = places.iter().map(|n| &body[n.clone()]).collect();
-        return Err(format!(
-            "{} figures are named, the text has {own:?}",
-            values.len()
-        ));
+    // A range may have become one number, or the other way round.
+    let ways: [Places; 2] = [numbers, ranges];
+    let mut fitting = None;
+    for way in ways {
+        let (values, places) = (values(passage, last, printed, way)?, way(body));
+        if values.len() == places.len() {
+            fitting = Some((values, places));
+            break;
+        }
     }
+    let Some((values, places)) = fitting else {
+        let own: Vec<_> = numbers(body).iter().map(|n| &body[n.clone()]).collect();
+        let named = values(passage, last, printed, numbers)?.len();
+        return Err(format!("{named} figures are named, the text has {own:?}"));
+    };
     let (mut text, mut at) = (String::new(), 0);
     for (place, value) in places.into_iter().zip(values) {
         text.push_str(&body[at..place.start]);
