@@ -64,7 +64,7 @@ mod tests {
         };
         let even = all([2.0, 2.1, 1.9, 2.0]);
         let odd = all([2.0, 2.1, 9.0, 2.0]);
-        assert_eq!(deciding(&[even.clone()]), None);
+        assert_eq!(deciding(std::slice::from_ref(&even)), None);
         assert_eq!(deciding(&[even.clone(), odd.clone()]), Some(2));
         assert_eq!(
             deciding(&[odd[1..3].to_vec()]),
