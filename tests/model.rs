@@ -280,7 +280,8 @@ fn accelerators_for_instant_ngp_are_compared_on_it() {
     let report = json(&folder.path().join("r.json"));
     let own = &report["scenes"][0];
     for name in ["neurex", "ngpc", "potamoi_without_sparw", "potamoi"] {
-        assert!(own[name].as_f64().unwrap() > 0.0);
+        assert!(number(own, &format!("/{name}/max")) > 0.0);
+        assert!(number(own, &format!("/{name}/sum")) > 0.0);
     }
 }
 
@@ -319,6 +320,49 @@ fn rows(report: Value) -> impl Fn(&str) -> std::collections::BTreeMap<String, (f
     }
 }
 
+/// Conclusions of a report of `--sensitivity`: a slower GPU alone is easier to beat, and by no more
+/// than it is slower.
+fn concludes(said: &str, report: &Value) {
+    let all = report["conclusions"].as_array().unwrap();
+    let names: Vec<&Value> = report["errors"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| &e["name"])
+        .collect();
+    assert!(names.len() > 4 && all.len() > 20, "{names:?}");
+    let means = |name: &str| {
+        let own = report["errors"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|e| e["name"] == name);
+        let text = own.unwrap()["means"].as_str().unwrap();
+        text.split(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    for own in all {
+        let of = own["of"].as_str().unwrap();
+        assert!(said.contains(of), "{of}");
+        for opened in own["open_by"].as_array().unwrap() {
+            assert!(
+                names.contains(&&opened[0]) && opened[1] != own["says"],
+                "{own}"
+            );
+        }
+        if own["ratio"].is_null() {
+            continue;
+        }
+        let [max, sum, low, high] =
+            ["/ratio/max", "/ratio/sum", "/within/0", "/within/1"].map(|at| number(own, at));
+        assert!(low <= max.min(sum) && max.max(sum) <= high, "{own}");
+        if of.ends_with("over the GPU alone") {
+            assert!(high > max.max(sum), "{own}");
+            assert!(high <= 1.01 * means("slowest GPUs") * max.max(sum), "{own}");
+            assert!(low < max.min(sum), "{own}");
+        }
+    }
+}
+
 #[test]
 fn what_the_gpu_were_otherwise_would_change_is_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -342,7 +386,9 @@ fn what_the_gpu_were_otherwise_would_change_is_said() {
         "{said}"
     );
     assert!(!said.contains("remote GPU"), "{said}");
-    let row = rows(json(&at.join("s.json")));
+    let report = json(&at.join("s.json"));
+    concludes(&said, &report["scenes"][0]);
+    let row = rows(report);
     let own = row("unchanged");
     assert_eq!((own.len(), own["baseline"]), (8, (1.0, 1.0)));
     // Where the GPU gathers, its rate counts; the unit does not wait for it.

@@ -39,6 +39,25 @@ pub(crate) fn marked(name: &str, clock: &Clock) -> String {
     }
 }
 
+/// The name of a row of means over scenes, with the worst origin of their clocks.
+pub(super) fn marked_mean<'a>(name: &str, clocks: impl IntoIterator<Item = &'a Clock>) -> String {
+    let origins: Vec<ClockOrigin> = clocks.into_iter().map(|own| own.origin).collect();
+    let worst = [ClockOrigin::Assumed, ClockOrigin::Estimated];
+    match worst.into_iter().find(|origin| origins.contains(origin)) {
+        Some(origin) => format!("{name} (clocks {})", origin.word()),
+        None => name.to_owned(),
+    }
+}
+
+/// Scenes, each with its clock.
+pub(super) fn listed<'a>(scenes: impl IntoIterator<Item = (&'a str, &'a Clock)>) -> String {
+    let each = scenes.into_iter().map(|(scene, own)| {
+        let origin = own.origin.word();
+        format!("{scene} at {:.2} GHz, {origin}", own.ghz)
+    });
+    each.collect::<Vec<_>>().join("; ")
+}
+
 /// The blocks, the slowest first.
 pub(super) fn table(clock: &Clock) -> comfy_table::Table {
     let mut table = tables::plain(["the accelerator's clock", "ps at 12 nm", "GHz", "origin"]);

@@ -112,7 +112,8 @@ pub(crate) struct ModelArgs {
     /// Compare with the accelerators NeuRex and NGPC, on scenes of Instant-NGP
     #[arg(long, conflicts_with_all = ["chrome_trace", "ladder", "octree", "scenario", "variants"])]
     rivals: bool,
-    /// Vary the figures of the GPUs, up to a GPU that takes no time and no energy
+    /// Vary the figures of the GPUs, up to a GPU that takes no time and no energy, and tell which
+    /// conclusions hold within the model's own error
     #[arg(long, conflicts_with_all = ["chrome_trace", "ladder", "octree", "rivals"])]
     sensitivity: bool,
     /// Write the report as JSON; several scenes or frames share one report

@@ -4,6 +4,7 @@ use potamoi_explore::system::{Merging, Side};
 use potamoi_system::system_model::System;
 
 use super::ModelArgs;
+use super::clock;
 use super::report::{self, Report};
 use crate::args::Common;
 use crate::failure::Failure;
@@ -38,6 +39,7 @@ pub(super) fn run(
 fn print(scenes: &[Merging]) {
     let mut table = tables::plain([
         "without > with merging",
+        "GHz",
         "points per MVoxel",
         "tree, KB",
         "gathering, us",
@@ -55,7 +57,8 @@ fn print(scenes: &[Merging]) {
     let less = |of: [f64; 2]| format!("{:.1} %", 100.0 * (1.0 - of[1] / of[0]));
     let pair = |of: [f64; 2], digits: usize| format!("{:.digits$} > {:.digits$}", of[0], of[1]);
     let mut sums = [Some(0.0); 4];
-    for Merging { scene, size, sides } in scenes {
+    for own in scenes {
+        let (size, sides) = (own.size, &own.sides);
         let of = |f: fn(&Side) -> f64| sides.each_ref().map(f);
         let gathering = of(|s| s.gathering_ns);
         let computation = of(|s| s.computation_ns);
@@ -70,7 +73,11 @@ fn print(scenes: &[Merging]) {
                 .map(|(sum, [a, b])| sum + a / b / scenes.len() as f64);
         }
         table.add_row([
-            format!("{scene}, {} x {}", size[0], size[1]),
+            clock::marked(
+                &format!("{}, {} x {}", own.scene, size[0], size[1]),
+                &own.clock,
+            ),
+            format!("{:.2}", own.clock.ghz),
             pair(of(|s| s.points_a_mvoxel), 1),
             format!("{:.1}", sides[1].tree_bytes as f64 * 1e-3),
             pair(gathering.map(|ns| ns * 1e-3), 1),

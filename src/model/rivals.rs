@@ -4,7 +4,9 @@ use potamoi_explore::system::{Accelerators, NEUREX_SIDE};
 use potamoi_system::system_model::System;
 
 use super::ModelArgs;
+use super::bounds::ratio;
 use super::report::{self, Report};
+use super::{clock, means};
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
@@ -39,6 +41,7 @@ pub(super) fn run(
 fn print(scenes: &[Accelerators]) {
     let mut table = tables::plain([
         "speed-up over the baseline",
+        "GHz",
         "NeuRex",
         "NGPC",
         "Potamoi without SpaRW",
@@ -48,32 +51,34 @@ fn print(scenes: &[Accelerators]) {
         "beside NeuRex",
         "beside NGPC",
     ]);
-    let mut means = [0.0; 4];
     for own in scenes {
         let ratios = own.ratios();
-        for (mean, ratio) in means.iter_mut().zip(ratios) {
-            *mean += ratio / scenes.len() as f64;
-        }
-        let shown = |v: f64| format!("{v:.2}");
         table.add_row([
-            own.scene.clone(),
-            shown(own.neurex),
-            shown(own.ngpc),
-            shown(own.potamoi_without_sparw),
-            shown(ratios[0]),
-            shown(ratios[1]),
-            shown(own.potamoi),
-            shown(ratios[2]),
-            shown(ratios[3]),
+            clock::marked(&own.scene, &own.clock),
+            format!("{:.2}", own.clock.ghz),
+            ratio(&own.neurex),
+            ratio(&own.ngpc),
+            ratio(&own.potamoi_without_sparw),
+            ratio(&ratios[0]),
+            ratio(&ratios[1]),
+            ratio(&own.potamoi),
+            ratio(&ratios[2]),
+            ratio(&ratios[3]),
         ]);
     }
     say!("{table}");
+    let all: Vec<_> = scenes.iter().map(Accelerators::ratios).collect();
+    let mean = |i: usize| {
+        let own: Vec<_> = all.iter().map(|ratios| ratios[i]).collect();
+        ratio(&means::mean(&own))
+    };
     say!(
-        "mean: {:.2} times NeuRex and {:.2} times NGPC without SpaRW, {:.2} and {:.2} with it; the paper: 2.0, about 1, 16.4, 8.2",
-        means[0],
-        means[1],
-        means[2],
-        means[3]
+        "{}: {} times NeuRex and {} times NGPC without SpaRW, {} and {} with it; the paper: 2.0, about 1, 16.4, 8.2",
+        clock::marked_mean("mean", scenes.iter().map(|own| &own.clock)),
+        mean(0),
+        mean(1),
+        mean(2),
+        mean(3)
     );
     say!(
         "NeuRex: tables in MVoxels as here, banks that hold whole vectors (feature-major, 16 banks, 16 lanes), {NEUREX_SIDE} x {NEUREX_SIDE} multipliers; the paper takes that one's published speed-up instead. NGPC: all tables on chip, a bank a level that gives a vertex a cycle"

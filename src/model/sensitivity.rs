@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use potamoi_explore::system::{Conclusion, CountedScene, Sensitivity, SensitivityRow};
-use potamoi_system::system_model::{AtBounds, Scenario, System};
+use potamoi_system::system_model::{AtBounds, Clock, Scenario, System};
 
 use super::ModelArgs;
 use super::bounds::{known, ratio};
+use super::clock;
 use super::report::{self, Report};
 use crate::args::Common;
 use crate::failure::Failure;
@@ -42,7 +43,7 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
     say!(
         "speed-up (energy saving) over the baseline of the same system at both bounds of the GPU's \
          kernels, means of {}",
-        found.scenes.join(", ")
+        clock::listed(named(found))
     );
     for scenario in args.scenario.all() {
         let of = |row: &SensitivityRow| -> Vec<String> {
@@ -62,12 +63,18 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
         for row in &found.rows {
             let figures = of(row);
             if !figures.is_empty() {
-                table.add_row([vec![row.change.to_owned()], figures].concat());
+                let name = clock::marked_mean(row.change, &found.clocks);
+                table.add_row([vec![name], figures].concat());
             }
         }
         say!("{table}");
     }
     print_conclusions(found);
+}
+
+/// Scenes, each with its clock.
+fn named(found: &Sensitivity) -> impl Iterator<Item = (&str, &Clock)> {
+    found.scenes.iter().map(String::as_str).zip(&found.clocks)
 }
 
 const fn place(scenario: Scenario) -> &'static str {
@@ -99,8 +106,10 @@ fn print_conclusions(found: &Sensitivity) {
             Scenario::Local => "",
             Scenario::Remote => ", remote",
         };
+        let clock = named(found).find(|(scene, _)| *scene == own.scene);
+        let scene = clock.map_or_else(|| own.scene.clone(), |(name, own)| clock::marked(name, own));
         table.add_row([
-            format!("{}{remote}: {}", own.scene, own.of),
+            format!("{scene}{remote}: {}", own.of),
             known(own.ratio.as_ref()),
             within(own),
             own.says.clone(),

@@ -47,6 +47,7 @@ pub(super) fn print(report: &Report<Modelled>) {
             rows.add_row(row);
         }
         for (name, row) in mean_rows(report, &own) {
+            let name = clock::marked_mean(&name, report.scenes.iter().map(|own| &own.clock));
             rows.add_row([vec![name, String::new(), String::new()], row].concat());
         }
         let mut row = vec!["the paper's mean".to_owned(), String::new(), String::new()];
@@ -86,7 +87,8 @@ fn mean_rows(report: &Report<Modelled>, outcomes: &[usize]) -> Vec<(String, Vec<
         ("mean".to_owned(), row(&means::mean)),
         ("geometric mean".to_owned(), row(&means::geometric)),
     ];
-    if let Some(scene) = means::deciding(&speed_ups) {
+    let columns = savings.iter().flatten().chain(&speed_ups).cloned();
+    if let Some(scene) = means::deciding(&columns.collect::<Vec<_>>()) {
         let name = format!("mean without {}", report.scenes[scene].scene);
         rows.push((name, row(&|all| means::mean(&means::without(all, scene)))));
     }
@@ -114,7 +116,7 @@ fn alone(report: &Report<Modelled>) {
             let none = || "-".to_owned();
             let published = gpu.published.as_ref();
             rows.add_row([
-                found.scene.clone(),
+                clock::marked(&found.scene, &found.clock),
                 per_second(&gpu.fused),
                 published.map_or_else(none, per_second),
                 o.variant.name.to_owned(),
@@ -143,7 +145,7 @@ fn gathering(report: &Report<Modelled>) {
         let (own, memory) = (&found.gathered, &found.gathered.memory);
         let (paper, _) = gathering_speed_up(&found.algorithm);
         rows.add_row([
-            found.scene.clone(),
+            clock::marked(&found.scene, &found.clock),
             range(&own.gpu_ns.map(|ns| ns * 1e-6)),
             range(&own.unit_ns.map(|ns| ns * 1e-6)),
             times(&own.gpu_ns, &own.unit_ns),

@@ -4,7 +4,6 @@
 use glam::{DVec3, Quat};
 use potamoi_analytic::Analytic;
 use potamoi_base::sh;
-use potamoi_fields::FieldError;
 use potamoi_fields::algorithms::dvgo::Dvgo;
 use potamoi_fields::algorithms::tensorf::Tensorf;
 use potamoi_splats::{Cloud, CloudError};
@@ -28,8 +27,7 @@ pub(super) fn dvgo(analytic: Analytic) -> Result<Dvgo, SceneError> {
 
 /// TensoRF with planes and lines of 300 vertices along each axis, between those of the ready model.
 pub(super) fn tensorf(analytic: Analytic) -> Result<Tensorf, SceneError> {
-    let found: Result<_, FieldError> = grids::tensorf(&analytic.bake()?)?.resampled([TENSORF; 3]);
-    Ok(found?)
+    Ok(grids::tensorf(&analytic.bake()?)?.resampled([TENSORF; 3])?)
 }
 
 /// As many Gaussians as trained scenes have: each of the cloud is replaced by `k` of its own

@@ -4,7 +4,7 @@
 use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::{Config, Modes, Organisation};
 use potamoi_system::system_model::work::PathWork;
-use potamoi_system::system_model::{Gathering, Outcome, Scenario, Variant};
+use potamoi_system::system_model::{AtBounds, Clock, Gathering, Outcome, Scenario, Variant};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -12,22 +12,24 @@ use crate::{ExploreError, Setup};
 /// Rows and columns of `NeuRex`'s array (paper, ibid.).
 pub const NEUREX_SIDE: u64 = 32;
 
-/// Speed-ups over the baseline on the same scene, each the geometric mean of both bounds of the
-/// GPU's kernels: all have the same GPU.
+/// Speed-ups over the baseline on the same scene, at both bounds of the GPU's kernels: all have the
+/// same GPU.
 #[derive(Debug, Clone, Serialize)]
 pub struct Accelerators {
     /// Name of the scene, as requested.
     pub scene: String,
     /// `NeuRex`: tables in MVoxels as here, feature-major banks, a larger array; each frame in
     /// full.
-    pub neurex: f64,
+    pub neurex: AtBounds<f64>,
     /// `NGPC`: all tables on chip, one bank a level that delivers a vertex a cycle; each frame in
     /// full.
-    pub ngpc: f64,
+    pub ngpc: AtBounds<f64>,
     /// Potamoi, each frame in full.
-    pub potamoi_without_sparw: f64,
+    pub potamoi_without_sparw: AtBounds<f64>,
     /// Potamoi with warped frames.
-    pub potamoi: f64,
+    pub potamoi: AtBounds<f64>,
+    /// The clock of all three.
+    pub clock: Clock,
 }
 
 impl Accelerators {
@@ -49,8 +51,8 @@ impl Accelerators {
             Ok(model.run(path, variant, Scenario::Local)?.0)
         };
         let baseline = run("baseline")?;
-        let span = |own: &Outcome| own.run.span_ns().mid();
-        let per_frame = span(&baseline) / baseline.run.max.frames as f64;
+        let span = |own: &Outcome| own.run.span_ns();
+        let per_frame = baseline.run.map(|run| run.span_ns / run.frames as f64);
         // One frame, which is the same for all that render each in full.
         let ngpc = model.frame(&path.full(0).with_resident_tables(), Gathering::Unit)?;
         let neurex = model.frame(&neurex, Gathering::Unit)?;
@@ -58,21 +60,22 @@ impl Accelerators {
         let warped = run("potamoi")?;
         Ok(Self {
             scene: name.to_owned(),
-            neurex: per_frame / neurex.span_ns().mid(),
-            ngpc: per_frame / ngpc.span_ns().mid(),
-            potamoi_without_sparw: span(&baseline) / span(&ours),
-            potamoi: span(&baseline) / span(&warped),
+            neurex: per_frame.over(&neurex.span_ns()),
+            ngpc: per_frame.over(&ngpc.span_ns()),
+            potamoi_without_sparw: span(&baseline).over(&span(&ours)),
+            potamoi: span(&baseline).over(&span(&warped)),
+            clock: model.costs.clock.clone(),
         })
     }
 
     /// Speed-ups of Potamoi over `NeuRex` and `NGPC`: without warping, then with it.
     #[must_use]
-    pub fn ratios(&self) -> [f64; 4] {
+    pub fn ratios(&self) -> [AtBounds<f64>; 4] {
         [
-            self.potamoi_without_sparw / self.neurex,
-            self.potamoi_without_sparw / self.ngpc,
-            self.potamoi / self.neurex,
-            self.potamoi / self.ngpc,
+            self.potamoi_without_sparw.over(&self.neurex),
+            self.potamoi_without_sparw.over(&self.ngpc),
+            self.potamoi.over(&self.neurex),
+            self.potamoi.over(&self.ngpc),
         ]
     }
 }

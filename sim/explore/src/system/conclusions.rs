@@ -8,7 +8,7 @@ use potamoi_gpu::validate::{Check, Summary};
 use potamoi_system::system_model::{AtBounds, GpuOnly, Model, Scenario, System, Variant};
 use serde::Serialize;
 
-use super::CountedScene;
+use super::counted_scene::CountedScene;
 use crate::ExploreError;
 
 /// Share by which wires lengthen the periods of logic, which are given before them. Assumed.

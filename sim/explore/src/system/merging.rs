@@ -4,7 +4,7 @@ use potamoi_cycles::batch::Batch;
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_splats::{Cells, Octree};
-use potamoi_system::system_model::Gathering;
+use potamoi_system::system_model::{Clock, Gathering};
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -48,6 +48,8 @@ pub struct Merging {
     pub scene: String,
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// Clock of the accelerator.
+    pub clock: Clock,
     /// Without merging, then with it.
     pub sides: [Side; 2],
 }
@@ -78,6 +80,7 @@ impl Merging {
         Ok(Some(Self {
             scene: name.to_owned(),
             size: [setup.scene.camera().width, setup.scene.camera().height],
+            clock: setup.costs().clock.clone(),
             sides,
         }))
     }

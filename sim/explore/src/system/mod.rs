@@ -3,6 +3,7 @@
 
 mod accelerators;
 mod conclusions;
+mod counted_scene;
 mod fidelity;
 mod merging;
 mod modelled;
@@ -11,8 +12,9 @@ mod sensitivity;
 
 pub use accelerators::{Accelerators, NEUREX_SIDE};
 pub use conclusions::{Conclusion, ModelErrorNote};
+pub use counted_scene::CountedScene;
 pub use fidelity::{Fidelity, Rung, rungs};
 pub use merging::{Merging, Side};
 pub use modelled::Modelled;
 pub use paper::{BY_TRAFFIC, Paper, frames_per_second, gathering_speed_up};
-pub use sensitivity::{CountedScene, Mean, Sensitivity, SensitivityRow};
+pub use sensitivity::{Mean, Sensitivity, SensitivityRow};

@@ -1,12 +1,12 @@
 //! Sensitivity of the results to figures of the devices, and results without a GPU.
 
 use potamoi_gpu::Device;
-use potamoi_system::system_model::work::PathWork;
-use potamoi_system::system_model::{AtBounds, Gpu, Model, Scenario, System, Variant};
+use potamoi_system::system_model::{AtBounds, Clock, Gpu, Model, Scenario, System, Variant};
 use serde::Serialize;
 
 use super::conclusions::{Conclusion, ModelErrorNote, conclusions};
-use crate::{ExploreError, Setup};
+use super::counted_scene::CountedScene;
+use crate::ExploreError;
 
 /// A change of one parameter.
 struct Change {
@@ -134,22 +134,14 @@ pub struct SensitivityRow {
 pub struct Sensitivity {
     /// Names of the scenes averaged over.
     pub scenes: Vec<String>,
+    /// The clock of each.
+    pub clocks: Vec<Clock>,
     /// One row a change; changes that affect no scenario are left out.
     pub rows: Vec<SensitivityRow>,
     /// Conclusions about each scene, and whether the model's error leaves them standing.
     pub conclusions: Vec<Conclusion>,
     /// The errors under which they were tried.
     pub errors: Vec<ModelErrorNote>,
-}
-
-/// A scene with a counted path.
-pub struct CountedScene {
-    /// Name of the scene, as requested.
-    pub name: String,
-    /// Its setup.
-    pub setup: Setup,
-    /// Work of its path.
-    pub path: PathWork,
 }
 
 impl Sensitivity {
@@ -183,6 +175,9 @@ impl Sensitivity {
         let (conclusions, errors) = conclusions(counted, system, variants, scenarios)?;
         Ok(Self {
             scenes: counted.iter().map(|own| own.name.clone()).collect(),
+            clocks: (counted.iter())
+                .map(|own| own.setup.costs().clock.clone())
+                .collect(),
             rows,
             conclusions,
             errors,

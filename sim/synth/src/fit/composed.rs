@@ -146,11 +146,14 @@ impl Fit {
             with_numbers(&plain, of, numbers.clone())
         };
         let [own, known] = [plain(own)?, plain(known)?];
+        Some(self.figures(&own, unit)?.over(&self.figures(&known, unit)?))
+    }
+
+    /// Figures of a configuration's unit by formulas, or as it was synthesised.
+    fn figures(&self, config: &Config, unit: UnitKind) -> Option<Figures> {
         let channels = Config::paper().gu.banks.into();
-        let at = |of: &Config, busy| self.estimate(of, unit, Work { busy, channels }).ok();
-        let both = |of: &Config| Some([at(of, 0.0)?, at(of, 1.0)?]);
-        let (own, known) = (both(&own)?, both(&known)?);
-        Some(Figures::of(&own).over(&Figures::of(&known)))
+        let at = |busy| self.estimate(config, unit, Work { busy, channels }).ok();
+        Some(Figures::of(&[at(0.0)?, at(1.0)?]))
     }
 
     /// Figures of a configuration's vector unit over those of the paper's. Formulas give the unit with
@@ -164,26 +167,20 @@ impl Fit {
             return None;
         }
         let paper = Config::paper();
-        let at = |of: &Config, busy| {
-            let work = Work { busy, channels: 0 };
-            self.estimate(of, unit, work).ok()
+        let with = |fields: &[&str]| {
+            let own = with_numbers(&paper, config, fields.iter().copied())?;
+            self.figures(&own, unit)
         };
-        let both = |of: &Config| Some(Figures::of(&[at(of, 0.0)?, at(of, 1.0)?]));
-        let like_own = |fields: &[&str]| with_numbers(&paper, config, fields.iter().copied());
         let plain = plain_fields(config);
         let lanes = f64::from(config.vu.lanes) / f64::from(paper.vu.lanes);
-        let mut all = both(&like_own(&[&NUMBERS, plain].concat())?)?;
+        let mut all = with(&[&NUMBERS, plain].concat())?;
         for part in parts(config, plain) {
             let part: Vec<&str> = part.iter().map(String::as_str).collect();
             let shared = part.iter().copied().filter(|field| plain.contains(field));
             let shared: Vec<&str> = shared.collect();
-            all = all.and(
-                &both(&like_own(&part)?)?,
-                &both(&like_own(&shared)?)?,
-                lanes,
-            );
+            all = all.and(&with(&part)?, &with(&shared)?, lanes);
         }
-        Some(all.over(&both(&paper)?))
+        Some(all.over(&with(&[])?))
     }
 
     /// Errors of composition at the synthesised vector units that differ from the paper's in two

@@ -348,13 +348,7 @@ pub(crate) fn differing(a: &Config, b: &Config, unit: UnitKind) -> Vec<String> {
 
 /// Whether a unit is equal in two configurations.
 pub(crate) fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
-    let own = |config| {
-        let fields = fields(&in_effect(config)).into_iter();
-        fields
-            .filter(|(name, _)| matters(name, unit))
-            .collect::<Vec<_>>()
-    };
-    own(a) == own(b)
+    differing(&in_effect(a), &in_effect(b), unit).is_empty()
 }
 
 #[cfg(test)]

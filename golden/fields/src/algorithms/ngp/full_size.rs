@@ -30,8 +30,10 @@ const COLOUR: [usize; 4] = [32, 64, 64, 3];
 const RANDOM_FROM: u64 = 128;
 /// Largest random value, as the original begins its training with.
 const RANDOM: f32 = 1e-4;
-/// Range of the logarithm of the density and of the brightness's logit.
-const RANGES: [[f64; 2]; 2] = [[-5.0, 10.0], [-4.0, 4.0]];
+/// Range of the logarithm of the density: from a step of no opacity to one of no transmittance.
+const DENSITIES: [f64; 2] = [-5.0, 10.0];
+/// Range of the brightness's logit.
+const BRIGHTNESSES: [f64; 2] = [-4.0, 4.0];
 
 impl Ngp {
     /// A model of this field with the sizes of the original's base configuration: 16 levels of 2^19
@@ -113,19 +115,21 @@ impl Ngp {
         means.collect()
     }
 
-    /// Whether a cell around a position in the cube's frame may be non-empty, looked for at its
-    /// corners, no farther apart than occupancy cells.
+    /// Whether the field may be non-empty within `edge` of a position, per axis, in the cube's frame.
     fn is_near(&self, at: DVec3, edge: f64) -> bool {
         let Some(occupancy) = &self.occupancy else {
             return true;
         };
-        if edge > 1.0 / f64::from(super::occupancy::CELLS) * 2.0 {
+        // Of coarse levels all vertices are few.
+        let cell = 1.0 / f64::from(super::occupancy::CELLS);
+        if edge > 2.0 * cell {
             return true;
         }
-        let corners = (0..27usize).map(|i| [i % 3, i / 3 % 3, i / 9].map(|v| v as f64 - 1.0));
-        corners
-            .into_iter()
-            .any(|corner| occupancy.holds(at + edge * DVec3::from(corner)))
+        // No farther apart than a cell.
+        let places =
+            (0..125usize).map(|i| [i % 5, i / 5 % 5, i / 25].map(|v| v as f64 / 2.0 - 1.0));
+        let mut places = places.map(|place| at + edge * DVec3::from(place));
+        places.any(|place| occupancy.holds(place))
     }
 
     /// Logarithm of the density, and logit of the brightness from above, at a position in the grid.
@@ -138,13 +142,8 @@ impl Ngp {
         values.extend(sh::basis(DVec3::NEG_Z));
         self.colour.run(&mut values);
         let brightness = (values[0] + values[1] + values[2]) / 3.0;
-        [density, brightness]
-            .into_iter()
-            .zip(RANGES)
-            .map(|(v, [low, high])| v.clamp(low, high))
-            .collect::<Vec<_>>()
-            .try_into()
-            .unwrap_or_default()
+        let within = |v: f64, [low, high]: [f64; 2]| v.clamp(low, high);
+        [within(density, DENSITIES), within(brightness, BRIGHTNESSES)]
     }
 
     /// The sums over the levels so far.
@@ -195,4 +194,22 @@ fn carrying(widths: &[usize], sums: &[(Vec<usize>, Vec<usize>)]) -> Result<Mlp, 
         Layer::new(inputs, weights, vec![0.0; outputs])
     });
     Mlp::new(layers.collect::<Result<_, _>>()?)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// Sums of both signs pass all layers, and no other output has anything.
+    #[test]
+    fn sums_are_carried_to_their_outputs() {
+        let sums = [(vec![0, 2], vec![1]), (vec![1], vec![0, 3])];
+        let mlp = carrying(&[3, 8, 8, 4], &sums).unwrap();
+        for [a, b, c] in [[1.0, 2.0, 3.0], [-1.0, 0.5, -4.0], [2.0, -3.0, -2.0]] {
+            let mut values = vec![a, b, c];
+            mlp.run(&mut values);
+            assert_eq!(values, [b, a + c, 0.0, b]);
+        }
+    }
 }
