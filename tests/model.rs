@@ -356,9 +356,11 @@ fn concludes(said: &str, report: &Value) {
             ["/ratio/max", "/ratio/sum", "/within/0", "/within/1"].map(|at| number(own, at));
         assert!(low <= max.min(sum) && max.max(sum) <= high, "{own}");
         if of.ends_with("over the GPU alone") {
-            assert!(high > max.max(sum), "{own}");
-            assert!(high <= 1.01 * means("slowest GPUs") * max.max(sum), "{own}");
-            assert!(low < max.min(sum), "{own}");
+            let under = |name: &str| number(own, &format!("/under/{name}/sum"));
+            let [fast, slow, slowest] = ["faster GPUs", "slower GPUs", "slowest GPUs"].map(under);
+            assert!(fast < sum && sum < slow && slow < slowest, "{own}");
+            assert!(slowest <= 1.01 * means("slowest GPUs") * sum, "{own}");
+            assert!(under("wires") <= 1.01 * sum, "{own}");
         }
     }
 }

@@ -68,3 +68,39 @@ pub(super) fn replicated(cloud: &Cloud, count: usize) -> Result<Cloud, CloudErro
     }
     Cloud::new(DEGREE, means, scales, rotations, opacities, colours)
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// The optical depth of a Gaussian, times the area of its two wide axes, is that of its copies.
+    #[test]
+    fn copies_are_as_opaque_as_what_they_replace() {
+        let logits = [1.5f32, -2.0];
+        let scales = [[-1.0f32, -2.0, -5.0], [0.5, 0.0, -0.5]];
+        let one = Cloud::new(
+            0,
+            vec![[0.0; 3], [4.0, 0.0, 1.0]],
+            scales.to_vec(),
+            vec![[1.0, 0.0, 0.0, 0.0], [0.5, 0.5, -0.5, 0.5]],
+            logits.to_vec(),
+            vec![[0.1, 0.2, 0.3]; 2],
+        )
+        .unwrap();
+        let many = replicated(&one, 128).unwrap();
+        assert_eq!((many.len(), many.degree()), (128, 3));
+        let depth = |cloud: &Cloud, i: usize| {
+            let opacity = 1.0 / (1.0 + (-f64::from(cloud.opacity_logits()[i])).exp());
+            let [a, b, _] = cloud.log_scales()[i].map(f64::from);
+            -(1.0 - opacity).ln() * (a + b).exp()
+        };
+        for i in 0..2 {
+            let copies: f64 = (0..64).map(|k| depth(&many, 64 * i + k)).sum();
+            assert!(
+                (copies / depth(&one, i) - 1.0).abs() < 1e-5,
+                "{i}: {copies}"
+            );
+        }
+    }
+}

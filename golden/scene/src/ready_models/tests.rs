@@ -179,7 +179,8 @@ fn models_of_the_originals_sizes_show_their_scene() {
     let [full, ready] =
         ["cairn:ngp-full", "cairn:ngp"].map(|name| scene(name).render_float().unwrap().covered);
     let other = full.iter().zip(&ready).filter(|(a, b)| a != b).count();
-    assert!(other * 100 < full.len(), "{other} of {} pixels", full.len());
+    println!("cairn:ngp-full: {other} pixels covered otherwise");
+    assert!(other * 1000 <= full.len(), "{other} of {} pixels", full.len());
 }
 
 #[test]

@@ -3,6 +3,8 @@
 //! A conclusion holds if it is the same at both bounds of the GPU's kernels, unchanged and under each
 //! error. Otherwise it is open.
 
+use std::collections::BTreeMap;
+
 use potamoi_gpu::rows::Measured;
 use potamoi_gpu::validate::{Check, Summary};
 use potamoi_system::system_model::{AtBounds, GpuOnly, Model, Scenario, System, Variant};
@@ -94,7 +96,9 @@ pub struct Conclusion {
     pub of: String,
     /// How many times as fast, at both bounds; none for what bounds a variant.
     pub ratio: Option<AtBounds<f64>>,
-    /// The lowest and the highest ratio under all errors.
+    /// The ratio under each error, by name.
+    pub under: BTreeMap<&'static str, AtBounds<f64>>,
+    /// The lowest and the highest ratio, with and without errors.
     pub within: Option<[f64; 2]>,
     /// What is concluded without an error.
     pub says: String,
@@ -238,6 +242,7 @@ impl Conclusion {
             of: said.of,
             within: said.ratio.map(|ratio| [ratio.low(), ratio.high()]),
             ratio: said.ratio,
+            under: BTreeMap::new(),
             says: said.says,
             open_by: vec![],
         }
@@ -248,6 +253,7 @@ impl Conclusion {
         if let Some(([low, high], ratio)) = self.within.as_mut().zip(other.ratio) {
             *low = low.min(ratio.low());
             *high = high.max(ratio.high());
+            self.under.insert(error, ratio);
         }
         if self.says != other.says {
             self.open_by.push((error, other.says));
