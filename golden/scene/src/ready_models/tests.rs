@@ -180,7 +180,11 @@ fn models_of_the_originals_sizes_show_their_scene() {
         ["cairn:ngp-full", "cairn:ngp"].map(|name| scene(name).render_float().unwrap().covered);
     let other = full.iter().zip(&ready).filter(|(a, b)| a != b).count();
     println!("cairn:ngp-full: {other} pixels covered otherwise");
-    assert!(other * 1000 <= full.len(), "{other} of {} pixels", full.len());
+    assert!(
+        other * 1000 <= full.len(),
+        "{other} of {} pixels",
+        full.len()
+    );
 }
 
 #[test]
