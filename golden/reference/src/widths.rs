@@ -46,8 +46,8 @@ pub fn truncation(n: u32, tail: bool, f: u32) -> f64 {
 /// bits.
 ///
 /// Radix 4 has one sum and one constant for two bits. An early out leaves a power of exponent k
-/// the iterations with which truncation is at most half a unit. Linear pieces:
-/// [`piecewise_budget`]. Infinite for a form without a known bound.
+/// the iterations with which truncation is at most half a unit. Linear pieces
+/// have the error of a chord and of rounding. Infinite for a form without a known bound.
 #[must_use]
 pub fn budget(config: &ExpConfig) -> f64 {
     if config.form == ExpForm::Piecewise {

@@ -38,7 +38,7 @@ const LONGEST_PATH: usize = 4095;
 
 impl Scene {
     /// Opens a scene: a built-in name, with a colon and a representation for analytic scenes; a
-    /// splat model of any format of [`files`] or of [`compact`]; a field; or a `.toml`
+    /// splat model of any format of [`files`] or of Compact-3DGS; a field; or a `.toml`
     /// description. Bare splats are seen from [`crate::Orbit::around`] them, y down as in 3DGS training,
     /// by the rules of `inria` on black.
     ///

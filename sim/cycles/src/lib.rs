@@ -2,7 +2,7 @@
 //! meters that use them to count a frame's work. Nothing here runs Verilog.
 //!
 //! [`gathering_unit`] and [`vector_unit`] step one clock cycle a call, and return every handshake,
-//! issue and counter of that cycle. [`closed`] computes the same totals for each MVoxel in closed
+//! issue and counter of that cycle. [`closed_form`] computes the same totals for each MVoxel in closed
 //! form, if sources and sink are always ready. Its run time does not depend on the number of
 //! entries. [`stimulus`] plans the readiness of sources and sink independently of any model, so
 //! that one plan can drive a model and hardware. [`drive`] runs a plan on a model.

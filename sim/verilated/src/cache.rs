@@ -45,7 +45,7 @@ fn root_of(set: &dyn Fn(&str) -> Option<OsString>) -> Result<PathBuf, Error> {
         .ok_or(Error::NoCacheDir)
 }
 
-/// A folder in the root, such as [`MODELS`]: created if missing, with permissions for the user
+/// A folder in the root, such as `models`: created if missing, with permissions for the user
 /// only, and swept.
 ///
 /// # Errors

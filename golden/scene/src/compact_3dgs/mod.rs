@@ -241,7 +241,7 @@ impl Compact {
     /// Upper bound of the error of a Gaussian's fixed-point colour, seen from `eye`.
     ///
     /// # Errors
-    /// Those of [`Compact::seen_in_codes`], except for units.
+    /// The colour field has no fixed-point form for the configuration.
     pub fn colours_off(&self, eye: DVec3, config: &Config) -> Result<f64, FieldError> {
         let off = (self.colour).off(&self.centres(), self.axes.of_file(eye), config)?;
         Ok(sh::basis(DVec3::X)[0] * off)

@@ -161,74 +161,77 @@ fn the_dvgo_model_is_rendered_in_codes() {
     assert!(psnr > 74.8, "{psnr} dB");
 }
 
-/// The geometry that a full-size model is for, and its values up to the tolerance of its kind: what is
-/// visible decides the counts. Floors are what was measured against the ready model, less 1 dB; Instant-NGP's
-/// is grey, so that only its transmittances are compared.
+/// A full-size model has the original's sizes, and shows its scene, since what is visible decides the
+/// counts. Floors are what was measured against the ready model, less 1 dB; Instant-NGP's is grey, so
+/// that only the covered pixels are compared.
 #[test]
-fn models_of_the_originals_sizes_show_their_scene() {
-    for (name, ready, floor) in [
-        ("cairn:dvgo-full", "cairn:dvgo", 45.0),
-        ("cairn:tensorf-full", "cairn:tensorf", 58.5),
-        ("cairn:splats-300k", "cairn:splats", 32.4),
-    ] {
-        let [full, ready] = [name, ready].map(|name| scene(name).render_float().unwrap().picture);
-        let psnr = full.psnr(&ready, |_| true).unwrap();
-        println!("{name}: {psnr:.1} dB");
-        assert!(psnr > floor, "{name}: {psnr} dB, floor {floor}");
-    }
-    let [full, ready] =
-        ["cairn:ngp-full", "cairn:ngp"].map(|name| scene(name).render_float().unwrap().covered);
-    let other = full.iter().zip(&ready).filter(|(a, b)| a != b).count();
-    println!("cairn:ngp-full: {other} pixels covered otherwise");
-    assert!(
-        other * 1000 <= full.len(),
-        "{other} of {} pixels",
-        full.len()
-    );
-}
-
-#[test]
-fn models_of_the_originals_sizes_have_them() {
-    let field = |name: &str| match scene(name).model() {
-        Model::Field(field) => field
-            .tables()
-            .iter()
-            .map(|t| (t.points(), t.rows(), t.channels()))
-            .collect::<Vec<_>>(),
-        _ => unreachable!("{name}"),
+fn models_of_the_originals_sizes_have_them_and_show_their_scene() {
+    let floors = |full: &Scene, ready: &str, floor: f64| {
+        let [found, ready] =
+            [full, &scene(ready)].map(|scene| scene.render_float().unwrap().picture);
+        let psnr = found.psnr(&ready, |_| true).unwrap();
+        println!("{}: {psnr:.1} dB", full.name());
+        assert!(psnr > floor, "{}: {psnr} dB, floor {floor}", full.name());
     };
-    let [(points, rows, 13)] = field("cairn:dvgo-full")[..] else {
+    let dvgo = scene("cairn:dvgo-full");
+    let [(points, rows, 13)] = tables(&dvgo)[..] else {
         unreachable!()
     };
-    assert!(
-        (rows as f64 / 160f64.powi(3) - 1.0).abs() < 0.02,
-        "{points:?}"
-    );
-    let tables = field("cairn:tensorf-full");
-    assert_eq!(tables.iter().map(|t| t.2).sum::<usize>(), 2 * 192);
-    assert!(tables[..3].iter().all(|t| t.0 == [300, 300, 1]));
-    assert!(tables[3..].iter().all(|t| t.0 == [300, 1, 1]));
-    let tables = field("cairn:ngp-full");
-    assert!(tables.len() == 16 && tables.iter().all(|t| t.2 == 2));
-    assert_eq!(tables.iter().filter(|t| t.1 == 1 << 19).count(), 11);
-    assert_eq!(tables[15].0, [2049; 3]);
-    has_gaussians("moons:splats-300k", 3e5);
+    let share = rows as f64 / 160f64.powi(3);
+    assert!((share - 1.0).abs() < 0.02, "{points:?}");
+    floors(&dvgo, "cairn:dvgo", 45.0);
+
+    let tensorf = scene("cairn:tensorf-full");
+    let own = tables(&tensorf);
+    assert_eq!(own.iter().map(|t| t.2).sum::<usize>(), 2 * 192);
+    assert!(own[..3].iter().all(|t| t.0 == [300, 300, 1]));
+    assert!(own[3..].iter().all(|t| t.0 == [300, 1, 1]));
+    floors(&tensorf, "cairn:tensorf", 58.5);
+
+    let splats = scene("cairn:splats-300k");
+    has_gaussians(&splats, 3e5);
+    floors(&splats, "cairn:splats", 32.4);
+
+    let ngp = scene("cairn:ngp-full");
+    let own = tables(&ngp);
+    assert!(own.len() == 16 && own.iter().all(|t| t.2 == 2));
+    assert_eq!(own.iter().filter(|t| t.1 == 1 << 19).count(), 11);
+    assert_eq!(own[15].0, [2049; 3]);
+    let covered = |scene: &Scene| scene.render_float().unwrap().covered;
+    let [full, ready] = [covered(&ngp), covered(&scene("cairn:ngp"))];
+    let other = full.iter().zip(&ready).filter(|(a, b)| a != b).count();
+    println!("cairn:ngp-full: {other} pixels covered otherwise");
+    let pixels = full.len();
+    assert!(other * 1000 <= pixels, "{other} of {pixels} pixels");
+}
+
+/// Vertices along each axis, rows and channels of a field's tables.
+fn tables(scene: &Scene) -> Vec<([usize; 3], usize, usize)> {
+    let Model::Field(field) = scene.model() else {
+        unreachable!("{}", scene.name())
+    };
+    let all = field.tables().iter();
+    all.map(|t| (t.points(), t.rows(), t.channels())).collect()
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn three_million_gaussians_are_as_many() {
-    has_gaussians("moons:splats-3m", 3e6);
+    has_gaussians(&scene("moons:splats-3m"), 3e6);
 }
 
 /// Each is replaced by a whole number of others.
-fn has_gaussians(name: &str, expected: f64) {
-    let scene = scene(name);
+fn has_gaussians(scene: &Scene, expected: f64) {
     let Model::Splats(cloud) = scene.model() else {
-        unreachable!("{name}")
+        unreachable!("{}", scene.name())
     };
     let share = cloud.len() as f64 / expected;
-    assert!((0.75..1.34).contains(&share), "{name}: {}", cloud.len());
+    assert!(
+        (0.75..1.34).contains(&share),
+        "{}: {}",
+        scene.name(),
+        cloud.len()
+    );
     assert_eq!(cloud.degree(), 3);
 }
 
