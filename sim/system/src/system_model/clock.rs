@@ -59,6 +59,8 @@ pub struct BlockPeriod {
     pub from: String,
     /// Whether it is estimated by formulas.
     pub is_estimated: bool,
+    /// Whether nothing is known of it, and it is taken as the slowest that was synthesised.
+    pub is_guess: bool,
 }
 
 /// Parameters that periods come from.
@@ -89,7 +91,7 @@ impl Clock {
         });
         let slowest = blocks.first().and_then(|own| own.ps);
         let reached_ghz = slowest.map(|ps| 1e3 / ps);
-        let is_certain = blocks.iter().all(|own| own.ps.is_some())
+        let is_certain = (blocks.iter().all(|own| own.ps.is_some() && !own.is_guess))
             && blocks.first().is_some_and(|own| !own.is_estimated);
         let origin = match (config.clock_ghz(), is_certain) {
             (Some(_), _) => ClockOrigin::Assumed,
@@ -111,6 +113,7 @@ struct Period {
     ps: f64,
     from: String,
     is_estimated: bool,
+    is_guess: bool,
 }
 
 impl Period {
@@ -119,6 +122,7 @@ impl Period {
             ps,
             from: from.to_owned(),
             is_estimated: true,
+            is_guess: false,
         }
     }
 }
@@ -155,17 +159,18 @@ impl Periods<'_> {
                 );
                 own.map(|own| Period::estimated(own.ps * ratio.period, &from))
             }
-            UnitSource::Unknown(why) => self.slowest(unit, why),
+            UnitSource::Unknown(why) => self.slowest(config, unit, why),
         };
-        let (ps, from, is_estimated) = match found {
-            Ok(own) => (Some(own.ps), own.from, own.is_estimated),
-            Err(why) => (None, why, true),
+        let (ps, from, is_estimated, is_guess) = match found {
+            Ok(own) => (Some(own.ps), own.from, own.is_estimated, own.is_guess),
+            Err(why) => (None, why, true, false),
         };
         BlockPeriod {
             block: unit.top().to_owned(),
             ps: ps.map(|ps| ps * (1.0 + self.wire_margin)),
             from,
             is_estimated,
+            is_guess,
         }
     }
 
@@ -186,26 +191,30 @@ impl Periods<'_> {
             ps: Some(ps * factors.delay * (1.0 + self.wire_margin)),
             from: format!("synthesis in {}{memories}", report.library.name),
             is_estimated: false,
+            is_guess: false,
         })
     }
 
     /// The period of the slowest unit that was synthesised, for one that nothing is known of: an
     /// unknown clock is no gain.
-    fn slowest(&self, unit: UnitKind, why: String) -> Result<Period, String> {
+    fn slowest(&self, config: &Config, unit: UnitKind, why: String) -> Result<Period, String> {
         let reports = self.known.reports.iter();
         let reported = reports.filter_map(|own| self.synthesised(&own.report, unit)?.ps);
         let reported = reported.map(|ps| ps / (1.0 + self.wire_margin));
         let node = self.known.fit.grid().library.node_nm;
         let factors = node.and_then(|node| scaling::logic(node, NODE_NM));
         let beside = self.known.fit.slowest_ps(unit).zip(factors);
-        let beside = beside.map(|(ps, factors)| ps * factors.delay);
-        match reported.chain(beside).reduce(f64::max) {
-            Some(ps) => Ok(Period::estimated(
-                ps,
-                &format!("not known, taken as the slowest that was synthesised: {why}"),
-            )),
-            None => Err(why),
-        }
+        let slower = match unit {
+            UnitKind::Gathering => self.slower_by_memories(config).0,
+            UnitKind::Vector | UnitKind::ArrayMac => 1.0,
+        };
+        let beside = beside.map(|(ps, factors)| ps * factors.delay * slower);
+        let ps = reported.chain(beside).reduce(f64::max).ok_or(&why)?;
+        let from = format!("not known, taken as the slowest that was synthesised: {why}");
+        Ok(Period {
+            is_guess: true,
+            ..Period::estimated(ps, &from)
+        })
     }
 
     /// Picoseconds of a unit in a ratio to a synthesised one, before the margin for wires.
@@ -238,6 +247,7 @@ impl Periods<'_> {
                 ps,
                 from: format!("synthesis in {}{beside}", grid.name),
                 is_estimated: unit == UnitKind::Gathering,
+                is_guess: false,
             });
         };
         let left_out = fit.left_out(family).map_err(|e| e.to_string())?;
@@ -286,6 +296,7 @@ impl Periods<'_> {
             ps: None,
             from: "the parameters lack it".to_owned(),
             is_estimated: true,
+            is_guess: false,
         })
     }
 
@@ -310,6 +321,7 @@ impl Periods<'_> {
                 ps: factor.as_ref().map(|factor| ps * factor.delay),
                 from: format!("cycle time by CACTI{of}"),
                 is_estimated: false,
+                is_guess: false,
                 block,
             })
         };
@@ -389,6 +401,12 @@ mod tests {
         assert!(slowest.from.starts_with("not known"), "{}", slowest.from);
         assert_eq!(own.origin, ClockOrigin::Estimated);
         assert!(own.ghz < 0.45, "{}", own.ghz);
+        // Even if another block is slower: it might be slower still.
+        let text = "[rit]\nentry = \"compact\"\n[gu]\nrecords_a_row = 2\n";
+        let own = clock(text, 0.0);
+        let found = own.blocks.iter().find(|own| own.block == "gathering_unit");
+        assert!(found.unwrap().is_guess, "{found:?}");
+        assert_eq!(own.origin, ClockOrigin::Estimated);
     }
 
     /// A unit between two of the grid's is estimated, and said to be.
