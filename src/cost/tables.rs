@@ -88,7 +88,8 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     say!(
         "GHz: 1 over the longest period of the accelerator's blocks at 12 nm, before wires: ~ \
          estimated, ! assumed, else synthesised; mJ and mm^2: - where no synthesis and no formula \
-         covers the units (potamoi synth measures them); PSNR: - where there is no reference picture"
+         covers the units (potamoi synth measures them); PSNR: - where there is no reference picture; \
+         {MID}"
     );
     for knob in knobs {
         say!("{}", sentence(knob, report));
@@ -185,7 +186,12 @@ pub(super) fn found(found: &SearchResult, default: &Point) {
             _ => String::new(),
         }
     );
+    say!("  {MID}");
 }
+
+/// What a time in these tables is.
+const MID: &str = "us: the geometric mean of a frame's time where all demands of the GPU's kernels \
+                   overlap and where none do (potamoi model prints both)";
 
 /// The accelerator's clock, marked where it is not synthesised.
 fn clock(point: &Point) -> String {

@@ -47,6 +47,11 @@ pub(super) fn ratio(of: &AtBounds<f64>) -> String {
     }
 }
 
+/// A saving of energy, which may not be known, and says nothing where it includes 1.
+pub(super) fn saving(of: Option<&AtBounds<f64>>) -> String {
+    of.map_or_else(|| "-".to_owned(), ratio)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -31,6 +31,11 @@ pub(crate) fn said(clock: &Clock) -> String {
     }
 }
 
+/// The clock and its origin, for the heading of a table.
+pub(super) fn at(clock: &Clock) -> String {
+    format!("{:.2} GHz, {}", clock.ghz, clock.origin.word())
+}
+
 /// The name of a row of figures, with the clock where that is not synthesised.
 pub(crate) fn marked(name: &str, clock: &Clock) -> String {
     match clock.origin {

@@ -56,6 +56,10 @@ pub(crate) fn print(rungs: &[Rung]) {
         ]);
     }
     say!("{table}");
+    say!(
+        "us: the geometric mean of a frame's time where all demands of the GPU's kernels overlap and \
+         where none do"
+    );
 }
 
 /// Prints the memory rates beside the replay of the frame's own accesses.

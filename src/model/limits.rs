@@ -4,13 +4,14 @@ use potamoi_explore::system::Modelled;
 use potamoi_system::system_model::{AtBounds, Outcome, Run};
 
 use super::bounds::{range, ratio, with_mid};
+use super::clock;
 use crate::tables;
 
 /// What bounds each variant, what the best units would give, and the GPU alone.
 pub(super) fn table(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
     let gpu = &found.gpu_only;
     let mut header = vec![
-        "what bounds it".to_owned(),
+        format!("what bounds it, {}", clock::at(&found.clock)),
         "bottleneck, demands overlapped".to_owned(),
         "and not overlapped".to_owned(),
         "frames/s if the units took no time".to_owned(),
@@ -29,7 +30,7 @@ pub(super) fn table(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
         let free = o.run.map(|run| run.free_units_ns);
         let over = found.over_gpu(o, &gpu.fused);
         let mut row = vec![
-            o.variant.name.to_owned(),
+            clock::marked(o.variant.name, &found.clock),
             busiest(&o.run.max),
             busiest(&o.run.sum),
             range(&free.map(|ns| frames / ns * 1e9)),

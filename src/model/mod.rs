@@ -201,6 +201,8 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     }
     if names.len() > 1 {
         side_by_side::print(&report);
+        let outcomes = report.scenes.iter().flat_map(|found| &found.outcomes);
+        tables::system_assumed(&system, outcomes.map(|o| o.scenario));
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, gathering_speed_up};
 use potamoi_system::system_model::{Alone, AtBounds, Outcome, Scenario};
 
-use super::bounds::{known, range, ratio};
+use super::bounds::{range, ratio, saving};
 use super::clock;
 use super::means;
 use super::report::Report;
@@ -41,7 +41,7 @@ pub(super) fn print(report: &Report<Modelled>) {
                 format!(
                     "{} ({})",
                     ratio(&found.speed_up(o)),
-                    known(found.saving(o).as_ref())
+                    saving(found.saving(o).as_ref())
                 )
             }));
             rows.add_row(row);
@@ -77,9 +77,13 @@ fn mean_rows(report: &Report<Modelled>, outcomes: &[usize]) -> Vec<(String, Vec<
         .collect();
     let row = |mean: &dyn Fn(&[AtBounds<f64>]) -> AtBounds<f64>| {
         let both = speed_ups.iter().zip(&savings);
-        both.map(|(speed_up, saving)| {
-            let saving = saving.as_ref().map(|own| mean(own));
-            format!("{} ({})", ratio(&mean(speed_up)), known(saving.as_ref()))
+        both.map(|(speed_up, own)| {
+            let of_energy = own.as_ref().map(|own| mean(own));
+            format!(
+                "{} ({})",
+                ratio(&mean(speed_up)),
+                saving(of_energy.as_ref())
+            )
         })
         .collect()
     };
@@ -99,6 +103,7 @@ fn mean_rows(report: &Report<Modelled>, outcomes: &[usize]) -> Vec<(String, Vec<
 fn alone(report: &Report<Modelled>) {
     let mut rows = tables::plain([
         "beside the GPU alone",
+        "GHz",
         "fused program, frames/s",
         "published program, frames/s",
         "variant",
@@ -117,6 +122,7 @@ fn alone(report: &Report<Modelled>) {
             let published = gpu.published.as_ref();
             rows.add_row([
                 clock::marked(&found.scene, &found.clock),
+                format!("{:.2}", found.clock.ghz),
                 per_second(&gpu.fused),
                 published.map_or_else(none, per_second),
                 o.variant.name.to_owned(),
@@ -133,6 +139,7 @@ fn alone(report: &Report<Modelled>) {
 fn gathering(report: &Report<Modelled>) {
     let mut rows = tables::plain([
         "gathering alone",
+        "GHz",
         "ms on the GPU",
         "ms on the unit",
         "speed-up",
@@ -146,6 +153,7 @@ fn gathering(report: &Report<Modelled>) {
         let (paper, _) = gathering_speed_up(&found.algorithm);
         rows.add_row([
             clock::marked(&found.scene, &found.clock),
+            format!("{:.2}", found.clock.ghz),
             range(&own.gpu_ns.map(|ns| ns * 1e-6)),
             range(&own.unit_ns.map(|ns| ns * 1e-6)),
             times(&own.gpu_ns, &own.unit_ns),

@@ -3,10 +3,10 @@
 use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, frames_per_second, gathering_speed_up};
 use potamoi_system::system_model::job_scheduler::Resource;
 use potamoi_system::system_model::work::{PathReplay, Replayed};
-use potamoi_system::system_model::{AtBounds, Frames, Gpu, Outcome, Run, Scenario, System};
+use potamoi_system::system_model::{AtBounds, Clock, Frames, Gpu, Outcome, Run, Scenario, System};
 use potamoi_warp::Profile;
 
-use super::bounds::{known, range, ratio, with_mid};
+use super::bounds::{known, range, ratio, saving, with_mid};
 use super::clock;
 use super::limits;
 use crate::stdout::say;
@@ -26,10 +26,11 @@ pub(super) fn percent(of: Option<f64>) -> String {
 }
 
 /// Counters of the GPU and memory, a frame.
-fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
+fn counters(clock: &Clock, outcomes: &[&Outcome]) -> comfy_table::Table {
     let is_remote = outcomes.iter().any(|o| o.run.max.remote_mj.is_some());
+    let title = format!("counts per frame, {}", clock::at(clock));
     let mut header = vec![
-        "counts per frame",
+        title.as_str(),
         "operations",
         "warps' instructions, millions",
         "L1, millions of lines",
@@ -47,7 +48,7 @@ fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
         let (spent, frames) = (&run.spent, run.frames as f64);
         let gpu = &spent.gpu;
         let mut row = vec![
-            o.variant.name.to_owned(),
+            clock::marked(o.variant.name, clock),
             format!("{:.1}", gpu.launches / frames),
             format!("{:.2}", gpu.instructions * 1e-6 / frames),
             format!("{:.2}", gpu.l1_lines * 1e-6 / frames),
@@ -69,7 +70,7 @@ fn counters(outcomes: &[&Outcome]) -> comfy_table::Table {
 }
 
 /// Utilisation of each part of the system.
-fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
+fn utilisation(clock: &Clock, outcomes: &[&Outcome]) -> comfy_table::Table {
     let parts = [
         (Resource::Gpu, "GPU"),
         (Resource::GatheringUnit, "gathering unit"),
@@ -84,8 +85,9 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
             .any(|o| o.run.max.utilisation.contains_key(of))
     };
     let parts: Vec<_> = parts.into_iter().filter(|(of, _)| used(of)).collect();
+    let title = format!("utilisation, {}", clock::at(clock));
     let mut header = vec![
-        "utilisation",
+        title.as_str(),
         "memory",
         "interconnect",
         "feature buffer",
@@ -97,7 +99,7 @@ fn utilisation(outcomes: &[&Outcome]) -> comfy_table::Table {
         let share =
             |of: &dyn Fn(&Run) -> f64| format!("{} %", range(&o.run.map(|run| 100.0 * of(run))));
         let mut row = vec![
-            o.variant.name.to_owned(),
+            clock::marked(o.variant.name, clock),
             share(&|run| run.memory_utilisation),
             share(&|run| run.interconnect_utilisation),
             share(&|run| run.feature_buffer_utilisation),
@@ -134,12 +136,12 @@ pub(super) fn print(found: &Modelled, system: &System) {
             let runs: Vec<Run> = own.iter().map(of).collect();
             say!(
                 "\nwhere demands of a GPU kernel {bound}\n{}",
-                stages(&own, &runs)
+                stages(&found.clock, &own, &runs)
             );
         }
-        say!("\n{}", utilisation(&own));
-        say!("\n{}", energy(&own));
-        say!("\n{}", counters(&own));
+        say!("\n{}", utilisation(&found.clock, &own));
+        say!("\n{}", energy(&found.clock, &own));
+        say!("\n{}", counters(&found.clock, &own));
     }
     gathering_alone(found);
     assumptions(found, system);
@@ -204,7 +206,7 @@ fn memory_rates(memory: &PathReplay) {
 /// Speed, energy and quality beside the baseline's and the paper's.
 fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
     let mut speed = tables::plain([
-        "",
+        &clock::at(&found.clock),
         "frames/s",
         "the paper's, 800 x 800",
         "ms per frame",
@@ -236,7 +238,7 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
             ratio(&found.speed_up(o)),
             figure(paper.speed_up),
             known(o.run.total_mj().as_ref()),
-            known(found.saving(o).as_ref()),
+            saving(found.saving(o).as_ref()),
             figure(paper.saving),
             format!(
                 "{:.2}",
@@ -255,7 +257,7 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
 }
 
 /// Time of a frame by stage.
-fn stages(own: &[&Outcome], runs: &[Run]) -> comfy_table::Table {
+fn stages(clock: &Clock, own: &[&Outcome], runs: &[Run]) -> comfy_table::Table {
     let stages = [
         "indexing",
         "gathering",
@@ -270,12 +272,15 @@ fn stages(own: &[&Outcome], runs: &[Run]) -> comfy_table::Table {
         .into_iter()
         .filter(|s| runs.iter().any(|run| run.stages.contains_key(s)))
         .collect();
-    let mut header =
-        vec!["ms per frame: own work + memory transfers (bottleneck) + waiting for the unit"];
+    let title = format!(
+        "ms per frame, {}: own work + memory transfers (bottleneck) + waiting for the unit",
+        clock::at(clock)
+    );
+    let mut header = vec![title.as_str()];
     header.extend(&used);
     let mut times = tables::plain(&header);
     for (o, run) in own.iter().zip(runs) {
-        let mut row = vec![o.variant.name.to_owned()];
+        let mut row = vec![clock::marked(o.variant.name, clock)];
         row.extend(used.iter().map(|stage| {
             run.stages.get(stage).map_or_else(
                 || "-".to_owned(),
@@ -296,14 +301,15 @@ fn stages(own: &[&Outcome], runs: &[Run]) -> comfy_table::Table {
 }
 
 /// Energy of a frame by part.
-fn energy(own: &[&Outcome]) -> comfy_table::Table {
+fn energy(clock: &Clock, own: &[&Outcome]) -> comfy_table::Table {
     let parts = own[0].run.max.energy.named().map(|(name, _)| name);
-    let mut header = vec!["mJ per frame"];
+    let title = format!("mJ per frame, {}", clock::at(clock));
+    let mut header = vec![title.as_str()];
     header.extend(parts);
     header.push("of memory: data lines");
     let mut energy = tables::plain(&header);
     for o in own {
-        let mut row = vec![o.variant.name.to_owned()];
+        let mut row = vec![clock::marked(o.variant.name, clock)];
         let sum = o.run.sum.energy.named();
         let both = o.run.max.energy.named().into_iter().zip(sum);
         row.extend(both.map(|((_, max), (_, sum))| {
@@ -321,8 +327,10 @@ fn gathering_alone(found: &Modelled) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
     say!(
-        "\ngathering of a full frame: {} ms on the GPU, {} ms on the unit, a speed-up of {} (the \
-         paper: {paper} {whose})",
+        "\n{}, {}: {} ms on the GPU, {} ms on the unit, a speed-up of {} (the paper: {paper} \
+         {whose})",
+        clock::marked("gathering of a full frame", &found.clock),
+        clock::said(&found.clock),
         range(&gathered.gpu_ns.map(|ns| ns * 1e-6)),
         range(&gathered.unit_ns.map(|ns| ns * 1e-6)),
         times(&gathered.gpu_ns, &gathered.unit_ns)
@@ -349,23 +357,24 @@ fn assumptions(found: &Modelled, system: &System) {
             unknown.why
         );
     }
+    system_assumed(system, found.outcomes.iter().map(|o| o.scenario));
+    say!(
+        "each figure that depends on a GPU is from where all demands of a kernel overlap to where \
+         none do; mid is the geometric mean; a ratio that includes 1 is no conclusion"
+    );
+}
+
+/// The GPUs and the memory, with what is assumed of them.
+pub(super) fn system_assumed(system: &System, mut scenarios: impl Iterator<Item = Scenario>) {
     say!(
         "GPU: {}; assumed: walked and blending shares and the longest tile of splats, lines and \
          sectors of a request of fields (sim/gpu/rows)",
-        described(&system.gpu)
+        described(&system.gpu, system)
     );
     say!("memory: {}", memory_described(system));
-    if found
-        .outcomes
-        .iter()
-        .any(|o| o.scenario == Scenario::Remote)
-    {
-        say!("remote GPU: {}", described(&system.remote));
+    if scenarios.any(|scenario| scenario == Scenario::Remote) {
+        say!("remote GPU: {}", described(&system.remote, system));
     }
-    say!(
-        "each figure that depends on a GPU is from where all demands of a kernel overlap to where \
-         none do; mid is the geometric mean; a speed-up that includes 1 is no conclusion"
-    );
 }
 
 /// Device, channels, packages and rate of the memory, and the energy of its data lines.
@@ -386,13 +395,17 @@ fn memory_described(system: &System) -> String {
     )
 }
 
-/// Device, power mode and watts of a GPU.
-fn described(gpu: &Gpu) -> String {
-    let memory = match gpu.shares_memory {
-        true => "the system's memory",
-        false => "a memory of its own",
-    };
+/// Device, power mode, memory and watts of a GPU.
+fn described(gpu: &Gpu, system: &System) -> String {
     let device = &gpu.device;
+    let peak = f64::from(system.memory_channels) * system.memory.peak_gb_s();
+    let memory = match gpu.shares_memory {
+        true => format!(
+            "the system's memory of {peak:.1} GB/s (by itself it has {:.0} GB/s)",
+            device.dram_gb_s
+        ),
+        false => format!("a memory of its own of {:.0} GB/s", device.dram_gb_s),
+    };
     format!(
         "{} ({}), {memory}, {} W active, {} W idle (assumed)",
         device.title, device.mode, device.watts, gpu.idle_watts

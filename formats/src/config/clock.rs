@@ -42,6 +42,11 @@ pub(super) fn in_mhz(document: Value) -> Result<(Value, Option<String>), Wrong> 
     Ok((Value::Map(entries.into()), note))
 }
 
+/// The error of a document in the names of files: a list of keys has the new one.
+pub(super) fn in_names_of_files(wrong: Wrong) -> Wrong {
+    wrong.reworded(&format!("one of {OLD}"), &format!("one of {KEY}"))
+}
+
 impl Config {
     /// Assumed clock in GHz; `None`: the clock that synthesis reaches.
     #[must_use]
@@ -112,6 +117,7 @@ mod tests {
             ("clock_ghz = -1", "-1"),
             ("clock_ghz = nan", "NaN"),
             ("clock_ghz = \"fast\"", "fast"),
+            ("[mft]\nrows = 3", "expected one of clock_ghz, mvoxel"),
             ("clock_ghz = 0", "clock_ghz = 0"),
             ("clock_ghz = 11", "0.001 to 10"),
         ] {

@@ -141,7 +141,7 @@ impl Config {
         let (config, note) = document::toml(bytes)
             .and_then(clock::in_mhz)
             .and_then(|(document, note)| Ok((document.read::<Self>()?, note)))
-            .map_err(|wrong| ConfigError::parse(origin, &wrong))?;
+            .map_err(|wrong| ConfigError::parse(origin, &clock::in_names_of_files(wrong)))?;
         let breaches = rules::check(&config);
         if breaches.is_empty() {
             Ok((config, note))

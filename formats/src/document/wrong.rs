@@ -55,6 +55,14 @@ impl Wrong {
         self
     }
 
+    /// The error with one word of its problem replaced, where a type's name of a key is not that of
+    /// files.
+    #[must_use]
+    pub fn reworded(mut self, word: &str, by: &str) -> Self {
+        self.problem = self.problem.replace(word, by);
+        self
+    }
+
     /// Path of the value, such as `frames[3].fl_x`; empty for the whole document.
     #[must_use]
     pub fn field(&self) -> String {

@@ -256,6 +256,32 @@ mod tests {
         }
     }
 
+    /// Each pipe of the multiprocessors by itself bounds the issue of its instructions.
+    #[test]
+    fn each_pipe_takes_a_lane_clock_an_operation() {
+        let device = Device::builtin("xavier-maxn").unwrap();
+        let clocks = |set: fn(&mut Kernel)| {
+            let mut own = Kernel::new("one pipe");
+            set(&mut own);
+            let of_issue = own
+                .terms(&device)
+                .into_iter()
+                .find(|(term, _)| *term == Term::Issue);
+            of_issue.unwrap().1 * device.sm_hz()
+        };
+        for (found, lanes) in [
+            (clocks(|own| own.fp32 = 1e6), device.fp32_lanes),
+            (clocks(|own| own.int = 1e6), device.int_lanes),
+            (clocks(|own| own.sfu = 1e6), device.sfu_lanes),
+            (clocks(|own| own.instructions = 1e6), WARP * SCHEDULERS),
+        ] {
+            assert!(
+                (found * lanes / (1e6 * WARP) - 1.0).abs() < 1e-12,
+                "{lanes}: {found}"
+            );
+        }
+    }
+
     #[test]
     fn a_kernel_scales_linearly() {
         let device = Device::builtin("orin-nx").unwrap();

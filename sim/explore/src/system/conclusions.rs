@@ -269,6 +269,7 @@ impl Conclusion {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::float_cmp)]
     use super::*;
 
     #[test]
@@ -279,6 +280,36 @@ mod tests {
         assert_eq!(of(0.999, 1.002), "as fast");
         assert_eq!(of(0.9, 1.1), "no conclusion");
         assert_eq!(of(1.0, 1.02), "no conclusion");
+    }
+
+    /// Each error changes the system or the clock by the factor that its text names, and nothing
+    /// else.
+    #[test]
+    fn errors_are_as_large_as_they_say() {
+        let plain = System::default();
+        let mut seen = 0;
+        for error in ModelError::all().unwrap() {
+            let mut other = plain.clone();
+            (error.make)(&mut other);
+            let gpu = other.gpu.device.clock_ghz / plain.gpu.device.clock_ghz;
+            let remote = other.remote.device.clock_ghz / plain.remote.device.clock_ghz;
+            let means = &error.note.means;
+            let said = |factor: f64| means.starts_with(&format!("{factor:.2} times"));
+            seen += 1;
+            match error.note.name {
+                "slower GPUs" => assert!(said(1.0 / gpu) && gpu == remote, "{gpu} {means}"),
+                "faster GPUs" => assert!(said(gpu) && gpu == remote, "{gpu} {means}"),
+                "slowest GPUs" => assert!(said(1.0 / gpu) && gpu < 0.5, "{gpu} {means}"),
+                "wires" => assert_eq!((error.clock, &other), (1.0 / 1.25, &plain)),
+                "half the interconnect" => {
+                    let ratio = other.interconnect_over_memory / plain.interconnect_over_memory;
+                    assert_eq!((ratio, gpu), (0.5, 1.0));
+                }
+                "blocks in a bank" => assert_eq!((other.feature_block_banks, gpu), (1, 1.0)),
+                other => unreachable!("{other} has no test"),
+            }
+        }
+        assert_eq!(seen, 6);
     }
 
     #[test]

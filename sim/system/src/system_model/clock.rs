@@ -30,7 +30,8 @@ pub struct Clock {
 pub enum ClockOrigin {
     /// The longest period is of a block that was synthesised, or of a memory.
     Synthesised,
-    /// The longest period is of formulas, or that of another block may be longer and is not known.
+    /// The longest period is of formulas, or that of another block may be longer: it is not known, or
+    /// is within its error.
     Estimated,
     /// The user assumes it.
     Assumed,
@@ -59,8 +60,21 @@ pub struct BlockPeriod {
     pub from: String,
     /// Whether it is estimated by formulas.
     pub is_estimated: bool,
+    /// Root mean square error of an estimate, as a share, where it is known.
+    pub error: Option<f64>,
     /// Whether nothing is known of it, and it is taken as the slowest that was synthesised.
     pub is_guess: bool,
+}
+
+impl BlockPeriod {
+    /// Picoseconds with the error of the estimate; `None` where either is not known.
+    fn at_most_ps(&self) -> Option<f64> {
+        match (self.is_guess, self.is_estimated) {
+            (true, _) => None,
+            (false, true) => Some(self.ps? * (1.0 + self.error?)),
+            (false, false) => self.ps,
+        }
+    }
 }
 
 /// Parameters that periods come from.
@@ -91,8 +105,12 @@ impl Clock {
         });
         let slowest = blocks.first().and_then(|own| own.ps);
         let reached_ghz = slowest.map(|ps| 1e3 / ps);
-        let is_certain = (blocks.iter().all(|own| own.ps.is_some() && !own.is_guess))
-            && blocks.first().is_some_and(|own| !own.is_estimated);
+        // An estimated block may be the slowest within its error.
+        let is_certain = blocks.first().is_some_and(|own| !own.is_estimated)
+            && (blocks.iter().map(BlockPeriod::at_most_ps)).all(|own| {
+                own.zip(slowest)
+                    .is_some_and(|(own, slowest)| own <= slowest)
+            });
         let origin = match (config.clock_ghz(), is_certain) {
             (Some(_), _) => ClockOrigin::Assumed,
             (None, true) => ClockOrigin::Synthesised,
@@ -112,15 +130,17 @@ impl Clock {
 struct Period {
     ps: f64,
     from: String,
+    error: Option<f64>,
     is_estimated: bool,
     is_guess: bool,
 }
 
 impl Period {
-    fn estimated(ps: f64, from: &str) -> Self {
+    fn estimated(ps: f64, error: Option<f64>, from: &str) -> Self {
         Self {
             ps,
             from: from.to_owned(),
+            error,
             is_estimated: true,
             is_guess: false,
         }
@@ -145,8 +165,10 @@ impl Periods<'_> {
             UnitSource::Composed(Base::Reported(base), ratio) => {
                 let own = self.beside(base, unit, ratio);
                 let own = own.ok_or_else(|| "the node of its parameters has no factors".to_owned());
+                let error = Some(self.known.fit.composition_errors().period.rms);
                 own.map(|ps| {
-                    Period::estimated(ps, &format!("{COMPOSED}numbers in which it differs"))
+                    let from = format!("{COMPOSED}numbers in which it differs");
+                    Period::estimated(ps, error, &from)
                 })
             }
             UnitSource::Composed(Base::Beside(base), ratio) => {
@@ -157,20 +179,28 @@ impl Periods<'_> {
                     100.0 * error.rms,
                     error.points
                 );
-                own.map(|own| Period::estimated(own.ps * ratio.period, &from))
+                own.map(|own| Period::estimated(own.ps * ratio.period, Some(error.rms), &from))
             }
             UnitSource::Unknown(why) => self.slowest(config, unit, why),
         };
-        let (ps, from, is_estimated, is_guess) = match found {
-            Ok(own) => (Some(own.ps), own.from, own.is_estimated, own.is_guess),
-            Err(why) => (None, why, true, false),
-        };
-        BlockPeriod {
-            block: unit.top().to_owned(),
-            ps: ps.map(|ps| ps * (1.0 + self.wire_margin)),
-            from,
-            is_estimated,
-            is_guess,
+        let block = unit.top().to_owned();
+        match found {
+            Ok(own) => BlockPeriod {
+                block,
+                ps: Some(own.ps * (1.0 + self.wire_margin)),
+                from: own.from,
+                is_estimated: own.is_estimated,
+                error: own.error,
+                is_guess: own.is_guess,
+            },
+            Err(why) => BlockPeriod {
+                block,
+                ps: None,
+                from: why,
+                is_estimated: true,
+                error: None,
+                is_guess: false,
+            },
         }
     }
 
@@ -191,6 +221,7 @@ impl Periods<'_> {
             ps: Some(ps * factors.delay * (1.0 + self.wire_margin)),
             from: format!("synthesis in {}{memories}", report.library.name),
             is_estimated: false,
+            error: None,
             is_guess: false,
         })
     }
@@ -213,7 +244,7 @@ impl Periods<'_> {
         let from = format!("not known, taken as the slowest that was synthesised: {why}");
         Ok(Period {
             is_guess: true,
-            ..Period::estimated(ps, &from)
+            ..Period::estimated(ps, None, &from)
         })
     }
 
@@ -247,10 +278,13 @@ impl Periods<'_> {
                 ps,
                 from: format!("synthesis in {}{beside}", grid.name),
                 is_estimated: unit == UnitKind::Gathering,
+                // Its memories' share is that of a unit that was synthesised, in another size.
+                error: None,
                 is_guess: false,
             });
         };
         let left_out = fit.left_out(family).map_err(|e| e.to_string())?;
+        let rms = Some(left_out.period.rms);
         let error = format!(
             "formulas, rms error {:.1} % at held-out points",
             100.0 * left_out.period.rms
@@ -262,9 +296,10 @@ impl Periods<'_> {
         });
         Ok(match alike {
             Some(ps) => {
-                Period::estimated(ps, &format!("synthesis of other numbers, times {error}"))
+                let from = format!("synthesis of other numbers, times {error}");
+                Period::estimated(ps, rms, &from)
             }
-            None => Period::estimated(ps, &format!("{error}{beside}")),
+            None => Period::estimated(ps, rms, &format!("{error}{beside}")),
         })
     }
 
@@ -296,6 +331,7 @@ impl Periods<'_> {
             ps: None,
             from: "the parameters lack it".to_owned(),
             is_estimated: true,
+            error: None,
             is_guess: false,
         })
     }
@@ -321,6 +357,7 @@ impl Periods<'_> {
                 ps: factor.as_ref().map(|factor| ps * factor.delay),
                 from: format!("cycle time by CACTI{of}"),
                 is_estimated: false,
+                error: None,
                 is_guess: false,
                 block,
             })

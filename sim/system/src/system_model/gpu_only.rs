@@ -158,3 +158,26 @@ fn tensorf(work: &FrameWork) -> TorchTensorf {
         sectors,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use potamoi_gpu::rows::{At, Row};
+
+    use super::*;
+
+    /// The counts that are taken from the measured rows are those rows' likely ones.
+    #[test]
+    fn assumed_counts_are_those_of_the_rows() {
+        let rows = Row::all().unwrap();
+        let of = |id: &str| rows.iter().find(|row| row.id == id).unwrap().at(At::Mid);
+        for (id, [lines, sectors]) in [
+            ("2080ti-torch-ngp-lego", HASHED),
+            ("v100-torch-tensorf-lego", CHANNEL_MAJOR),
+        ] {
+            let counts = of(id);
+            let found = ["rounds", "lines", "sectors"].map(|name| counts[name]);
+            assert_eq!(found, [ROUNDS, lines, sectors], "{id}");
+        }
+    }
+}

@@ -182,21 +182,25 @@ impl System {
     }
 
     /// The system that the command line names: a description's file, or the paper's system with
-    /// another device, by name.
+    /// another device, by name or by the device's file.
     ///
     /// # Errors
     /// As [`System::read`]; no device has that name.
     pub fn named(given: &Path) -> Result<Self, SystemError> {
         let is_name = |name: &&str| !is_file(name) && !given.exists();
         match given.to_str().filter(is_name) {
+            None if is_device(given) => Self::with_device(&given.display().to_string()),
             None => Self::read(given),
-            Some(name) => {
-                let system = Self::default();
-                let gpu = system.gpu.clone().of_device(name);
-                let gpu = gpu.map_err(|error| SystemError::Device(error.to_string()))?;
-                Ok(Self { gpu, ..system })
-            }
+            Some(name) => Self::with_device(name),
         }
+    }
+
+    /// The paper's system with another device: its name, or the path of its file.
+    fn with_device(given: &str) -> Result<Self, SystemError> {
+        let system = Self::default();
+        let gpu = system.gpu.clone().of_device(given);
+        let gpu = gpu.map_err(|error| SystemError::Device(error.to_string()))?;
+        Ok(Self { gpu, ..system })
     }
 
     /// Reads a description from a file's bytes. Paths of device files are relative to the current
@@ -297,6 +301,13 @@ impl System {
             ..MacArray::PAPER
         }
     }
+}
+
+/// Whether a file describes a device and not a system: it has a figure that every device has.
+fn is_device(path: &Path) -> bool {
+    let read = potamoi_base::files::read(path, LARGEST).ok().flatten();
+    let document = read.and_then(|bytes| document::toml(&bytes).ok());
+    document.is_some_and(|own| own.get("multiprocessors").is_some())
 }
 
 #[cfg(test)]

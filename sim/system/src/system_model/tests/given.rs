@@ -31,6 +31,8 @@ fn a_system_is_a_device_or_a_file_with_files_beside_it() {
     let folder = tempfile::tempdir().unwrap();
     let device = include_str!("../../../../gpu/devices/orin-nano.toml");
     std::fs::write(folder.path().join("mine.toml"), device).unwrap();
+    let bare = System::named(&folder.path().join("mine.toml")).unwrap();
+    assert_eq!(bare.gpu.device.name, "mine");
     let path = folder.path().join("s.toml");
     std::fs::write(&path, "gpu.device = \"mine.toml\"\n").unwrap();
     let found = System::named(&path).unwrap();

@@ -26,7 +26,16 @@ proptest! {
                 // Both do the same work.
                 prop_assert_eq!(run.max.spent, run.sum.spent);
                 for own in [&run.max, &run.sum] {
-                    prop_assert!(own.free_units_ns <= own.span_ns);
+                    let free = own.free_units_ns;
+                    prop_assert!(free <= own.span_ns);
+                    // All bytes still move, and nothing but others' work and bytes takes time.
+                    let bytes = [own.memory_utilisation, own.interconnect_utilisation];
+                    let bytes = bytes.map(|share| share * own.span_ns);
+                    prop_assert!(free >= bytes[0].max(bytes[1]) * (1.0 - 1e-9), "{free} {bytes:?}");
+                    let others = own.demand.iter().filter(|(of, _)| !of.is_unit());
+                    let others: f64 = others.map(|(_, share)| share * own.span_ns).sum();
+                    let most = others + bytes[0] + bytes[1];
+                    prop_assert!(free <= most * (1.0 + 1e-9), "{free} {others} {bytes:?}");
                     let (name, share) = own.bottleneck();
                     prop_assert!(share > 0.0 && share <= 1.0 + 1e-9, "{name}: {share}");
                 }
