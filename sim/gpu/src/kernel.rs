@@ -267,7 +267,7 @@ mod tests {
                 .terms(&device)
                 .into_iter()
                 .find(|(term, _)| *term == Term::Issue);
-            of_issue.unwrap().1 * device.sm_hz()
+            of_issue.unwrap().1 * device.sm_hz() * ISSUE_SHARE
         };
         for (found, lanes) in [
             (clocks(|own| own.fp32 = 1e6), device.fp32_lanes),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{By, Check, Summary, ablation, leave_one_out};
+use super::{By, Check, Summary, ablation, leave_one_out, with_one_count};
 use crate::rows::Measured;
 
 fn checks(judged: bool) -> Vec<Check> {
@@ -47,6 +47,30 @@ fn predictions(checks: &[Check]) -> String {
             rate(check.at_twice),
             rate(check.slowest),
             rate(check.fastest),
+        );
+    }
+    text
+}
+
+/// Mid at half and at twice each count by itself; counts fixed by picture or program are left out.
+fn each_count(checks: &[Check]) -> String {
+    let mut text = "| program, scene | device | mid | at half to at twice each count by itself |\n|---|---|---|---|\n".to_owned();
+    for check in checks {
+        let own = &check.measured.row;
+        let mut all = vec![];
+        for name in own.counts.keys() {
+            let [half, twice] = [0.5, 2.0].map(|by| rate(with_one_count(own, name, by).unwrap()));
+            if half != twice {
+                all.push(format!("{name} {half} to {twice}"));
+            }
+        }
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} |",
+            own.title,
+            device(&check.measured),
+            rate(check.frames_s()),
+            all.join("; "),
         );
     }
     text
@@ -103,6 +127,7 @@ fn the_table_of_the_book_has_today_s_predictions() {
     let (judged, beside) = (checks(true), checks(false));
     let tables = [
         ("judged", predictions(&judged)),
+        ("counts", each_count(&judged)),
         ("errors", errors(&judged)),
         ("beside", predictions(&beside)),
         ("lacking", lacking(&beside)),
