@@ -57,7 +57,7 @@ fn variants_stand_beside_the_baseline_and_the_paper() {
         "the paper's mean",
         "53.1",
         "the GPU alone",
-        "a speed-up that includes 1 is no conclusion",
+        "a ratio that includes 1 is no conclusion",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
