@@ -24,6 +24,10 @@ pub(crate) fn live(module: &Module) -> Vec<bool> {
     for inst in &module.instances {
         queue.extend(inst.inputs.iter().map(|(_, n)| *n));
     }
+    // The text of an array has the vector itself, of which its instances have parts.
+    for (_, fed) in module.arrays.iter().flat_map(|array| &array.inputs) {
+        queue.push(fed.node);
+    }
     let mut read = vec![false; module.memories.len()];
     while let Some(id) = queue.pop() {
         if std::mem::replace(&mut live[id], true) {
@@ -133,6 +137,8 @@ pub(crate) fn check(module: &Module) -> Vec<IrError> {
                 .iter()
                 .map(|i| (i.name.as_str(), "instance")),
         )
+        .chain(module.arrays.iter().map(|a| (a.name.as_str(), "array")))
+        .chain(loop_variables(module).map(|v| (v, "loop variable")))
         .chain(module.ports.iter().map(|p| (p.name.as_str(), "port")))
         .chain(std::iter::once((module.name.as_str(), "module")));
     for (name, kind) in all {
@@ -231,6 +237,16 @@ pub(crate) fn same_cycle_inputs(
     Ok(outputs.map(|(i, p)| (i, inputs[p.node].clone())).collect())
 }
 
+/// Variables of the loops of arrays, each once: arrays may share them.
+fn loop_variables(module: &Module) -> impl Iterator<Item = &str> {
+    let loops = module.arrays.iter().flat_map(|a| &a.loops);
+    let matrices = module.transposed.iter();
+    let matrices = matrices.flat_map(|of| [&of.rows, &of.columns]);
+    let all = loops.chain(matrices).map(|(variable, _)| variable.as_str());
+    let all: BTreeSet<&str> = all.collect();
+    all.into_iter()
+}
+
 fn same_names(
     module: &Module,
     seen: &mut BTreeMap<String, Arc<Module>>,
@@ -238,13 +254,18 @@ fn same_names(
 ) {
     for inst in &module.instances {
         match seen.get(&inst.module.name) {
-            Some(other) if Arc::ptr_eq(other, &inst.module) => continue,
+            Some(other) if is_same(other, &inst.module) => continue,
             Some(_) => clash(&inst.module.name),
             None => {}
         }
         seen.insert(inst.module.name.clone(), inst.module.clone());
         same_names(&inst.module, seen, clash);
     }
+}
+
+/// Whether two modules of one name are one, or made alike.
+fn is_same(a: &Arc<Module>, b: &Arc<Module>) -> bool {
+    Arc::ptr_eq(a, b) || a.doc == b.doc && a.digest() == b.digest()
 }
 
 fn legal(name: &str) -> bool {

@@ -14,7 +14,7 @@ use super::{Module, check};
 pub struct Fault {
     /// Module that declares the register; all instances are affected.
     pub module: String,
-    /// Name of the register.
+    /// Name of the register, or `name[i]` for value `i` of one that is a vector of values.
     pub register: String,
     /// The change.
     pub change: Change,
@@ -85,6 +85,8 @@ impl Fault {
             ports: module.ports.clone(),
             memories: module.memories.clone(),
             instances: module.instances.clone(),
+            arrays: module.arrays.clone(),
+            transposed: module.transposed.clone(),
             contracts: module.contracts.clone(),
             sections: module.sections.clone(),
             unused: module.unused.clone(),
@@ -103,22 +105,42 @@ impl Fault {
         Ok(copy)
     }
 
+    /// The name of the register, and the value that is meant of a vector.
+    fn place(&self) -> (&str, Option<u32>) {
+        let value = self.register.strip_suffix(']');
+        let parts = value.and_then(|text| text.rsplit_once('['));
+        let parts = parts.and_then(|(name, index)| Some((name, index.parse().ok()?)));
+        parts.map_or((&*self.register, None), |(name, index)| (name, Some(index)))
+    }
+
     fn change(&self, module: &mut Module) -> Result<(), FaultError> {
         let live = check::live(module);
+        let (name, value) = self.place();
         let named = |(i, n): &(usize, &Node)| {
-            n.name.as_deref() == Some(&self.register) && matches!(n.op, Op::Reg { .. }) && live[*i]
+            n.name.as_deref() == Some(name) && matches!(n.op, Op::Reg { .. }) && live[*i]
         };
         let Some((id, node)) = module.nodes.iter().enumerate().find(named) else {
             return Err(self.error("it has no register of that name".to_owned()));
         };
-        let (ty, section) = (node.ty, node.section);
+        let (whole, section) = (node.ty, node.section);
+        let (ty, low) = match (value, node.values) {
+            (None, _) => (whole, 0),
+            (Some(index), Some(width)) if index < whole.width / width => {
+                (Ty::u(width), index * width)
+            }
+            (Some(index), _) => return Err(self.error(format!("it has no value {index}"))),
+        };
         match &self.change {
             Change::Reset(value) if *value < ty.min() || *value > ty.max() => {
                 Err(self.error(format!("{value} is no value of type {ty}")))
             }
             Change::Reset(value) => {
                 if let Op::Reg { reset, .. } = &mut module.nodes[id].op {
-                    reset.clone_from(value);
+                    let old = (&*reset >> low) & ((BigInt::from(1) << ty.width) - 1);
+                    *reset = match ty == whole {
+                        true => value.clone(),
+                        false => &*reset + ((value - old) << low),
+                    };
                 }
                 Ok(())
             }
@@ -127,19 +149,21 @@ impl Fault {
             }
             Change::ResetBit(bit) => {
                 if let Op::Reg { reset, .. } = &mut module.nodes[id].op {
-                    *reset ^= mask(ty, *bit);
+                    *reset ^= mask(whole, low + bit);
                 }
                 Ok(())
             }
             Change::Invert(bit) => {
-                let mask = mask(ty, *bit);
+                let mask = mask(whole, low + bit);
                 let plain = |op| Node {
                     op,
-                    ty,
+                    ty: whole,
                     name: None,
                     note: None,
                     section,
                     exact: false,
+                    values: None,
+                    indexed: false,
                 };
                 let lit = module.nodes.len();
                 module.nodes.push(plain(Op::Lit(mask)));

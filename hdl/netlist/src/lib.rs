@@ -57,7 +57,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-pub use builder::ModuleBuilder;
+pub use builder::{Feed, InstanceArray, ModuleBuilder};
 pub use digest::Digest;
 pub use error_analysis::IntervalInterpreter;
 pub use fault::{Change, Fault, FaultError};
@@ -70,7 +70,7 @@ pub use range::Interval;
 pub(crate) use range::ModuleRanges;
 pub use range::{Ranges, ranges};
 
-use node::{Contract, Inst, Memory, Node, Port};
+use node::{Array, Contract, Inst, Memory, Node, Port, Transposed};
 
 /// A complete module.
 #[derive(Debug, Clone)]
@@ -82,6 +82,8 @@ pub struct Module {
     pub(crate) ports: Vec<Port>,
     pub(crate) memories: Vec<Memory>,
     pub(crate) instances: Vec<Inst>,
+    pub(crate) arrays: Vec<Array>,
+    pub(crate) transposed: Vec<Transposed>,
     pub(crate) contracts: Vec<Contract>,
     pub(crate) sections: Vec<String>,
     pub(crate) unused: BTreeMap<usize, String>,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::fixed::Rounding;
-use potamoi_netlist::{Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, Module, ModuleBuilder, Signal, Ty};
 
 /// What the errors are after a misuse of a module with an input of each type.
 fn errors(misuse: impl FnOnce(&mut ModuleBuilder, &Inputs)) -> String {
@@ -37,6 +37,14 @@ fn leaf() -> Arc<Module> {
     let mut b = ModuleBuilder::new("leaf");
     let x = b.input("x", Ty::u(8), "");
     let y = b.not(x);
+    b.output("y", y, "");
+    b.finish().unwrap()
+}
+
+fn other_leaf() -> Arc<Module> {
+    let mut b = ModuleBuilder::new("leaf");
+    let x = b.input("x", Ty::u(8), "");
+    let y = b.neg(x);
     b.output("y", y, "");
     b.finish().unwrap()
 }
@@ -374,8 +382,36 @@ fn checks_find_what_is_wrong_with_the_whole() {
         ),
         (
             |b, i| {
-                let (one, other) = (leaf(), leaf());
+                let feeds = [("x", Feed::Each(i.byte))];
+                b.array("row", &leaf(), &[("n", 2)], &feeds);
+            },
+            "port `x` is u8, 2 of it are connected to a_byte: u8",
+        ),
+        (
+            |b, i| {
+                let array = b.array("row", &leaf(), &[("n", 2)], &[("x", Feed::Shared(i.byte))]);
+                b.feed(array, "x", Feed::Along(&[1], i.byte));
+            },
+            "it has no loop 1",
+        ),
+        (
+            |b, i| {
+                b.array("row", &leaf(), &[], &[("x", Feed::Shared(i.byte))]);
+            },
+            "an array needs a loop",
+        ),
+        (
+            |b, i| {
+                b.as_values(i.byte, 3);
+            },
+            "no vector of 3 bits each",
+        ),
+        (
+            |b, i| {
+                // One that is made alike is the same.
+                let (one, alike, other) = (leaf(), leaf(), other_leaf());
                 b.instance("l", &one, &[("x", i.byte)]);
+                b.instance("j", &alike, &[("x", i.byte)]);
                 b.instance("k", &other, &[("x", i.byte)]);
             },
             "two different modules are called `leaf`",

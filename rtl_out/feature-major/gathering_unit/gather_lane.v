@@ -203,7 +203,6 @@ module gather_lane (
   end
 
   // Outputs
-
   assign wants = {pending & (bank == 4'd15), pending & (bank == 4'd14), pending & (bank == 4'd13),
       pending & (bank == 4'd12), pending & (bank == 4'd11), pending & (bank == 4'd10), pending &
       (bank == 4'd9), pending & (bank == 4'd8), pending & (bank == 4'd7), pending & (bank == 4'd6),

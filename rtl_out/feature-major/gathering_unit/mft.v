@@ -337,7 +337,6 @@ module mft (
   );
 
   // Outputs
-
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
   assign rows = read_count;

@@ -648,7 +648,6 @@ module vector_unit (
   end
 
   // Outputs
-
   assign s_axis_vec_tready = rst_n & may_accept;
   assign m_axis_vec_tvalid = fifo_valid;
   assign m_axis_vec_tdata = fifo_data[767:0];

@@ -652,7 +652,6 @@ module mft (
   );
 
   // Outputs
-
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
   assign in_range = {row1_7_in_range, row1_6_in_range, row1_5_in_range, row1_4_in_range,

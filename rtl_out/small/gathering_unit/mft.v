@@ -175,7 +175,6 @@ module mft (
   );
 
   // Outputs
-
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
   assign in_range = row0_in_range;

@@ -72,6 +72,13 @@ impl ModuleBuilder {
         )
     }
 
+    /// Marks a selection: where its options are values at equal distances in a vector, one for each
+    /// code, it prints as an indexed part select instead of a `case`.
+    pub fn indexed(&mut self, s: Signal) -> Signal {
+        self.module.nodes[s.id].indexed = true;
+        s
+    }
+
     fn is_same(&self, a: Signal, b: Signal) -> bool {
         let value = self.constant(a);
         a == b || value.is_some() && value == self.constant(b)

@@ -1,5 +1,6 @@
 //! Builds a module node by node.
 
+mod array;
 mod choice;
 mod contract;
 mod instance;
@@ -11,6 +12,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use num_bigint::BigInt;
+
+pub use array::{Feed, InstanceArray};
 
 use super::node::{Node, Op, Port, Signal, Ty};
 use super::{IrError, IrErrors, Module, check};
@@ -38,6 +41,8 @@ impl ModuleBuilder {
                 ports: vec![],
                 memories: vec![],
                 instances: vec![],
+                arrays: vec![],
+                transposed: vec![],
                 contracts: vec![],
                 sections: vec![String::new()],
                 unused: BTreeMap::new(),
@@ -92,6 +97,8 @@ impl ModuleBuilder {
             note: None,
             section: self.section,
             exact: false,
+            values: None,
+            indexed: false,
         });
         Signal {
             id: self.module.nodes.len() - 1,
@@ -215,6 +222,21 @@ impl ModuleBuilder {
     /// Asserts that the node's result never wraps; the range analysis proves it.
     pub fn exact(&mut self, s: Signal) -> Signal {
         self.module.nodes[s.id].exact = true;
+        s
+    }
+
+    /// Marks a constant, or a register with its reset value, as a vector of values of `width` bits:
+    /// the text has them one by one, the highest first.
+    pub fn as_values(&mut self, s: Signal, width: u32) -> Signal {
+        if width == 0 || !s.width().is_multiple_of(width) || s.ty.signed {
+            let of = self.describe(s);
+            self.fail(
+                "as_values",
+                format!("{of} is no vector of {width} bits each"),
+            );
+            return s;
+        }
+        self.module.nodes[s.id].values = Some(width);
         s
     }
 

@@ -20,6 +20,12 @@ pub(super) struct NodeErrors<'a> {
 }
 
 impl NodeErrors<'_> {
+    /// Whether bits of a node are whole values of a vector.
+    fn is_value(&self, of: usize, low: u32, width: u32) -> bool {
+        let values = self.module.nodes[of].values;
+        values.is_some_and(|own| low.is_multiple_of(own) && width.is_multiple_of(own))
+    }
+
     /// Error of a combinational node with the untruncated result `whole`.
     ///
     /// Single bits are decisions, which have no error unless they are made of dropped bits.
@@ -64,6 +70,10 @@ impl NodeErrors<'_> {
                     off(a).cloned()
                 }
             }
+            // Whole values of a vector: nothing is dropped from the one that is meant.
+            Op::Slice(a, low) if self.is_value(*a, *low, node.ty.width) => {
+                off(a).filter(|of| of.is_none()).cloned()
+            }
             Op::Slice(a, 0) if fits && node.ty.width > 1 => off(a).cloned(),
             Op::Slice(a, 0) => Some(if value(a).is_point() {
                 NodeError::of_known(value(a), node.ty.width)
@@ -77,6 +87,9 @@ impl NodeErrors<'_> {
                 } else {
                     a_off.cut((self.first + a, *low))
                 })
+            }
+            Op::Cat(parts) if parts.iter().all(|p| off(p).is_some_and(NodeError::is_none)) => {
+                Some(NodeError::none())
             }
             Op::Cat(parts) if fits => parts.iter().try_fold(NodeError::none(), |sum, p| {
                 Some(sum.shl(ty(p).width).add(off(p)?))

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Printer;
-use super::expr::literal;
+use super::expr::constant;
 use crate::node::Op;
 
 impl Printer<'_> {
@@ -20,7 +20,7 @@ impl Printer<'_> {
                 let text = format!(
                     "{} <= {};",
                     self.exprs.names.ident(*id).unwrap_or_default(),
-                    literal(reset, node.ty)
+                    constant(reset, node)
                 );
                 self.line(3, &text);
             }

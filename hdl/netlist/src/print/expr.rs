@@ -5,7 +5,7 @@ use potamoi_formats::fixed::Rounding;
 
 use super::names::Names;
 use crate::Module;
-use crate::node::{Binary, Op, Ty, Unary};
+use crate::node::{Binary, Node, Op, Picked, Ty, Unary, picked};
 
 /// Widest signed product that Verilator computes, in bits.
 const WIDEST_SIGNED_PRODUCT: u32 = 512;
@@ -89,7 +89,7 @@ impl<'a> Exprs<'a> {
             Op::Input | Op::Reg { .. } | Op::ReadSync(..) | Op::InstanceOut(..) => {
                 atom(self.names.ident(id).unwrap_or_default().to_owned())
             }
-            Op::Lit(v) => atom(literal(v, node.ty)),
+            Op::Lit(v) => atom(constant(v, node)),
             Op::Unary(unary, a) => {
                 let symbol = match unary {
                     Unary::Not => "~",
@@ -125,13 +125,21 @@ impl<'a> Exprs<'a> {
             Op::Round(a, bits, rounding) => self.rounded(*a, *bits, *rounding),
             Op::Saturate(a) => self.saturated(*a, node.ty),
             Op::Mux(c, t, e) => self.choice(*c, *t, *e),
-            Op::Select(..) => atom(String::new()),
+            Op::Select(index, _) => match picked(&self.names.module.nodes, node) {
+                Some(of) => atom(self.picked(of, *index)),
+                None => atom(String::new()),
+            },
             Op::ReadAsync(m, addr) => atom(format!(
                 "{}[{}]",
                 self.names.module.memories[*m].name,
                 self.operand(*addr)
             )),
         }
+    }
+
+    fn picked(&self, of: Picked, index: usize) -> String {
+        let (vector, index) = (self.operand(of.vector), self.operand(index));
+        indexed(&vector, (of.base, of.stride, of.width), &index)
     }
 
     fn product(&self, ty: Ty, a: usize, b: usize) -> Text {
@@ -282,6 +290,20 @@ impl<'a> Exprs<'a> {
     }
 }
 
+/// The value at `index` of those at equal distances in a vector: base, stride and width.
+pub(super) fn indexed(vector: &str, (base, stride, width): (u32, u32, u32), index: &str) -> String {
+    let at = match (stride, base) {
+        (1, 0) => index.to_owned(),
+        (1, _) => format!("{index} + {base}"),
+        (_, 0) => format!("{stride} * {index}"),
+        _ => format!("{stride} * {index} + {base}"),
+    };
+    match width {
+        1 => format!("{vector}[{at}]"),
+        _ => format!("{vector}[{at} +: {width}]"),
+    }
+}
+
 /// A bit range of an identifier of width `of`.
 pub(super) fn range(name: &str, low: u32, width: u32, of: u32) -> String {
     if of == 1 {
@@ -292,6 +314,19 @@ pub(super) fn range(name: &str, low: u32, width: u32, of: u32) -> String {
     } else {
         format!("{name}[{}:{low}]", low + width - 1)
     }
+}
+
+/// The constant of a node, value by value where it is a vector.
+pub(super) fn constant(value: &BigInt, node: &Node) -> String {
+    let Some(width) = node.values.filter(|width| *width < node.ty.width) else {
+        return literal(value, node.ty);
+    };
+    let mask = (BigInt::from(1) << width) - 1;
+    let all = (0..node.ty.width / width).rev().map(|i| {
+        let own = (value >> (i * width)) & &mask;
+        literal(&own, Ty::u(width))
+    });
+    format!("{{{}}}", all.collect::<Vec<_>>().join(", "))
 }
 
 /// A sized constant: decimal while short, otherwise hexadecimal.

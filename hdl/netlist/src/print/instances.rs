@@ -60,12 +60,17 @@ impl Printer<'_> {
         }
         let name = inst.name.clone();
         self.line(1, &format!("{} {name} (", child.name));
+        self.connections(2, connections);
+        self.line(1, ");");
+    }
+
+    /// Connections of an instance: port and value.
+    pub(super) fn connections(&mut self, indent: usize, connections: Vec<(String, String)>) {
         let width = connections.iter().map(|c| c.0.len()).max().unwrap_or(0);
         let count = connections.len();
         for (i, (port, value)) in connections.into_iter().enumerate() {
             let comma = if i + 1 < count { "," } else { "" };
-            self.line(2, &format!(".{port:<width$} ({value}){comma}"));
+            self.line(indent, &format!(".{port:<width$} ({value}){comma}"));
         }
-        self.line(1, ");");
     }
 }

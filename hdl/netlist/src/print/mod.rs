@@ -1,5 +1,6 @@
 //! Prints modules as Verilog-2005.
 
+mod arrays;
 mod clocked;
 mod expr;
 mod instances;
@@ -13,8 +14,8 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use super::Module;
-use super::node::{Node, Op};
-use expr::{Exprs, literal};
+use super::node::{Node, Op, picked};
+use expr::{Exprs, constant};
 use wrap::wrap;
 
 /// Header of every file.
@@ -49,6 +50,10 @@ struct Printer<'a> {
     module: &'a Module,
     exprs: Exprs<'a>,
     text: String,
+    /// Title of the section, until its first line is printed.
+    title: Option<String>,
+    /// Loop variables that are declared.
+    loop_variables: BTreeSet<String>,
 }
 
 impl<'a> Printer<'a> {
@@ -57,10 +62,20 @@ impl<'a> Printer<'a> {
             module,
             exprs: Exprs::new(module),
             text: String::new(),
+            title: None,
+            loop_variables: BTreeSet::new(),
         }
     }
 
     fn line(&mut self, indent: usize, text: &str) {
+        if let Some(title) = self.title.take() {
+            if !self.text.ends_with("\n\n") {
+                self.text.push('\n');
+            }
+            if !title.is_empty() {
+                let _ = writeln!(self.text, "{}", wrap(&format!("// {title}"), 1));
+            }
+        }
         let _ = writeln!(self.text, "{}", wrap(text, indent));
     }
 
@@ -113,7 +128,10 @@ impl<'a> Printer<'a> {
         }
         for p in &self.module.ports {
             let node = &self.module.nodes[p.node];
-            let kind = match (p.output, self.is_own_port(p.node) && is_stored(node)) {
+            let kind = match (
+                p.output,
+                self.is_own_port(p.node) && is_stored(self.module, node),
+            ) {
                 (false, _) => "input  wire",
                 (true, true) => "output reg ",
                 (true, false) => "output wire",
@@ -167,7 +185,7 @@ impl<'a> Printer<'a> {
             let text = format!(
                 "localparam {}{name} = {};{}",
                 spaced(node.ty.width),
-                literal(value, node.ty),
+                constant(value, node),
                 comment(node)
             );
             self.line(1, &text);
@@ -186,8 +204,20 @@ impl<'a> Printer<'a> {
         let Some(name) = self.exprs.names.ident(id).map(str::to_owned) else {
             return;
         };
+        let arrays = self.module.arrays.iter();
+        if arrays
+            .flat_map(|a| &a.outputs)
+            .any(|(_, vector)| *vector == id)
+        {
+            return;
+        }
         let (width, note) = (spaced(node.ty.width), comment(node));
         let own = self.is_own_port(id);
+        let transposed = self.module.transposed.iter().find(|of| of.node == id);
+        if let Some(of) = transposed.filter(|_| !own).cloned() {
+            self.transposed(&of, &note);
+            return;
+        }
         match &node.op {
             Op::Input | Op::Lit(_) | Op::InstanceOut(..) => {}
             Op::Reg { .. } | Op::ReadSync(..) => {
@@ -195,7 +225,7 @@ impl<'a> Printer<'a> {
                     self.line(1, &format!("reg {width}{name};{note}"));
                 }
             }
-            Op::Select(index, options) => {
+            Op::Select(index, options) if is_case(self.module, node) => {
                 let (index, options) = (*index, options.clone());
                 if !own {
                     self.line(1, &format!("reg {width}{name};{note}"));
@@ -275,8 +305,14 @@ impl<'a> Printer<'a> {
     }
 }
 
-fn is_stored(node: &Node) -> bool {
-    matches!(node.op, Op::Reg { .. } | Op::ReadSync(..) | Op::Select(..))
+/// Whether a node is assigned in a process, and so is a `reg`.
+fn is_stored(module: &Module, node: &Node) -> bool {
+    matches!(node.op, Op::Reg { .. } | Op::ReadSync(..)) || is_case(module, node)
+}
+
+/// Whether a node prints as a `case` statement.
+fn is_case(module: &Module, node: &Node) -> bool {
+    matches!(node.op, Op::Select(..)) && picked(&module.nodes, node).is_none()
 }
 
 fn bits(width: u32) -> String {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::Module;
 use crate::check::{live, read_memories};
-use crate::node::{Binary, Op, Unary};
+use crate::node::{Binary, Op, Unary, picked};
 
 /// Printed nodes of a module, with their names.
 pub(super) struct Names<'a> {
@@ -12,8 +12,18 @@ pub(super) struct Names<'a> {
     pub(super) live: Vec<bool>,
     /// Memories that are printed.
     pub(super) read: Vec<bool>,
+    /// Instances that an array prints.
+    pub(super) in_array: Vec<bool>,
     /// Identifier of each node, if any.
     of: Vec<Option<String>>,
+}
+
+fn in_array(module: &Module) -> Vec<bool> {
+    let mut all = vec![false; module.instances.len()];
+    for array in &module.arrays {
+        all[array.first..array.first + array.count()].fill(true);
+    }
+    all
 }
 
 /// Uses of each node.
@@ -31,6 +41,7 @@ impl<'a> Names<'a> {
         let mut this = Self {
             module,
             read: read_memories(module, &live),
+            in_array: in_array(module),
             live,
             of: vec![None; module.nodes.len()],
         };
@@ -41,6 +52,12 @@ impl<'a> Names<'a> {
     /// The identifier of a node, if it has one.
     pub(super) fn ident(&self, id: usize) -> Option<&str> {
         self.of[id].as_deref()
+    }
+
+    /// Whether a node or a port has this identifier.
+    pub(super) fn is_taken(&self, name: &str) -> bool {
+        let ports = self.module.ports.iter();
+        self.of.iter().flatten().any(|own| own == name) || ports.map(|p| &p.name).any(|p| p == name)
     }
 
     /// The node whose identifier holds this one's bits.
@@ -88,6 +105,9 @@ impl<'a> Names<'a> {
                 uses[*n] += 1;
             }
         }
+        for (_, fed) in self.module.arrays.iter().flat_map(|a| &a.inputs) {
+            sliced[fed.node] |= !fed.over.is_empty();
+        }
         for n in self.writes().flatten() {
             uses[n] += 1;
         }
@@ -103,6 +123,11 @@ impl<'a> Names<'a> {
         for node in nodes {
             if let Op::ReadSync(_, _, address) | Op::ReadAsync(_, address) = node.op {
                 index[address] = true;
+            }
+            if let Op::Select(by, _) = &node.op
+                && picked(nodes, node).is_some()
+            {
+                index[*by] = true;
             }
         }
         // A reinterpretation without a name is its operand.
@@ -126,7 +151,14 @@ impl<'a> Names<'a> {
         taken.extend(self.module.ports.iter().map(|p| p.name.clone()));
         taken.extend(self.module.memories.iter().map(|m| m.name.clone()));
         taken.extend(self.module.instances.iter().map(|i| i.name.clone()));
+        for array in &self.module.arrays {
+            taken.insert(array.name.clone());
+            taken.extend(array.loops.iter().map(|(variable, _)| variable.clone()));
+        }
         taken.extend(nodes.iter().filter_map(|n| n.name.clone()));
+        for of in &self.module.transposed {
+            taken.extend([of.rows.0.clone(), of.columns.0.clone()]);
+        }
         for (id, node) in nodes.iter().enumerate() {
             if !self.live[id] && !matches!(node.op, Op::Input) {
                 continue;
@@ -141,7 +173,8 @@ impl<'a> Names<'a> {
                     Op::Lit(_) | Op::Cast(_) | Op::Slice(..) | Op::Repeat(..) | Op::OutOfReset
                 );
             let needed = match &node.op {
-                Op::Select(..) | Op::ReadAsync(..) => true,
+                Op::Select(..) => needs.sliced[id] || picked(nodes, node).is_none(),
+                Op::ReadAsync(..) => true,
                 Op::Binary(Binary::Mul, ..) | Op::Shr(..) => node.ty.signed || needs.sliced[id],
                 Op::Lit(_) | Op::Cast(_) | Op::OutOfReset => false,
                 Op::Slice(..) | Op::Cat(_) | Op::Repeat(..) => needs.sliced[id],

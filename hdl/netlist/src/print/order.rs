@@ -52,12 +52,7 @@ impl Printer<'_> {
                 }
                 section = now;
                 if let Some(title) = self.module.sections.get(now) {
-                    if !self.text.ends_with("\n\n") {
-                        self.text.push('\n');
-                    }
-                    if !title.is_empty() {
-                        self.line(1, &format!("// {title}"));
-                    }
+                    self.title = Some(title.clone());
                 }
             }
             self.stateful_parts_at(id);
@@ -97,8 +92,12 @@ impl Printer<'_> {
                 } else {
                     format!("  // {}", memory.doc)
                 };
+                let free = match memory.free_collisions {
+                    true => "(* no_rw_check *) ",
+                    false => "",
+                };
                 let text = format!(
-                    "reg {}{} [0:{}];{doc}",
+                    "{free}reg {}{} [0:{}];{doc}",
                     spaced(memory.width),
                     memory.name,
                     memory.depth - 1
@@ -106,7 +105,11 @@ impl Printer<'_> {
                 self.line(1, &text);
             }
         }
+        self.arrays_at(id);
         for i in 0..self.module.instances.len() {
+            if self.exprs.names.in_array[i] {
+                continue;
+            }
             let inst = &self.module.instances[i];
             if inst.at == id {
                 self.instance_wires(i);

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use num_bigint::BigInt;
-use potamoi_netlist::{MemId, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, MemId, Module, ModuleBuilder, Signal, Ty};
 
 use super::every_kind::WIDTHS;
 use super::kinds::KINDS;
@@ -26,6 +26,29 @@ struct Load {
     on: Signal,
     row: Signal,
     data: Signal,
+}
+
+/// As [`Feed`], with its own loops.
+enum Fed {
+    Shared(Signal),
+    Each(Signal),
+    Along(Vec<usize>, Signal),
+    Strided(Signal, u32, u32),
+}
+
+impl Fed {
+    fn feed(&self) -> Feed<'_> {
+        match self {
+            Self::Shared(s) => Feed::Shared(*s),
+            Self::Each(s) => Feed::Each(*s),
+            Self::Along(over, s) => Feed::Along(over, *s),
+            Self::Strided(vector, stride, base) => Feed::Strided {
+                vector: *vector,
+                stride: *stride,
+                base: *base,
+            },
+        }
+    }
 }
 
 pub(crate) struct Grower {
@@ -290,14 +313,7 @@ impl Grower {
                 (Some(l), "load") => l.on,
                 (Some(l), "load_row") => l.row,
                 (Some(l), "load_data") => l.data,
-                _ => {
-                    // Verilator 5.006 misfolds signed comparisons in a module
-                    // that has an input tied to a constant, so none is.
-                    let given = self.any_as(port.ty);
-                    let first = self.pool[0].0;
-                    let moving = self.fit(first, port.ty);
-                    self.m.xor(given, moving)
-                }
+                _ => self.moving(port.ty),
             };
             inputs.push((port.name, given));
         }
@@ -311,6 +327,80 @@ impl Grower {
             }
         }
         None
+    }
+
+    /// An array over one to three loops, each input shared, along some loops, or at a distance.
+    pub(crate) fn array(&mut self) -> Option<Signal> {
+        if self.children.is_empty() {
+            return None;
+        }
+        let at = self.r.below(self.children.len());
+        let child = self.children[at].clone();
+        let name = self.fresh("row");
+        let counts: Vec<u32> = (0..=self.up_to(2)).map(|_| 1 + self.up_to(2)).collect();
+        let variables: Vec<String> = (0..counts.len()).map(|_| self.fresh("i")).collect();
+        let loops: Vec<(&str, u32)> = variables.iter().map(|v| &**v).zip(counts.clone()).collect();
+        let all: u32 = counts.iter().product();
+        let ports = child.ports();
+        let mut inputs: Vec<(&str, Fed)> = vec![];
+        for port in ports.iter().filter(|port| !port.output) {
+            let given = match (self.load, port.name.as_str()) {
+                (Some(l), "load") => Fed::Shared(l.on),
+                (Some(l), "load_row") => Fed::Shared(l.row),
+                (Some(l), "load_data") => Fed::Shared(l.data),
+                _ => self.fed(port.ty, &counts, all),
+            };
+            inputs.push((&port.name, given));
+        }
+        let feeds: Vec<(&str, Feed<'_>)> = inputs.iter().map(|(n, fed)| (*n, fed.feed())).collect();
+        let array = self.m.array(&name, &child, &loops, &feeds);
+        for port in ports.iter().filter(|port| port.output) {
+            if !self.r.chance(15) {
+                let s = self.m.all_out(array, &port.name);
+                self.add(s);
+            }
+        }
+        None
+    }
+
+    /// A value that is no constant: Verilator 5.006 misfolds signed comparisons in a module that has
+    /// an input tied to one.
+    fn moving(&mut self, ty: Ty) -> Signal {
+        let given = self.any_as(ty);
+        let first = self.pool[0].0;
+        let moving = self.fit(first, ty);
+        // Of a wide vector, every part moves.
+        let copies = ty.width.div_ceil(first.width());
+        let moving = match copies {
+            0 | 1 => moving,
+            _ => {
+                let all = self.m.repeat(first, copies);
+                self.fit(all, ty)
+            }
+        };
+        self.m.xor(given, moving)
+    }
+
+    /// What feeds a port of all instances.
+    fn fed(&mut self, ty: Ty, counts: &[u32], all: u32) -> Fed {
+        match self.r.below(4) {
+            0 => Fed::Shared(self.moving(ty)),
+            1 => Fed::Each(self.moving(Ty::u(ty.width * all))),
+            2 => {
+                let over: Vec<usize> = (0..counts.len()).filter(|_| self.r.chance(50)).collect();
+                if over.is_empty() {
+                    return Fed::Shared(self.moving(ty));
+                }
+                let values: u32 = over.iter().map(|l| counts[*l]).product();
+                Fed::Along(over, self.moving(Ty::u(ty.width * values)))
+            }
+            _ => {
+                let (base, more) = (self.up_to(5), self.up_to(3));
+                let stride = ty.width + more;
+                let width = stride * (all - 1) + base + ty.width + self.up_to(2);
+                Fed::Strided(self.moving(Ty::u(width)), stride, base)
+            }
+        }
     }
 
     /// Shows every value that nothing reads, and a few that something does.

@@ -52,14 +52,19 @@ pub(crate) enum Kind {
     ReadSync,
     ReadAsync,
     Instance,
+    Array,
+    Pick,
+    Values,
+    Transpose,
 }
 
-pub(crate) const KINDS: [Kind; 41] = {
+pub(crate) const KINDS: [Kind; 45] = {
     use Kind::*;
     [
         And, Or, Xor, Not, Any, All, Parity, Add, Sub, Mul, Neg, Eq, Ne, Lt, Le, Gt, Ge, Shl, Shr,
         ShlConst, ShrConst, Slice, Bit, Cat, Repeat, Extend, Truncate, Cast, Round, Saturate,
         Saturated, Mux, Select, AnyOf, AllOf, Lit, Param, Name, ReadSync, ReadAsync, Instance,
+        Array, Pick, Values, Transpose,
     ]
 };
 
@@ -265,6 +270,38 @@ impl Grower {
             }
             Kind::ReadSync | Kind::ReadAsync => return self.read(matches!(kind, Kind::ReadSync)),
             Kind::Instance => return self.instance(),
+            Kind::Array => return self.array(),
+            Kind::Pick => {
+                // Values at equal distances, one for each code.
+                let bits = 1 + self.up_to(3);
+                let (width, base) = (1 + self.up_to(40), self.up_to(9));
+                let stride = width + self.up_to(2) * self.up_to(7);
+                let codes = 1 << bits;
+                let vector = self.any_as(Ty::u(stride * (codes - 1) + base + width));
+                let index = self.any_as(Ty::u(bits));
+                let all: Vec<_> = (0..codes)
+                    .map(|i| self.m.slice(vector, base + stride * i, width))
+                    .collect();
+                let picked = self.m.select(index, &all);
+                self.m.indexed(picked)
+            }
+            Kind::Transpose => {
+                let [rows, columns] = [1 + self.up_to(6), 1 + self.up_to(6)];
+                let matrix = self.any_as(Ty::u(rows * columns));
+                let name = self.fresh("turned");
+                let [row, column] = ["r", "c"].map(|stem| self.fresh(stem));
+                self.m
+                    .transpose(&name, matrix, (&row, rows), (&column, columns))
+            }
+            Kind::Values => {
+                let (width, count) = (1 + self.up_to(70), 1 + self.up_to(5));
+                let (code, _) = self.constant();
+                let ty = Ty::u(width * count);
+                let code = code & ty.max();
+                let name = self.fresh("VALUES");
+                let constant = self.m.param(&name, code, ty, "");
+                self.m.as_values(constant, width)
+            }
         };
         Some(s)
     }

@@ -96,6 +96,8 @@ pub(super) fn otherwise_built(module: &Module, seed: u64) -> Module {
             note: None,
             section: 0,
             exact: false,
+            values: None,
+            indexed: false,
         });
     }
     let nodes = shuffled(own.nodes.len(), random);
