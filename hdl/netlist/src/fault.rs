@@ -258,6 +258,57 @@ mod tests {
         }
     }
 
+    /// A ring of three values; a fault names one of them.
+    #[test]
+    fn one_value_of_a_vector_gets_the_fault() {
+        let mut m = ModuleBuilder::new("ring");
+        let ring = m.reg("places", Ty::u(12), 0x321);
+        m.as_values(ring, 4);
+        let (low, rest) = (m.slice(ring, 0, 4), m.slice(ring, 4, 8));
+        let next = m.cat(&[low, rest]);
+        m.set_next(ring, next);
+        m.output("value", low, "");
+        let right = m.finish().unwrap();
+        let text = &verilog(&right, &Header::default())["ring.v"];
+        assert!(text.contains("places <= {4'd3, 4'd2, 4'd1};"), "{text}");
+        let values = |module: &Arc<Module>| {
+            let mut unit = Interpreter::new(module, 1);
+            let [reset, value] = ["rst_n", "value"].map(|n| unit.port(n).unwrap());
+            unit.clock().unwrap();
+            unit.set_u64(reset, 1).unwrap();
+            [0; 4].map(|_| {
+                unit.eval().unwrap();
+                let now = unit.get_u64(value).unwrap();
+                unit.clock().unwrap();
+                now
+            })
+        };
+        assert_eq!(values(&right), [1, 2, 3, 1]);
+        let faulty = |register: &str, change| {
+            let fault = Fault {
+                module: "ring".to_owned(),
+                register: register.to_owned(),
+                change,
+            };
+            fault.inject(&right)
+        };
+        for (change, expected) in [
+            (Change::Reset(9.into()), [1, 9, 3, 1]),
+            (Change::ResetBit(3), [1, 10, 3, 1]),
+            // What passes the second place is wrong from there on.
+            (Change::Invert(3), [1, 2, 11, 9]),
+        ] {
+            let found = values(&faulty("places[1]", change.clone()).unwrap());
+            assert_eq!(found, expected, "{change:?}");
+        }
+        for (register, said) in [("places[3]", "no value 3"), ("places[x]", "no register")] {
+            let error = faulty(register, Change::ResetBit(0))
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
+
     #[test]
     fn what_is_not_there_is_named() {
         let top = pair();

@@ -9,6 +9,7 @@
 //! | build a module | [`ModuleBuilder`], whose `finish` checks it |
 //! | prove that sums do not overflow | [`ranges`] |
 //! | print it as Verilog-2005 | [`verilog`] |
+//! | print loops and indices instead of repetition | [`ModuleBuilder::array`], `transpose`, `indexed`, `as_values` |
 //! | run it, cycle by cycle | [`Interpreter`] |
 //! | bound the error of dropped bits over sets of inputs | [`IntervalInterpreter`] |
 //! | inject a fault | [`Fault`] |
@@ -50,6 +51,7 @@ mod memories;
 mod node;
 mod print;
 mod range;
+mod repetition;
 mod tree;
 
 use std::collections::BTreeMap;
@@ -70,7 +72,8 @@ pub use range::Interval;
 pub(crate) use range::ModuleRanges;
 pub use range::{Ranges, ranges};
 
-use node::{Array, Contract, Inst, Memory, Node, Port, Transposed};
+use node::{Contract, Inst, Memory, Node, Port};
+use repetition::{Array, Transposed};
 
 /// A complete module.
 #[derive(Debug, Clone)]

@@ -16,11 +16,9 @@ pub struct MemoryMacro {
     pub words: u32,
     /// Width of a word in bits.
     pub bits: u32,
-    /// Ports that read or write.
-    pub read_writes: u32,
-    /// Ports that write only.
+    /// Write ports.
     pub writes: u32,
-    /// Ports that read only.
+    /// Read ports.
     pub reads: u32,
     /// Number of instances in the hierarchy.
     pub count: u32,
@@ -53,7 +51,6 @@ impl Module {
                     module: self.name.clone(),
                     words: memory.depth,
                     bits: memory.width,
-                    read_writes: 0,
                     writes: memory.writes.len() as u32,
                     reads: self.nodes.iter().filter(|n| of_it(&n.op)).count() as u32,
                     count: 0,
@@ -95,21 +92,13 @@ impl Module {
         };
         let of = |op: fn(&Op) -> bool| self.nodes.iter().filter(|n| op(&n.op)).count();
         let reads = of(|op| matches!(op, Op::ReadSync(..)));
-        // A write and a read at one address are one port.
-        let is_shared = |at: usize| {
-            let mut own = self.nodes.iter().map(|n| &n.op);
-            own.any(|op| matches!(op, Op::ReadSync(_, _, read_at) if *read_at == at))
-        };
-        let both = memory.writes.iter().filter(|(_, at, _)| is_shared(*at));
-        let both = both.count();
         let others = of(|op| matches!(op, Op::ReadAsync(..) | Op::Reg { .. }));
         (reads > 0 && others == 0 && self.instances.is_empty()).then(|| MemoryMacro {
             module: self.name.clone(),
             words: memory.depth,
             bits: memory.width,
-            read_writes: both as u32,
-            writes: (memory.writes.len() - both) as u32,
-            reads: (reads - both) as u32,
+            writes: memory.writes.len() as u32,
+            reads: reads as u32,
             count: 0,
         })
     }

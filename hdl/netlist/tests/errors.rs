@@ -34,17 +34,13 @@ fn done<T>(_: T) {}
 type Misuse = fn(&mut ModuleBuilder, &Inputs);
 
 fn leaf() -> Arc<Module> {
-    let mut b = ModuleBuilder::new("leaf");
-    let x = b.input("x", Ty::u(8), "");
-    let y = b.not(x);
-    b.output("y", y, "");
-    b.finish().unwrap()
+    leaf_of(ModuleBuilder::not)
 }
 
-fn other_leaf() -> Arc<Module> {
+fn leaf_of(op: fn(&mut ModuleBuilder, Signal) -> Signal) -> Arc<Module> {
     let mut b = ModuleBuilder::new("leaf");
     let x = b.input("x", Ty::u(8), "");
-    let y = b.neg(x);
+    let y = op(&mut b, x);
     b.output("y", y, "");
     b.finish().unwrap()
 }
@@ -409,7 +405,7 @@ fn checks_find_what_is_wrong_with_the_whole() {
         (
             |b, i| {
                 // One that is made alike is the same.
-                let (one, alike, other) = (leaf(), leaf(), other_leaf());
+                let (one, alike, other) = (leaf(), leaf(), leaf_of(ModuleBuilder::neg));
                 b.instance("l", &one, &[("x", i.byte)]);
                 b.instance("j", &alike, &[("x", i.byte)]);
                 b.instance("k", &other, &[("x", i.byte)]);

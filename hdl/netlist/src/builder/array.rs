@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::ModuleBuilder;
 use crate::Module;
-use crate::node::{Array, Fed, Op, Signal, Transposed, Ty};
+use crate::node::{Instance, Op, Signal, Ty};
+use crate::repetition::{Array, Fed, Transposed};
 
 /// An array of instances of one module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +33,7 @@ pub enum Feed<'a> {
 }
 
 impl ModuleBuilder {
-    /// Instances of a module over one or two loops, outermost first, which print as `generate for`.
+    /// Instances of a module over loops, outermost first, which print as `generate for`.
     /// A loop is its variable and its count.
     pub fn array(
         &mut self,
@@ -141,7 +142,7 @@ impl ModuleBuilder {
                 let bits = self.slice(signal, low, width);
                 own = self.cast(bits, ty.signed);
             }
-            self.connect_of_array(first + i, index, own);
+            self.connect(Instance(first + i), port, own);
         }
         let only = (values == 1 && !over.is_empty()).then(|| {
             let bits = self.slice(signal, base, width);
@@ -154,15 +155,6 @@ impl ModuleBuilder {
             base,
         };
         self.module.arrays[array.0].inputs.push((index, fed));
-    }
-
-    fn connect_of_array(&mut self, instance: usize, port: usize, s: Signal) {
-        let inst = &mut self.module.instances[instance];
-        if inst.inputs.iter().any(|(known, _)| *known == port) {
-            let (name, port) = (inst.name.clone(), inst.module.ports[port].name.clone());
-            return self.fail(&name, format!("port `{port}` is connected twice"));
-        }
-        inst.inputs.push((port, s.id));
     }
 
     /// A matrix of bits, row by row, with rows and columns exchanged. Rows and columns are given as

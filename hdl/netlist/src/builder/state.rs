@@ -75,19 +75,10 @@ impl ModuleBuilder {
             depth: depth.max(2),
             width: if fits { width } else { 1 },
             doc: doc.to_owned(),
-            free_collisions: false,
             at: self.module.nodes.len(),
             writes: vec![],
         });
         MemId(self.module.memories.len() - 1)
-    }
-
-    /// A memory of which nothing depends on what a read of a word gives that is written at the same
-    /// clock edge. In simulation it is the old word.
-    pub fn free_collisions(&mut self, name: &str, depth: u32, width: u32) -> MemId {
-        let memory = self.memory(name, depth, width, "");
-        self.module.memories[memory.0].free_collisions = true;
-        memory
     }
 
     fn address(&mut self, mem: MemId, addr: Signal) -> bool {

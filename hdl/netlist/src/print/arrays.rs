@@ -2,7 +2,7 @@
 
 use super::expr::indexed;
 use super::{Printer, spaced};
-use crate::node::{Array, Transposed};
+use crate::repetition::{Array, Transposed};
 
 impl Printer<'_> {
     /// Wires of the arrays' outputs and, once all that they read is declared, the arrays.
@@ -99,12 +99,6 @@ impl Printer<'_> {
     fn elements(&mut self, array: &Array, indent: usize) {
         let child = self.module.instances[array.first].module.clone();
         let mut connections = vec![];
-        if child.is_clocked() {
-            connections.push(("clk".to_owned(), "clk".to_owned()));
-        }
-        if child.has_registers() {
-            connections.push(("rst_n".to_owned(), "rst_n".to_owned()));
-        }
         for (i, port) in child.ports.iter().enumerate() {
             let width = child.nodes[port.node].ty.width;
             let all: Vec<usize> = (0..array.loops.len()).collect();
@@ -125,9 +119,7 @@ impl Printer<'_> {
             true => format!("{}_unit", child.name),
             false => child.name.clone(),
         };
-        self.line(indent, &format!("{} {own} (", child.name));
-        self.connections(indent + 1, connections);
-        self.line(indent, ");");
+        self.connected(indent, &child, &own, connections);
     }
 }
 

@@ -5,7 +5,8 @@ use potamoi_formats::fixed::Rounding;
 
 use super::names::Names;
 use crate::Module;
-use crate::node::{Binary, Node, Op, Picked, Ty, Unary, picked};
+use crate::node::{Binary, Node, Op, Ty, Unary};
+use crate::repetition::{Picked, picked};
 
 /// Widest signed product that Verilator computes, in bits.
 const WIDEST_SIGNED_PRODUCT: u32 = 512;

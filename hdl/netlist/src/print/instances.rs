@@ -1,6 +1,7 @@
 //! Instances of modules.
 
 use super::{Printer, spaced};
+use crate::Module;
 use crate::node::Op;
 
 impl Printer<'_> {
@@ -41,12 +42,6 @@ impl Printer<'_> {
         let inst = &self.module.instances[index];
         let child = inst.module.clone();
         let mut connections = vec![];
-        if child.is_clocked() {
-            connections.push(("clk".to_owned(), "clk".to_owned()));
-        }
-        if child.has_registers() {
-            connections.push(("rst_n".to_owned(), "rst_n".to_owned()));
-        }
         for (i, port) in child.ports.iter().enumerate() {
             let value = if port.output {
                 self.instance_output(index, i).0
@@ -59,18 +54,31 @@ impl Printer<'_> {
             connections.push((port.name.clone(), value));
         }
         let name = inst.name.clone();
-        self.line(1, &format!("{} {name} (", child.name));
-        self.connections(2, connections);
-        self.line(1, ");");
+        self.connected(1, &child, &name, connections);
     }
 
-    /// Connections of an instance: port and value.
-    pub(super) fn connections(&mut self, indent: usize, connections: Vec<(String, String)>) {
+    /// An instance of a module with what its ports are connected to, clock and reset first.
+    pub(super) fn connected(
+        &mut self,
+        indent: usize,
+        child: &Module,
+        name: &str,
+        ports: Vec<(String, String)>,
+    ) {
+        let clocks = [
+            ("clk", child.is_clocked()),
+            ("rst_n", child.has_registers()),
+        ];
+        let clocks = clocks.into_iter().filter(|(_, has)| *has);
+        let clocks = clocks.map(|(clock, _)| (clock.to_owned(), clock.to_owned()));
+        let connections: Vec<_> = clocks.chain(ports).collect();
         let width = connections.iter().map(|c| c.0.len()).max().unwrap_or(0);
         let count = connections.len();
+        self.line(indent, &format!("{} {name} (", child.name));
         for (i, (port, value)) in connections.into_iter().enumerate() {
             let comma = if i + 1 < count { "," } else { "" };
-            self.line(indent, &format!(".{port:<width$} ({value}){comma}"));
+            self.line(indent + 1, &format!(".{port:<width$} ({value}){comma}"));
         }
+        self.line(indent, ");");
     }
 }

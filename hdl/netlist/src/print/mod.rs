@@ -14,7 +14,8 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use super::Module;
-use super::node::{Node, Op, picked};
+use super::node::{Node, Op};
+use super::repetition::picked;
 use expr::{Exprs, constant};
 use wrap::wrap;
 

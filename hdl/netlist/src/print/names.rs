@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use crate::Module;
 use crate::check::{live, read_memories};
-use crate::node::{Binary, Op, Unary, picked};
+use crate::node::{Binary, Op, Unary};
+use crate::repetition::picked;
 
 /// Printed nodes of a module, with their names.
 pub(super) struct Names<'a> {

@@ -92,12 +92,8 @@ impl Printer<'_> {
                 } else {
                     format!("  // {}", memory.doc)
                 };
-                let free = match memory.free_collisions {
-                    true => "(* no_rw_check *) ",
-                    false => "",
-                };
                 let text = format!(
-                    "{free}reg {}{} [0:{}];{doc}",
+                    "reg {}{} [0:{}];{doc}",
                     spaced(memory.width),
                     memory.name,
                     memory.depth - 1

@@ -1,0 +1,92 @@
+//! Repetition in a module: what some of its nodes and instances have in common, so that the text has
+//! loops and indices. The nodes and instances themselves are ordinary ones.
+
+use super::node::{Node, Op, Ty};
+
+/// Instances of one module over loops, printed as `generate for`. The instances are
+/// ordinary ones; the array says what they have in common.
+#[derive(Debug, Clone)]
+pub(crate) struct Array {
+    pub(crate) name: String,
+    /// Loop variables and their counts, the outermost first.
+    pub(crate) loops: Vec<(String, u32)>,
+    /// Index of the first instance; the others follow, the innermost loop fastest.
+    pub(crate) first: usize,
+    /// Input port, and what feeds it.
+    pub(crate) inputs: Vec<(usize, Fed)>,
+    /// Output port, and the vector of all its values.
+    pub(crate) outputs: Vec<(usize, usize)>,
+}
+
+impl Array {
+    /// Number of instances.
+    pub(crate) fn count(&self) -> usize {
+        self.loops
+            .iter()
+            .map(|(_, count)| *count as usize)
+            .product()
+    }
+}
+
+/// A matrix of bits with rows and columns exchanged, printed as `generate for`. The node is an
+/// ordinary concatenation of bits.
+#[derive(Debug, Clone)]
+pub(crate) struct Transposed {
+    pub(crate) node: usize,
+    /// The matrix, row by row, row 0 lowest.
+    pub(crate) from: usize,
+    /// Loop variable and count of its rows and of its columns.
+    pub(crate) rows: (String, u32),
+    pub(crate) columns: (String, u32),
+}
+
+/// What feeds an input port of all instances of an array.
+#[derive(Debug, Clone)]
+pub(crate) struct Fed {
+    pub(crate) node: usize,
+    /// Loops, by index, over which the node is a vector with a value for each instance; none where
+    /// all instances take the node itself.
+    pub(crate) over: Vec<usize>,
+    /// Distance in bits of the values in the vector, and lowest bit of the first.
+    pub(crate) stride: u32,
+    pub(crate) base: u32,
+}
+
+/// Values at equal distances in a vector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Picked {
+    pub(crate) vector: usize,
+    /// Lowest bit of the first value, distance and width of the values.
+    pub(crate) base: u32,
+    pub(crate) stride: u32,
+    pub(crate) width: u32,
+}
+
+/// What an indexed selection picks, if it has an option for each code of its index, and the options
+/// are values at equal distances in a vector.
+pub(crate) fn picked(nodes: &[Node], node: &Node) -> Option<Picked> {
+    let Op::Select(index, options) = &node.op else {
+        return None;
+    };
+    let codes = 1usize.checked_shl(nodes[*index].ty.width)?;
+    let [first, second, ..] = &options[..] else {
+        return None;
+    };
+    let (Op::Slice(vector, base), Op::Slice(_, next)) = (&nodes[*first].op, &nodes[*second].op)
+    else {
+        return None;
+    };
+    let (stride, width) = (next.checked_sub(*base)?, nodes[*first].ty.width);
+    let in_order = |(i, option): (u32, &usize)| {
+        let own = &nodes[*option];
+        own.ty == Ty::u(width)
+            && matches!(own.op, Op::Slice(v, low) if v == *vector && low == base + i * stride)
+    };
+    let all = node.indexed && options.len() == codes && (0..).zip(options).all(in_order);
+    all.then_some(Picked {
+        vector: *vector,
+        base: *base,
+        stride,
+        width,
+    })
+}
