@@ -1,5 +1,6 @@
 //! `potamoi model`: time, energy and quality of a scene's frames on the whole system.
 
+mod assumptions;
 mod bounds;
 pub(crate) mod clock;
 pub(crate) mod ladder;
@@ -202,7 +203,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     if names.len() > 1 {
         side_by_side::print(&report);
         let outcomes = report.scenes.iter().flat_map(|found| &found.outcomes);
-        tables::system_assumed(&system, outcomes.map(|o| o.scenario));
+        assumptions::of_system(&system, outcomes.map(|o| o.scenario));
     }
     Ok(())
 }

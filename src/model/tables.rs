@@ -3,9 +3,10 @@
 use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, frames_per_second, gathering_speed_up};
 use potamoi_system::system_model::job_scheduler::Resource;
 use potamoi_system::system_model::work::{PathReplay, Replayed};
-use potamoi_system::system_model::{AtBounds, Clock, Frames, Gpu, Outcome, Run, Scenario, System};
+use potamoi_system::system_model::{AtBounds, Clock, Frames, Outcome, Run, Scenario, System};
 use potamoi_warp::Profile;
 
+use super::assumptions;
 use super::bounds::{known, range, ratio, saving, with_mid};
 use super::clock;
 use super::limits;
@@ -144,7 +145,7 @@ pub(super) fn print(found: &Modelled, system: &System) {
         say!("\n{}", counters(&found.clock, &own));
     }
     gathering_alone(found);
-    assumptions(found, system);
+    assumptions::print(found, system);
 }
 
 /// The modelled path, and the basis of its figures.
@@ -344,72 +345,6 @@ fn gathering_alone(found: &Modelled) {
         percent(memory.traffic_share()),
         100.0 * BY_TRAFFIC
     );
-}
-
-/// Source of the energies, and what is assumed.
-fn assumptions(found: &Modelled, system: &System) {
-    say!("\n{}", clock::table(&found.clock));
-    say!("\nenergy: {}", found.energy_origin);
-    for unknown in &found.energy_unknown {
-        say!(
-            "energy of the {} is not known: {}",
-            unknown.block,
-            unknown.why
-        );
-    }
-    system_assumed(system, found.outcomes.iter().map(|o| o.scenario));
-    say!(
-        "each figure that depends on a GPU is from where all demands of a kernel overlap to where \
-         none do; mid is the geometric mean; a ratio that includes 1 is no conclusion"
-    );
-}
-
-/// The GPUs and the memory, with what is assumed of them.
-pub(super) fn system_assumed(system: &System, mut scenarios: impl Iterator<Item = Scenario>) {
-    say!(
-        "GPU: {}; assumed: walked and blending shares and the longest tile of splats, lines and \
-         sectors of a request of fields (sim/gpu/rows)",
-        described(&system.gpu, system)
-    );
-    say!("memory: {}", memory_described(system));
-    if scenarios.any(|scenario| scenario == Scenario::Remote) {
-        say!("remote GPU: {}", described(&system.remote, system));
-    }
-}
-
-/// Device, channels, packages and rate of the memory, and the energy of its data lines.
-fn memory_described(system: &System) -> String {
-    let (device, channels) = (&system.memory, system.memory_channels);
-    let (of_package, channels_of) = (device.package_channels(), f64::from(channels));
-    let packages = match channels.div_ceil(of_package) {
-        1 if channels < of_package => format!("of the {of_package} of a package"),
-        1 => "in a package".to_owned(),
-        packages => format!("in {packages} packages"),
-    };
-    format!(
-        "{}, {channels} channels {packages}, {:.1} GB/s; data lines take {:.2} pJ a bit, derived \
-         from their capacitance and swing (docs/reference/memory-devices.md)",
-        device.title,
-        channels_of * device.peak_gb_s(),
-        device.interface().pj_a_bit()
-    )
-}
-
-/// Device, power mode, memory and watts of a GPU.
-fn described(gpu: &Gpu, system: &System) -> String {
-    let device = &gpu.device;
-    let peak = f64::from(system.memory_channels) * system.memory.peak_gb_s();
-    let memory = match gpu.shares_memory {
-        true => format!(
-            "the system's memory of {peak:.1} GB/s (by itself it has {:.0} GB/s)",
-            device.dram_gb_s
-        ),
-        false => format!("a memory of its own of {:.0} GB/s", device.dram_gb_s),
-    };
-    format!(
-        "{} ({}), {memory}, {} W active, {} W idle (assumed)",
-        device.title, device.mode, device.watts, gpu.idle_watts
-    )
 }
 
 /// Ratio of two times; a dash where there is nothing to gather.

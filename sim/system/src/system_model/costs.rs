@@ -9,7 +9,8 @@ use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
 use serde::Serialize;
 use thiserror::Error;
 
-use super::clock::{Clock, Periods};
+use super::block_periods::Periods;
+use super::clock::Clock;
 use super::kernels::Program;
 use super::logic::{FORMULAS, Logic, NODE_NM, UnitEnergy, power_of};
 use super::unit_source::Known;

@@ -2,6 +2,7 @@
 //! or path on them.
 
 mod at_bounds;
+mod block_periods;
 mod blocks;
 mod buffers;
 mod chrome_trace;
@@ -36,8 +37,9 @@ mod variant;
 pub mod work;
 
 pub use at_bounds::AtBounds;
+pub use block_periods::BlockPeriod;
 pub use chrome_trace::chrome_trace;
-pub use clock::{BlockPeriod, Clock, ClockOrigin};
+pub use clock::{Clock, ClockOrigin};
 pub use costs::{CostError, Costs, MacEnergy, OnChip, Parameters, Port, Unknown};
 pub use error::ModelError;
 pub use gathering::{Gathered, MemorySaving};
