@@ -328,10 +328,9 @@ fn gathering_alone(found: &Modelled) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
     say!(
-        "\n{}, {}: {} ms on the GPU, {} ms on the unit, a speed-up of {} (the paper: {paper} \
-         {whose})",
-        clock::marked("gathering of a full frame", &found.clock),
-        clock::said(&found.clock),
+        "\ngathering of a full frame, {}: {} ms on the GPU, {} ms on the unit, a speed-up of {} (the \
+         paper: {paper} {whose})",
+        clock::at(&found.clock),
         range(&gathered.gpu_ns.map(|ns| ns * 1e-6)),
         range(&gathered.unit_ns.map(|ns| ns * 1e-6)),
         times(&gathered.gpu_ns, &gathered.unit_ns)
