@@ -49,6 +49,7 @@ mod interpret;
 mod keywords;
 mod memories;
 mod node;
+mod prefix;
 mod print;
 mod range;
 mod repetition;
