@@ -9,6 +9,7 @@ use crate::cache::CacheArgs;
 use crate::characterise::CharacteriseArgs;
 use crate::cost::CostArgs;
 use crate::effects::EffectsArgs;
+use crate::emit::EmitUnit;
 use crate::estimate::EstimateArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;
@@ -77,6 +78,13 @@ pub(crate) struct EmitArgs {
     /// Replace files of the same names even if they were edited, or not written by this command
     #[arg(long)]
     pub(crate) overwrite: bool,
+    /// Hardware unit
+    #[arg(long, value_enum, default_value_t = EmitUnit::Both)]
+    pub(crate) unit: EmitUnit,
+    /// Begin of the names of all modules, so that two configurations meet in one design [default:
+    /// none]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) prefix: Option<String>,
     /// Reduce the configuration to the parts that some camera of this scene can use, and write it
     /// beside the Verilog; a built-in scene, a model file or a description [default: the whole
     /// configuration]

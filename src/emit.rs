@@ -7,9 +7,12 @@ use potamoi_base::file_set;
 use potamoi_base::outputs as files;
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_rtl::bench;
 use potamoi_scene::Scene;
 use potamoi_units::emit::emit;
 use serde::Serialize;
+
+use clap::ValueEnum;
 
 use crate::args::Common;
 use crate::cli::EmitArgs;
@@ -17,10 +20,31 @@ use crate::failure::Failure;
 use crate::scene;
 use crate::stdout::say;
 
+/// Folder of the testbenches.
+const SIM: &str = "sim";
+/// Longest prefix of module names.
+const LONGEST_PREFIX: usize = 64;
 /// File of a configuration reduced to a scene.
 const CONFIGURATION: &str = "configuration.toml";
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
+
+/// Units to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EmitUnit {
+    /// The gathering unit
+    Gu,
+    /// The vector unit
+    Vu,
+    /// Both units
+    Both,
+}
+
+impl EmitUnit {
+    const fn has(self, unit: Self) -> bool {
+        matches!(self, Self::Both) || self as u8 == unit as u8
+    }
+}
 
 #[derive(Serialize)]
 struct Report {
@@ -46,6 +70,7 @@ struct Report {
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let asked = common.read_config()?;
+    let prefix = checked_prefix(args)?;
     refuse_own_configuration(common, args)?;
     let hardware = match &args.for_scene {
         Some(name) => {
@@ -56,25 +81,45 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         None => Hardware::whole(&asked),
     };
     let config = hardware.config;
+    let mut options = String::new();
+    if let Some(unit) = args
+        .unit
+        .to_possible_value()
+        .filter(|_| args.unit != EmitUnit::Both)
+    {
+        options += &format!(" --unit {}", unit.get_name());
+    }
+    if !prefix.is_empty() {
+        options += &format!(" --prefix {prefix}");
+    }
     // A preset by name; any other file by its hash, so that its place changes no byte.
     let command = match common.preset() {
-        Some(name) if config == asked => format!("potamoi --config {name} emit"),
-        _ => "potamoi --config FILE emit, FILE having that hash".to_owned(),
+        Some(name) if config == asked => format!("potamoi --config {name} emit{options}"),
+        _ => format!("potamoi --config FILE emit{options}, FILE having that hash"),
     };
     let units: Vec<&'static str> = [
-        (GATHERING_UNIT, hardware.gathers),
-        (VECTOR_UNIT, hardware.computes),
+        (
+            GATHERING_UNIT,
+            hardware.gathers && args.unit.has(EmitUnit::Gu),
+        ),
+        (
+            VECTOR_UNIT,
+            hardware.computes && args.unit.has(EmitUnit::Vu),
+        ),
     ]
     .into_iter()
     .filter_map(|(unit, is_called_for)| is_called_for.then_some(unit))
     .collect();
-    let mut made = emit(&config, &command)?;
+    let mut made = emit(&config, prefix, &command)?;
     made.retain(|path, _| {
         units
             .iter()
             .any(|unit| path.starts_with(&format!("{unit}/")))
     });
     let mut all = made.clone();
+    for (name, text) in bench::standalone(&config, &units, prefix)? {
+        all.insert(format!("{SIM}/{name}"), text);
+    }
     if args.for_scene.is_some() {
         all.insert(CONFIGURATION.to_owned(), text_of(&config)?);
     }
@@ -95,17 +140,35 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         units,
         for_scene: args.for_scene.clone(),
         left_out: hardware.left_out,
-        files: made
+        files: all
             .iter()
+            .filter(|(path, _)| *path != CONFIGURATION)
             .map(|(path, text)| (path.clone(), text.lines().count()))
             .collect(),
         not_checked: scene::left_open_of_files(),
     };
-    print(&report, &stale, args);
+    print(&report, &made, &stale, args);
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// The prefix of module names, if it can begin a name.
+fn checked_prefix(args: &EmitArgs) -> Result<&str, Failure> {
+    let prefix = args.prefix.as_deref().unwrap_or_default();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let begins = prefix
+        .chars()
+        .next()
+        .is_none_or(|c| c.is_ascii_alphabetic());
+    if begins && prefix.chars().all(is_plain) && prefix.len() <= LONGEST_PREFIX {
+        return Ok(prefix);
+    }
+    Err(Failure::Usage(format!(
+        "--prefix {prefix}: expected a letter, then letters, digits and underscores, {LONGEST_PREFIX} \
+         at most"
+    )))
 }
 
 /// Refuses a configuration file that its own reduced form would overwrite.
@@ -126,7 +189,7 @@ fn refuse_own_configuration(common: &Common, args: &EmitArgs) -> Result<(), Fail
 }
 
 /// Prints the files left out, removed and written.
-fn print(report: &Report, stale: &[String], args: &EmitArgs) {
+fn print(report: &Report, made: &BTreeMap<String, String>, stale: &[String], args: &EmitArgs) {
     if let Some(scene) = &report.for_scene {
         let path = args.out_dir.join(CONFIGURATION);
         say!(
@@ -152,10 +215,16 @@ fn print(report: &Report, stale: &[String], args: &EmitArgs) {
     }
     say!(
         "{} modules, {} lines of Verilog-2005 in {}, configuration {}",
-        report.files.len(),
-        report.files.values().sum::<usize>(),
+        made.len(),
+        made.values()
+            .map(|text| text.lines().count())
+            .sum::<usize>(),
         args.out_dir.display(),
         report.configuration
+    );
+    say!(
+        "testbenches with golden vectors: make -C {}",
+        crate::args::quoted(&args.out_dir.join(SIM))
     );
     say!(
         "banks of the gathering unit: {}, since {}",

@@ -22,6 +22,7 @@ const RENAMED: &[Renamed] = &[
     renamed("cost", "unit", "study"),
     renamed("cost", "table", "csv"),
     renamed("estimate", "grid", "fit-to"),
+    renamed("effects", "rtl", "run-rtl"),
 ];
 
 /// Values of old flags that could stand without one, by command and flag.

@@ -6,7 +6,7 @@ use clap::Args;
 use indicatif::HumanCount;
 use potamoi_base::outputs as files;
 use potamoi_reference::trace_recorder::Limits;
-use potamoi_rtl::readmemh;
+use potamoi_rtl::bench::readmemh;
 use potamoi_scene::trace::Trace;
 use serde::Serialize;
 
@@ -79,7 +79,8 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
     trace.write(&args.out)?;
     if let Some(folder) = &args.readmemh {
         spinner.set_message("writing $readmemh files");
-        let files = readmemh(&config, &trace.gathered, &trace.computed)?;
+        let emit = format!("potamoi emit{}", common.arguments());
+        let files = readmemh(&config, &trace.gathered, &trace.computed, &emit)?;
         for (name, text) in &files.texts {
             files::write(&folder.join(name), text)?;
         }

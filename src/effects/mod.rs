@@ -43,7 +43,7 @@ pub(crate) struct EffectsArgs {
     /// Also run the frame on the Verilated units: with the whole configuration, and with the parts
     /// that the scene calls for
     #[arg(long)]
-    rtl: bool,
+    run_rtl: bool,
     /// Write a plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
@@ -84,7 +84,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
         },
         choices,
         pairs: args.pairs,
-        rtl: args.rtl,
+        rtl: args.run_rtl,
     };
     let spinner = progress::spinner("looking at the scene");
     let found = study.run(&Shown(&spinner))?;

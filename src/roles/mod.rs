@@ -29,8 +29,8 @@ enum Role {
 fn role(argument: &str) -> Option<Role> {
     Some(match argument {
         "out_dir" | "readmemh" | "netlists" => Role::Folder,
-        "config" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system"
-        | "synth" | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
+        "config" | "rtl" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace"
+        | "system" | "synth" | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
         "out" | "json" | "vcd" | "csv" | "plot" | "plot_energy" | "plot_roofline" | "found"
         | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
         _ => return None,
@@ -125,7 +125,7 @@ fn is_written(name: &str) -> bool {
         || [".hex", ".v", ".sv"]
             .iter()
             .any(|ending| name.ends_with(ending))
-        || ["memories.json", "manifest.json"].contains(&name)
+        || ["memories.json", "manifest.json", "Makefile"].contains(&name)
 }
 
 /// Whether a frame of a path with the output `a.png` may have this name: `a.0007.png`.

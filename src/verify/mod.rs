@@ -10,8 +10,8 @@ use indicatif::HumanCount;
 use potamoi_base::outputs as files;
 use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::Config;
-use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Failure as Found, Injection, Settings, Verifier};
+use potamoi_rtl::{EngineKind, ForeignRtl};
 use potamoi_scene::trace::Trace;
 use serde::Serialize;
 
@@ -29,6 +29,14 @@ pub(crate) struct VerifyArgs {
     /// Trace to verify, as written by `potamoi trace` [default: recorded from the scene]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "camera", "width", "height"])]
     trace: Option<PathBuf>,
+    /// Folder of Verilog to verify, edited or synthesised again, with the ports of the units [default:
+    /// that of the configuration]
+    #[arg(long, value_name = "DIR", conflicts_with = "inject")]
+    rtl: Option<PathBuf>,
+    /// Begin of the names of the units in the folder of --rtl [default: none; a module of another
+    /// name is found by its ports]
+    #[arg(long, value_name = "NAME", requires = "rtl")]
+    rtl_prefix: Option<String>,
     /// Simulator of the hardware
     #[arg(long, value_enum, default_value_t = Engine::Verilator)]
     engine: Engine,
@@ -121,13 +129,23 @@ impl Inject {
 pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     files::prepare([Some(&args.vcd), args.json.as_ref()])?;
     let config = common.read_config()?;
+    let rtl = args.rtl.as_deref();
+    let rtl = rtl.map(|folder| ForeignRtl::read(folder, args.rtl_prefix.as_deref()));
+    let rtl = rtl.transpose()?;
+    if let Some(rtl) = &rtl {
+        rtl.check_units(&config)?;
+    }
+    if rtl.is_some() && args.engine == Engine::Interpreter {
+        let text = "--engine interpreter runs no Verilog: use verilator or icarus with --rtl";
+        return Err(Failure::Usage(text.to_owned()));
+    }
     let start = Instant::now();
     let spinner = progress::spinner("reading the work");
     let work = open(args, &config)?;
     // What there is to do, so that shares and progress are of a known whole.
     let frame = work.counts(&config)?;
     spinner.finish_and_clear();
-    let settings = settings(args, frame);
+    let settings = settings(args, frame, rtl);
     let bar = progress::bar(frame.iter().sum(), "verifying");
     let mut show = |p: potamoi_rtl::verify::Progress| {
         bar.set_position(p.done);
@@ -149,6 +167,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         command: "verify",
         scene: work.scene(),
         trace: args.trace.as_ref(),
+        rtl: args.rtl.as_ref(),
         width: work.size().map(|s| s[0]),
         height: work.size().map(|s| s[1]),
         configuration: config.hash(),
@@ -191,7 +210,7 @@ fn open(args: &VerifyArgs, config: &Config) -> Result<Work, Failure> {
 }
 
 /// Extent of the verification, for these total feature vectors and elements.
-fn settings(args: &VerifyArgs, total: [u64; 2]) -> Settings {
+fn settings(args: &VerifyArgs, total: [u64; 2], rtl: Option<ForeignRtl>) -> Settings {
     let extent = match args.level {
         Level::Full => Extent::Full,
         Level::Quick => Extent::Share(args.engine.budget()),
@@ -203,6 +222,7 @@ fn settings(args: &VerifyArgs, total: [u64; 2]) -> Settings {
         gather_every,
         vector_every,
         inject: args.inject.map(Inject::injection),
+        rtl,
         excerpt: Some(args.vcd.clone()),
     }
 }
@@ -259,6 +279,12 @@ fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(),
     };
     let mut again = format!("potamoi verify{work}");
     again.push_str(&common.arguments());
+    if let Some(folder) = &args.rtl {
+        again.push_str(&format!(" --rtl {}", quoted(folder)));
+    }
+    if let Some(prefix) = &args.rtl_prefix {
+        again.push_str(&format!(" --rtl-prefix {prefix}"));
+    }
     for (name, value) in [
         ("engine", args.engine.to_possible_value()),
         ("level", args.level.to_possible_value()),

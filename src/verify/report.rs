@@ -21,6 +21,8 @@ pub(super) struct Report<'a> {
     pub(super) command: &'static str,
     pub(super) scene: &'a str,
     pub(super) trace: Option<&'a PathBuf>,
+    /// Folder of the Verilog; `null` for that of the configuration.
+    pub(super) rtl: Option<&'a PathBuf>,
     pub(super) width: Option<u32>,
     pub(super) height: Option<u32>,
     /// Hash of the configuration, 12 hexadecimal digits.
@@ -66,6 +68,9 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
         report.engine,
         report.seed
     );
+    if let Some(folder) = report.rtl {
+        say!("the Verilog of {}", folder.display());
+    }
     if report.failure.is_some() {
         return;
     }

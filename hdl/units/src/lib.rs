@@ -10,7 +10,7 @@
 //! let config = Config::default();
 //! let unit = potamoi_units::gathering_unit::gathering_unit(&config)?;
 //! assert!(unit.ports().iter().any(|port| port.name == "m_axis_feat_tdata"));
-//! let files = potamoi_units::emit::emit(&config, "potamoi emit")?;
+//! let files = potamoi_units::emit::emit(&config, "", "potamoi emit")?;
 //! assert!(files.keys().any(|path| path.ends_with("reducer.v")));
 //! # Ok::<(), potamoi_netlist::IrErrors>(())
 //! ```

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use potamoi_netlist::{Interpreter, Module};
-use potamoi_verilated::{Library, PortId, Toolchain, Warnings};
+use potamoi_verilated::{Library, PortId, Toolchain, Trace, Warnings};
 
 use super::engine::{Engine, EngineKind, Job, Verilated, pass_on};
 use super::icarus;
@@ -38,6 +38,8 @@ impl Engine for Recording {
 /// A module that can run on an engine any number of times.
 pub(super) struct Runner {
     module: Arc<Module>,
+    /// Verilog of others in place of the module's own.
+    files: Option<BTreeMap<String, String>>,
     program: Program,
 }
 
@@ -56,6 +58,7 @@ impl Runner {
         };
         Ok(Self {
             module: module.clone(),
+            files: None,
             program,
         })
     }
@@ -79,6 +82,7 @@ impl Runner {
         };
         Ok(Self {
             module: module.clone(),
+            files: Some(files.clone()),
             program,
         })
     }
@@ -125,7 +129,13 @@ impl Runner {
     ) -> Result<J::Output, RtlError> {
         match &self.program {
             Program::Verilator(_) => {
-                let library = compile(&self.module, true)?;
+                let library = match &self.files {
+                    None => compile(&self.module, true)?,
+                    Some(files) => model_of_files(&self.module, files)
+                        .warnings(Warnings::Allow)
+                        .trace(Trace::Vcd)
+                        .build(&Toolchain::detect()?)?,
+                };
                 let model = Verilated::new(&library, seed)?;
                 job.run(&mut TracedModel::new(model, window))
             }

@@ -45,6 +45,7 @@ impl Bench {
             gather_every,
             vector_every,
             inject,
+            rtl: None,
             excerpt: None,
         };
         progress.expect(total.iter().sum());

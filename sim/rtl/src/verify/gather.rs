@@ -153,6 +153,10 @@ impl Verifier<'_> {
 
     fn build_gather(&self) -> Result<GatherUnit, RtlError> {
         let engine = self.settings.engine;
+        if let Some(rtl) = &self.settings.rtl {
+            let files = rtl.files(gathering_unit(&self.config)?.as_ref())?;
+            return GatherUnit::of_files(engine, &self.config, &files);
+        }
         let own = self.settings.inject.filter(|i| !i.is_of_vector_unit());
         let Some(injection) = own else {
             return GatherUnit::on(engine, &self.config);

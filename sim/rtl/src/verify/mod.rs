@@ -23,7 +23,7 @@ use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::{EngineKind, GatherUnit, Mismatch, RtlError, VectorUnit};
+use crate::{EngineKind, ForeignRtl, GatherUnit, Mismatch, RtlError, VectorUnit};
 
 pub use inject::Injection;
 pub use report::{GatherReport, VectorReport};
@@ -41,6 +41,8 @@ pub struct Settings {
     pub vector_every: u64,
     /// Fault to inject.
     pub inject: Option<Injection>,
+    /// Verilog to verify instead of the emitted one.
+    pub rtl: Option<ForeignRtl>,
     /// File for a dump of the window around a mismatch.
     pub excerpt: Option<PathBuf>,
 }

@@ -112,6 +112,10 @@ impl Verifier<'_> {
 
     fn build_vector(&self) -> Result<VectorUnit, RtlError> {
         let mut module = vector_unit(&self.config)?;
+        if let Some(rtl) = &self.settings.rtl {
+            let files = rtl.files(&module)?;
+            return VectorUnit::of_files(self.settings.engine, &self.config, &files);
+        }
         if let Some(injection) = self.settings.inject.filter(|i| i.is_of_vector_unit()) {
             module = injection.apply(&self.config, &module)?;
         }

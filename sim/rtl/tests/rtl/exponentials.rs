@@ -168,6 +168,7 @@ fn settings(engine: EngineKind, vector_every: u64, inject: Option<Injection>) ->
         gather_every: 1000,
         vector_every,
         inject,
+        rtl: None,
         excerpt: None,
     }
 }

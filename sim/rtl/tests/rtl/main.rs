@@ -1,12 +1,14 @@
 //! The generated units, run: against golden values in every bit and cycle models in every cycle.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod bench_mutants;
 mod cells;
 mod every_form;
 mod every_operation;
 mod exponentials;
 mod faults;
 mod feature_major;
+mod foreign;
 mod gather_cells;
 mod gather_common;
 mod gather_unit;

@@ -4,7 +4,7 @@ use std::process::Command;
 
 use potamoi_formats::config::Config;
 use potamoi_reference::trace_recorder::Limits;
-use potamoi_rtl::readmemh;
+use potamoi_rtl::bench::readmemh;
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;
 use potamoi_units::emit::emit;
@@ -31,7 +31,9 @@ fn run(folder: &Path, unit: &str) -> String {
         .args(["-n", "tb"])
         .output()
         .unwrap();
-    String::from_utf8(done.stdout).unwrap()
+    let said = String::from_utf8(done.stdout).unwrap();
+    assert_eq!(done.status.success(), said.contains("PASS"), "{said}");
+    said
 }
 
 #[test]
@@ -69,7 +71,7 @@ fn check_scenes<const N: usize>(gu: &str, scenes: [(&str, Scene); N]) {
     let text = format!("[gu]\n{gu}\n[rit]\nentries = 16\n[vu]\nlanes = 5");
     let config = Config::from_toml(&text, "test").unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let files = emit(&config, "test").unwrap();
+    let files = emit(&config, "", "test").unwrap();
     for (path, text) in &files {
         let path = folder.path().join(path);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -82,7 +84,7 @@ fn check_scenes<const N: usize>(gu: &str, scenes: [(&str, Scene); N]) {
             elements: 900,
         };
         let trace = Trace::record(&scene, &config, limits).unwrap();
-        let files = readmemh(&config, &trace.gathered, &trace.computed).unwrap();
+        let files = readmemh(&config, &trace.gathered, &trace.computed, "potamoi emit").unwrap();
         for (name, memory) in &files.memories {
             let text = &files.texts[name];
             assert_eq!(text.lines().count(), memory.count, "{name}");
@@ -106,7 +108,7 @@ fn check_scenes<const N: usize>(gu: &str, scenes: [(&str, Scene); N]) {
             text.push(char::from_digit(digit ^ 1, 16).unwrap());
             std::fs::write(folder.path().join(file), text).unwrap();
             let said = run(folder.path(), unit);
-            assert!(said.contains("FAIL: 1 of"), "{name} {unit}: {said}");
+            assert!(said.contains("FAIL: beat "), "{name} {unit}: {said}");
         }
     }
 }

@@ -18,6 +18,7 @@ fn settings(engine: EngineKind) -> Settings {
         gather_every: 1,
         vector_every: 1,
         inject: None,
+        rtl: None,
         excerpt: None,
     }
 }

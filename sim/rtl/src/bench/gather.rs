@@ -1,0 +1,161 @@
+//! Jobs of the gathering unit as beats.
+
+use potamoi_cycles::{BeatWords, GatherInputs, GatherWork, Source, UnitModel};
+use potamoi_formats::config::{Config, Organisation};
+use potamoi_reference::GatherTask;
+
+use super::garbage::Garbage;
+use super::suite::{Beat, Job};
+use crate::RtlError;
+use crate::gather_check::Expected;
+
+/// Cycles without a handshake after which a model counts as hanging.
+const PATIENCE: u32 = 10_000;
+
+/// The job of tasks that can follow one another. `features` (or sums) are in task and entry order,
+/// `flags` those that the tasks raise.
+///
+/// # Errors
+/// Tasks that the unit cannot take.
+pub(super) fn job(
+    config: &Config,
+    tasks: &[GatherTask],
+    features: &[i32],
+    flags: u64,
+    garbage: &mut Garbage,
+) -> Result<Job, RtlError> {
+    let work = GatherWork::new(config, tasks)?;
+    work.run().check(config)?;
+    let (cycles, stats) = run(config, &work)?;
+    let mut job = Job {
+        title: format!(
+            "{} MVoxels of {} entries, {} vertices, {} channels in {} segments",
+            tasks.len(),
+            work.entries(),
+            work.vertices().count(),
+            work.channels(),
+            work.segments()
+        ),
+        settings: settings(&work),
+        inputs: inputs(config, &work, garbage)?,
+        output: outputs(&work, features),
+        cycles,
+        stats,
+    };
+    job.stats.insert("stat_errors", flags);
+    Ok(job)
+}
+
+/// Counters that gaps do not change. Of lanes that wait for banks, gaps change who waits.
+pub(super) fn steady(config: &Config) -> Vec<&'static str> {
+    let all = ["stat_entries", "stat_errors", "stat_busy"];
+    let lanes = config.organisation().0 == Organisation::FeatureMajor;
+    all[..if lanes { 2 } else { 3 }].to_vec()
+}
+
+fn settings(work: &GatherWork<'_>) -> Vec<(&'static str, u64)> {
+    vec![
+        ("cfg_vertices", u64::from(work.vertices().log2())),
+        ("cfg_segments", work.segments() as u64),
+        ("cfg_two_records", u64::from(work.shares_rows())),
+        ("cfg_channels", work.last_channels() as u64),
+    ]
+}
+
+fn inputs(
+    config: &Config,
+    work: &GatherWork<'_>,
+    garbage: &mut Garbage,
+) -> Result<Vec<Vec<Beat>>, RtlError> {
+    let mut layout = BeatWords::new(work);
+    let (mut rit, mut mft) = (vec![], vec![]);
+    for piece in work.run().rit_beats(config) {
+        layout.rit(&piece)?;
+        let mut data = layout.data.clone();
+        garbage.fill(&mut data, &layout.keep, 8);
+        rit.push(Beat::from([
+            ("tuser", vec![u32::from(piece.beat.again)]),
+            ("tlast", vec![u32::from(piece.beat.last)]),
+            ("tkeep", layout.keep.clone()),
+            ("tdata", data),
+        ]));
+    }
+    for piece in work.mft_pieces(config) {
+        layout.mft(&piece);
+        mft.push(Beat::from([
+            ("tlast", vec![u32::from(piece.last)]),
+            ("tkeep", layout.row_keep.clone()),
+            ("tdata", layout.row.clone()),
+        ]));
+    }
+    Ok(vec![rit, mft])
+}
+
+fn outputs(work: &GatherWork<'_>, features: &[i32]) -> Vec<Beat> {
+    let slot_bits = work.slot_bits();
+    let beat = |group: potamoi_cycles::Group| {
+        let beat = Expected::new(work, features, group);
+        let mut user = vec![0u32; (slot_bits as usize * work.side()).div_ceil(32)];
+        for port in 0..group.kept {
+            let slot = work.tasks()[group.task].entries[group.entry + port].slot;
+            if slot_bits == 32 {
+                user[port] = slot;
+            } else {
+                user[port / 2] |= (slot & 0xffff) << (16 * (port % 2));
+            }
+        }
+        Beat::from([
+            ("tlast", vec![u32::from(group.last)]),
+            ("tkeep", beat.keep),
+            ("tuser", user),
+            ("tdata", beat.data),
+        ])
+    };
+    work.groups().map(beat).collect()
+}
+
+type Stats = std::collections::BTreeMap<&'static str, u64>;
+
+/// Cycles and counters by the stepwise model, with sources and sink always ready.
+fn run(config: &Config, work: &GatherWork<'_>) -> Result<(u64, Stats), RtlError> {
+    let mut model = UnitModel::new(config, work)?;
+    let gathered = work.run();
+    let mut rit = Source::new(gathered.rit_beats(config));
+    let mut mft = Source::new(work.mft_pieces(config));
+    let (mut left, mut cycles, mut quiet) = (work.beats(), 0, 0);
+    while left > 0 {
+        let inputs = GatherInputs {
+            rit: rit.offer(true).map(|piece| piece.beat),
+            mft: mft.offer(true).map(|piece| piece.last),
+            feat_ready: true,
+        };
+        let outputs = model.step(&inputs);
+        let moves = [
+            inputs.rit.is_some() && outputs.rit_ready,
+            inputs.mft.is_some() && outputs.mft_ready,
+            outputs.feat.is_some(),
+        ];
+        if moves[0] {
+            rit.accepted();
+        }
+        if moves[1] {
+            mft.accepted();
+        }
+        left -= u64::from(moves[2]);
+        cycles += 1;
+        quiet = if moves.contains(&true) { 0 } else { quiet + 1 };
+        if quiet > PATIENCE {
+            return Err(potamoi_cycles::WorkError::Deadlock { cycle: cycles }.into());
+        }
+    }
+    let counters = model.step(&GatherInputs::default()).counters;
+    let stats = Stats::from([
+        ("stat_busy", counters.busy),
+        ("stat_stall_fifo", counters.stall_fifo),
+        ("stat_stall_mft", counters.stall_mft),
+        ("stat_stall_rit", counters.stall_rit),
+        ("stat_stall_bank", counters.stall_bank),
+        ("stat_entries", counters.entries),
+    ]);
+    Ok((cycles, stats))
+}

@@ -1,0 +1,76 @@
+//! The Makefile beside the benches, and the command lines of their headers.
+
+const TEXT: &str = r#"# Simulates the units against golden vectors. It needs make and a simulator, nothing else.
+#
+#   make                  Icarus Verilog
+#   make SIM=verilator    Verilator 5 or later
+#   make RUNS='0:1 40:7'  these runs: gaps in percent of the clocks, and their seed
+#   make DUMP=1           also writes BUILD/UNIT.vcd, of the last run
+#   make RTL=DIR          other Verilog with the same ports, in DIR/gathering_unit, DIR/vector_unit
+#
+# The exit status is not 0 if a unit fails.
+
+SIM   ?= icarus
+RUNS  ?= 0:1 25:2 60:3 85:4
+UNITS ?= @UNITS@
+RTL   ?= ..
+BUILD ?= build
+DUMP  ?=
+
+IVERILOG  ?= iverilog
+VVP       ?= vvp
+VERILATOR ?= verilator
+
+.PHONY: all clean $(UNITS)
+all: $(UNITS)
+
+ifneq ($(filter $(SIM),icarus verilator),$(SIM))
+$(error SIM=$(SIM): expected icarus or verilator)
+endif
+
+run_icarus    = $(VVP) -n $(BUILD)/$@_tb.vvp
+run_verilator = $(BUILD)/$@/V$@_tb +verilator+rand+reset+2 +verilator+seed+1
+
+$(UNITS): %: $(BUILD)/%.$(SIM)
+	@for run in $(RUNS); do \
+	  $(run_$(SIM)) +gaps=$${run%%:*} +seed=$${run##*:} \
+	    $(if $(DUMP),+dump=$(BUILD)/$@.vcd) || exit 1; \
+	done
+
+.SECONDEXPANSION:
+$(BUILD)/%.icarus: %_tb.v $$(wildcard $(RTL)/$$*/*.v)
+	@mkdir -p $(BUILD)
+	$(IVERILOG) -g2005 -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
+	@touch $@
+
+$(BUILD)/%.verilator: %_tb.v $$(wildcard $(RTL)/$$*/*.v)
+	@mkdir -p $(BUILD)
+	$(VERILATOR) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint -O3 \
+	  --x-assign unique --x-initial unique --top-module $*_tb -Mdir $(BUILD)/$* $^ \
+	  > $(BUILD)/$*.log 2>&1 || { cat $(BUILD)/$*.log; exit 1; }
+	@touch $@
+
+clean:
+	rm -rf $(BUILD)
+"#;
+
+/// The Makefile for these units.
+pub(super) fn text(units: &[&str]) -> String {
+    TEXT.replace("@UNITS@", &units.join(" "))
+}
+
+/// Command lines of a bench beside that Makefile.
+pub(super) fn commands(unit: &str) -> Vec<String> {
+    vec![
+        "make".to_owned(),
+        format!("iverilog -g2005 -o {unit}_tb {unit}_tb.v ../{unit}/*.v && vvp -n {unit}_tb"),
+    ]
+}
+
+/// Command lines of a bench of a trace.
+pub(super) fn of_trace(emit: &str, unit: &str) -> Vec<String> {
+    vec![
+        format!("{emit} --out-dir rtl"),
+        format!("iverilog -g2005 -o {unit}_tb {unit}_tb.v rtl/{unit}/*.v && vvp -n {unit}_tb"),
+    ]
+}

@@ -1,0 +1,201 @@
+//! Self-checking testbenches of the units with golden vectors, for simulators that this crate does
+//! not drive.
+//!
+//! A bench runs jobs one after the other, changes the settings between them while the unit is idle,
+//! and compares every beat in every bit, the counters, the flags and, without gaps, the cycles. Its
+//! ports and widths are those of the netlist; its expected values are the reference units' and the
+//! cycle models'.
+
+mod garbage;
+mod gather;
+mod gather_tasks;
+mod makefile;
+mod memory;
+mod parts;
+mod ports;
+mod suite;
+mod text;
+mod vector;
+mod vector_operands;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use potamoi_cycles::runs;
+use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_netlist::Module;
+use potamoi_reference::GatherTask;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
+use potamoi_reference::trace_recorder::{Computed, Gathered};
+use potamoi_reference::vector_unit::ReferenceVectorUnit;
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
+
+use super::model::RtlError;
+use super::vector_drive::VectorBatch;
+use garbage::Garbage;
+use ports::UnitPorts;
+use suite::{Owes, Suite};
+use vector_operands::Batch;
+
+pub use memory::MemoryFile;
+pub use suite::BenchFiles;
+
+/// Seed of the jobs of [`standalone`].
+const SEED: u64 = 1;
+
+/// The folder `sim`: a Makefile, and for each of these units of the configuration a bench with
+/// small jobs at the units' edges. The units lie in `../gathering_unit` and `../vector_unit`.
+/// `prefix` stands before the name of every module of theirs.
+///
+/// # Errors
+/// A unit of another name, or with a port that the benches do not know.
+pub fn standalone(
+    config: &Config,
+    units: &[&str],
+    prefix: &str,
+) -> Result<BTreeMap<String, String>, RtlError> {
+    let mut files = BTreeMap::from([("Makefile".to_owned(), makefile::text(units))]);
+    for unit in units {
+        let top = format!("{prefix}{unit}");
+        let mut suite = match *unit {
+            GATHERING_UNIT => edges_of_gathers(config)?,
+            VECTOR_UNIT => edges_of_vectors(config)?,
+            other => {
+                let expected = format!("expected {GATHERING_UNIT} or {VECTOR_UNIT}");
+                return Err(RtlError::Usage(format!("no bench for {other}: {expected}")));
+            }
+        };
+        suite.ports.module = top;
+        files.extend(suite.files(unit, &makefile::commands(unit))?.texts);
+    }
+    Ok(files)
+}
+
+/// Streams of a trace and expected outputs, with testbenches. `emit` is the command that writes the
+/// units, without the folder.
+///
+/// # Errors
+/// Tasks that the units cannot take.
+pub fn readmemh(
+    config: &Config,
+    traced: &[Gathered],
+    computed: &[Computed],
+    emit: &str,
+) -> Result<BenchFiles, RtlError> {
+    let mut files = BenchFiles::default();
+    let mut add = |unit: &str, suite: &Suite| -> Result<(), RtlError> {
+        let made = suite.files(unit, &makefile::of_trace(emit, unit))?;
+        files.texts.extend(made.texts);
+        files.memories.extend(made.memories);
+        Ok(())
+    };
+    if !traced.is_empty() {
+        let tasks: Vec<_> = traced.iter().map(|g| g.task.clone()).collect();
+        let mut suite = gather_suite(config)?;
+        let mut from = 0;
+        for tasks in runs(&tasks) {
+            let own = &traced[from..from + tasks.len()];
+            let features: Vec<i32> = own.iter().flat_map(|g| &g.features).copied().collect();
+            let (_, flags) = gathered(config, tasks)?;
+            let garbage = &mut Garbage::new(SEED);
+            suite
+                .jobs
+                .push(gather::job(config, tasks, &features, flags, garbage)?);
+            from += tasks.len();
+        }
+        add(GATHERING_UNIT, &suite)?;
+    }
+    if !computed.is_empty() {
+        let mut batches = vec![];
+        for Computed { op, a, b, .. } in computed {
+            batches.push(VectorBatch { op: *op, a, b });
+        }
+        let results: Vec<i32> = computed.iter().flat_map(|c| c.out.clone()).collect();
+        let mut suite = vector_suite(config)?;
+        let garbage = &mut Garbage::new(SEED);
+        let job = vector::job(config, &suite.ports, &batches, &results, garbage, false)?;
+        suite.jobs.push(job);
+        add(VECTOR_UNIT, &suite)?;
+    }
+    Ok(files)
+}
+
+fn gather_suite(config: &Config) -> Result<Suite, RtlError> {
+    suite(
+        &gathering_unit(config)?,
+        "gather",
+        gather::steady(config),
+        Owes::Packets,
+    )
+}
+
+fn vector_suite(config: &Config) -> Result<Suite, RtlError> {
+    suite(
+        &vector_unit(config)?,
+        "vector",
+        vector::steady(config),
+        Owes::Beats,
+    )
+}
+
+fn suite(
+    module: &Arc<Module>,
+    prefix: &'static str,
+    steady: Vec<&'static str>,
+    owes: Owes,
+) -> Result<Suite, RtlError> {
+    Ok(Suite {
+        ports: UnitPorts::of(module)?,
+        prefix,
+        jobs: vec![],
+        steady,
+        owes,
+    })
+}
+
+fn edges_of_gathers(config: &Config) -> Result<Suite, RtlError> {
+    let mut suite = gather_suite(config)?;
+    let mut garbage = Garbage::new(SEED);
+    for tasks in gather_tasks::jobs(config, SEED) {
+        let (features, flags) = gathered(config, &tasks)?;
+        let job = gather::job(config, &tasks, &features, flags, &mut garbage)?;
+        suite.jobs.push(job);
+    }
+    Ok(suite)
+}
+
+fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
+    let mut suite = vector_suite(config)?;
+    let mut garbage = Garbage::new(SEED);
+    let twin = ReferenceVectorUnit::new(&config.vu);
+    for own in vector_operands::jobs(config, SEED) {
+        let mut results = vec![];
+        for Batch { op, a, b } in &own {
+            let mut out = vec![0; a.len()];
+            let computed = twin.slice(*op, a, b, &mut out);
+            computed.map_err(|error| RtlError::Usage(error.to_string()))?;
+            results.extend(out);
+        }
+        let batches: Vec<_> = own.iter().map(Batch::borrowed).collect();
+        let job = vector::job(config, &suite.ports, &batches, &results, &mut garbage, true)?;
+        suite.jobs.push(job);
+    }
+    Ok(suite)
+}
+
+/// Features (or sums) and flags of tasks, by the reference unit.
+fn gathered(config: &Config, tasks: &[GatherTask]) -> Result<(Vec<i32>, u64), RtlError> {
+    let twin = ReferenceGatheringUnit::new(config);
+    let (mut codes, mut sums, mut flags) = (vec![], vec![], 0);
+    for task in tasks {
+        let raised = match config.gu.sums {
+            Sums::Rounded => twin.gather(task, &mut codes),
+            Sums::Exact => twin.sums(task, &mut sums),
+        };
+        flags |= raised.map_err(|error| RtlError::Usage(error.to_string()))?;
+    }
+    sums.extend(codes.into_iter().map(i32::from));
+    Ok((sums, u64::from(flags)))
+}
