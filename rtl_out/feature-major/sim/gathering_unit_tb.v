@@ -1,0 +1,546 @@
+// Testbench of gathering_unit with golden vectors. Run in the folder of the .hex files:
+//   make
+//   iverilog -g2005 -o gathering_unit_tb gathering_unit_tb.v ../gathering_unit/*.v && vvp -n gathering_unit_tb
+// Options: +gaps=P  sources and sink pause in about P % of the clocks, in bursts (default 0)
+//          +seed=N  another pattern of pauses (default 1)
+//          +dump    write all signals; +dump=FILE into that file
+// The last line says PASS or FAIL; the exit status of FAIL is not 0. Without gaps, the cycles of
+// every job and all counters are compared too. Jobs:
+//   0: 4 MVoxels of 22 entries, 1 vertices, 16 channels in 1 segments
+//   1: 4 MVoxels of 22 entries, 2 vertices, 26 channels in 2 segments
+//   2: 4 MVoxels of 18 entries, 4 vertices, 48 channels in 3 segments
+//   3: 4 MVoxels of 16 entries, 8 vertices, 51 channels in 4 segments
+//   4: 4 MVoxels of 18 entries, 8 vertices, 16 channels in 1 segments
+//   5: 4 MVoxels of 23 entries, 4 vertices, 30 channels in 2 segments
+//   6: 4 MVoxels of 20 entries, 2 vertices, 48 channels in 3 segments
+//   7: 4 MVoxels of 17 entries, 1 vertices, 60 channels in 4 segments
+//   8: 2 MVoxels of 10 entries, 1 vertices, 16 channels in 1 segments
+//   9: 3 MVoxels of 394 entries, 8 vertices, 26 channels in 2 segments
+`timescale 1ns/1ps
+`default_nettype none
+
+module gathering_unit_tb;
+  localparam JOBS = 10;
+  localparam RESET = 0, BEGIN = 1, RUN = 2, DRAIN = 3, DONE = 4;
+  localparam CLOSED = 160;  // clocks in which the sink of every second job takes nothing
+
+  reg clk = 1'b0;
+  always #5 clk = ~clk;
+  reg rst_n = 1'b0;
+  reg cfg_clear = 1'b0;
+
+  integer gaps;
+  integer seed;
+  integer state = RESET;
+  integer job = 0;
+  integer clocks = 0;  // in this state
+  integer cycles = 0;  // of this job
+  integer quiet = 0;   // clocks since a beat moved
+  integer cut = 0;     // cycle of the first job in which it is cut off by a reset
+  reg failed = 1'b0;
+  reg moved;
+  reg willing;
+  reg closed;          // the sink takes nothing, and the sources do not pause
+
+  // Pauses are drawn from an xorshift generator, so that all simulators draw the same.
+  reg [31:0] drawn = 32'd1;
+  function [31:0] after(input [31:0] x);
+    begin
+      after = x ^ (x << 13);
+      after = after ^ (after >> 17);
+      after = after ^ (after << 5);
+    end
+  endfunction
+  // Percentage of pauses of a stream for some clocks: none, usual or most.
+  function integer rate(input [1:0] kind);
+    begin
+      case (kind)
+        2'd0: rate = 0;
+        2'd1: rate = gaps == 0 ? 0 : (100 + gaps) / 2;
+        default: rate = gaps;
+      endcase
+    end
+  endfunction
+
+  // job, from gather_jobs.hex: cfg_vertices 2, cfg_segments 7, cfg_channels 7, s_axis_rit_end 32,
+  // s_axis_mft_end 32, m_axis_feat_end 32, cycles 32, stat_busy 32, stat_stall_bank 32,
+  // stat_stall_fifo 32, stat_stall_mft 32, stat_stall_rit 32, stat_entries 32, stat_errors 8
+  reg [343:0] job_words [0:9];
+  wire [1:0] job_cfg_vertices;
+  wire [6:0] job_cfg_segments;
+  wire [6:0] job_cfg_channels;
+  wire [31:0] job_s_axis_rit_end;
+  wire [31:0] job_s_axis_mft_end;
+  wire [31:0] job_m_axis_feat_end;
+  wire [31:0] job_cycles;
+  wire [31:0] job_stat_busy;
+  wire [31:0] job_stat_stall_bank;
+  wire [31:0] job_stat_stall_fifo;
+  wire [31:0] job_stat_stall_mft;
+  wire [31:0] job_stat_stall_rit;
+  wire [31:0] job_stat_entries;
+  wire [7:0] job_stat_errors;
+  assign {
+      job_cfg_vertices, job_cfg_segments, job_cfg_channels, job_s_axis_rit_end,
+      job_s_axis_mft_end, job_m_axis_feat_end, job_cycles, job_stat_busy, job_stat_stall_bank,
+      job_stat_stall_fifo, job_stat_stall_mft, job_stat_stall_rit, job_stat_entries,
+      job_stat_errors
+    } = job_words[job];
+  reg [1:0] cfg_vertices = 2'd0;
+  reg [6:0] cfg_segments = 7'd0;
+  reg [6:0] cfg_channels = 7'd0;
+
+  // s_axis_rit, from gather_rit.hex: tdata 128, tkeep 16, tlast 1, tuser 1
+  reg [145:0] s_axis_rit_words [0:2180];
+  integer s_axis_rit_at = 0;
+  integer s_axis_rit_next;
+  integer s_axis_rit_rate = 0;
+  reg s_axis_rit_open = 1'b0;
+  integer s_axis_rit_packets = 0;
+  reg s_axis_rit_tvalid = 1'b0;
+  wire s_axis_rit_tready;
+  wire [146-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 2181 ? s_axis_rit_at : 0];
+  // While a source is not valid, its payload is inverted: a unit must not take it.
+  wire [127:0] s_axis_rit_tdata;
+  wire [15:0] s_axis_rit_tkeep;
+  wire [0:0] s_axis_rit_tlast;
+  wire [0:0] s_axis_rit_tuser;
+  assign {
+      s_axis_rit_tdata, s_axis_rit_tkeep, s_axis_rit_tlast, s_axis_rit_tuser
+    } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
+
+  // s_axis_mft, from gather_mft.hex: tdata 256, tkeep 32, tlast 1
+  reg [288:0] s_axis_mft_words [0:1785];
+  integer s_axis_mft_at = 0;
+  integer s_axis_mft_next;
+  integer s_axis_mft_rate = 0;
+  reg s_axis_mft_open = 1'b0;
+  integer s_axis_mft_packets = 0;
+  reg s_axis_mft_tvalid = 1'b0;
+  wire s_axis_mft_tready;
+  wire [289-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 1786 ? s_axis_mft_at : 0];
+  // While a source is not valid, its payload is inverted: a unit must not take it.
+  wire [255:0] s_axis_mft_tdata;
+  wire [31:0] s_axis_mft_tkeep;
+  wire [0:0] s_axis_mft_tlast;
+  assign {
+      s_axis_mft_tdata, s_axis_mft_tkeep, s_axis_mft_tlast
+    } = s_axis_mft_tvalid ? s_axis_mft_word : ~s_axis_mft_word;
+
+  // m_axis_feat, from gather_feat.hex: tdata 256, tkeep 32, tlast 1, tuser 256
+  reg [544:0] m_axis_feat_words [0:1913];
+  integer m_axis_feat_at = 0;
+  integer m_axis_feat_rate = 0;
+  integer m_axis_feat_packets = 0;
+  reg m_axis_feat_held = 1'b0;
+  reg m_axis_feat_tready = 1'b0;
+  wire m_axis_feat_tvalid;
+  wire [255:0] m_axis_feat_tdata;
+  wire [31:0] m_axis_feat_tkeep;
+  wire [0:0] m_axis_feat_tlast;
+  wire [255:0] m_axis_feat_tuser;
+  wire [255:0] wanted_tdata;
+  wire [31:0] wanted_tkeep;
+  wire [0:0] wanted_tlast;
+  wire [255:0] wanted_tuser;
+  assign {
+      wanted_tdata, wanted_tkeep, wanted_tlast, wanted_tuser
+    } = m_axis_feat_words[m_axis_feat_at < 1914 ? m_axis_feat_at : 0];
+  // What a port without an entry gives is not defined.
+  wire [256-1:0] kept_tdata;
+  genvar tdata_bit;
+  generate
+    for (tdata_bit = 0; tdata_bit < 256; tdata_bit = tdata_bit + 1) begin : of_tdata
+      assign kept_tdata[tdata_bit] = wanted_tkeep[tdata_bit * 32 / 256];
+    end
+  endgenerate
+  // What a port without an entry gives is not defined.
+  wire [256-1:0] kept_tuser;
+  genvar tuser_bit;
+  generate
+    for (tuser_bit = 0; tuser_bit < 256; tuser_bit = tuser_bit + 1) begin : of_tuser
+      assign kept_tuser[tuser_bit] = wanted_tkeep[tuser_bit * 32 / 256];
+    end
+  endgenerate
+  wire [31:0] stat_busy;
+  wire [31:0] stat_stall_bank;
+  wire [31:0] stat_stall_fifo;
+  wire [31:0] stat_stall_mft;
+  wire [31:0] stat_stall_rit;
+  wire [31:0] stat_entries;
+  wire [7:0] stat_errors;
+
+  gathering_unit unit (
+    .clk(clk),
+    .rst_n(rst_n),
+    .cfg_vertices(cfg_vertices),
+    .cfg_segments(cfg_segments),
+    .cfg_channels(cfg_channels),
+    .cfg_clear(cfg_clear),
+    .s_axis_rit_tvalid(s_axis_rit_tvalid),
+    .s_axis_rit_tready(s_axis_rit_tready),
+    .s_axis_rit_tdata(s_axis_rit_tdata),
+    .s_axis_rit_tkeep(s_axis_rit_tkeep),
+    .s_axis_rit_tlast(s_axis_rit_tlast),
+    .s_axis_rit_tuser(s_axis_rit_tuser),
+    .s_axis_mft_tvalid(s_axis_mft_tvalid),
+    .s_axis_mft_tready(s_axis_mft_tready),
+    .s_axis_mft_tdata(s_axis_mft_tdata),
+    .s_axis_mft_tkeep(s_axis_mft_tkeep),
+    .s_axis_mft_tlast(s_axis_mft_tlast),
+    .m_axis_feat_tvalid(m_axis_feat_tvalid),
+    .m_axis_feat_tready(m_axis_feat_tready),
+    .m_axis_feat_tdata(m_axis_feat_tdata),
+    .m_axis_feat_tkeep(m_axis_feat_tkeep),
+    .m_axis_feat_tlast(m_axis_feat_tlast),
+    .m_axis_feat_tuser(m_axis_feat_tuser),
+    .stat_busy(stat_busy),
+    .stat_stall_bank(stat_stall_bank),
+    .stat_stall_fifo(stat_stall_fifo),
+    .stat_stall_mft(stat_stall_mft),
+    .stat_stall_rit(stat_stall_rit),
+    .stat_entries(stat_entries),
+    .stat_errors(stat_errors)
+  );
+
+  // A memory file that is missing, or has too few words.
+  integer file;
+  reg [8*256-1:0] dump;
+  initial begin
+    if (!$value$plusargs("gaps=%d", gaps)) gaps = 0;
+    if (!$value$plusargs("seed=%d", seed)) seed = 1;
+    if (gaps < 0 || gaps > 95) begin
+      $display("FAIL: +gaps=%0d: expected 0 to 95", gaps);
+      fail;
+    end
+    drawn = after(32'h9e3779b9 ^ (seed << 4)) | 32'd1;
+    if (gaps > 0) cut = 20 + drawn[13:8];
+    if ($value$plusargs("dump=%s", dump)) begin
+      $dumpfile(dump);
+      $dumpvars;
+    end else if ($test$plusargs("dump")) begin
+      $dumpvars;
+    end
+    file = $fopen("gather_jobs.hex", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: gather_jobs.hex is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("gather_jobs.hex", job_words);
+      if (^job_words[9] === 1'bx) begin
+        if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
+        fail;
+      end
+    end
+    file = $fopen("gather_rit.hex", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: gather_rit.hex is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("gather_rit.hex", s_axis_rit_words);
+      if (^s_axis_rit_words[2180] === 1'bx) begin
+        if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
+        fail;
+      end
+    end
+    file = $fopen("gather_mft.hex", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: gather_mft.hex is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("gather_mft.hex", s_axis_mft_words);
+      if (^s_axis_mft_words[1785] === 1'bx) begin
+        if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
+        fail;
+      end
+    end
+    file = $fopen("gather_feat.hex", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: gather_feat.hex is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("gather_feat.hex", m_axis_feat_words);
+      if (^m_axis_feat_words[1913] === 1'bx) begin
+        if (!failed) $display("FAIL: gather_feat.hex has fewer words than this bench reads");
+        fail;
+      end
+    end
+  end
+
+  task fail;
+    begin
+      if (!failed && state != RESET)
+        $display("  job %0d, cycle %0d, +gaps=%0d +seed=%0d", job, cycles, gaps, seed);
+      failed = 1'b1;
+      state = DONE;
+`ifdef __ICARUS__
+      $finish_and_return(1);
+`else
+      $fatal(1);
+`endif
+    end
+  endtask
+
+  reg [255:0] found;
+  reg [255:0] wanted;
+  integer low;
+  integer lowest = 0;  // a variable: a loop from a constant fails in Verilator 5.006
+  task differs(input [8*8-1:0] field);
+    begin
+      low = lowest;
+      while (low < 255 - 31 && found[low +: 32] === wanted[low +: 32]) low = low + 32;
+      if (found[low +: 16] === wanted[low +: 16]) low = low + 16;
+      $display("FAIL: beat %0d: m_axis_feat_%0s[%0d +: 16] is %h, expected %h",
+        m_axis_feat_at, field, low, found[low +: 16], wanted[low +: 16]);
+      fail;
+    end
+  endtask
+
+  task compare;
+    begin
+      if (!failed && (m_axis_feat_tdata & kept_tdata) !== (wanted_tdata & kept_tdata)) begin
+        found = m_axis_feat_tdata & kept_tdata;
+        wanted = wanted_tdata & kept_tdata;
+        differs("tdata");
+      end
+      if (!failed && m_axis_feat_tkeep !== wanted_tkeep) begin
+        found = m_axis_feat_tkeep;
+        wanted = wanted_tkeep;
+        differs("tkeep");
+      end
+      if (!failed && m_axis_feat_tlast !== wanted_tlast) begin
+        found = m_axis_feat_tlast;
+        wanted = wanted_tlast;
+        differs("tlast");
+      end
+      if (!failed && (m_axis_feat_tuser & kept_tuser) !== (wanted_tuser & kept_tuser)) begin
+        found = m_axis_feat_tuser & kept_tuser;
+        wanted = wanted_tuser & kept_tuser;
+        differs("tuser");
+      end
+    end
+  endtask
+
+  // After a job: counters, flags, cycles, and beats that were not taken.
+  task check_job;
+    begin
+      if (!failed && gaps == 0 && cycles != job_cycles) begin
+        $display("FAIL: %0d cycles, expected %0d", cycles, job_cycles);
+        fail;
+      end
+      if (!failed && gaps == 0 && stat_busy !== job_stat_busy) begin
+        $display("FAIL: stat_busy is %0d, expected %0d", stat_busy, job_stat_busy);
+        fail;
+      end
+      if (!failed && gaps == 0 && stat_stall_bank !== job_stat_stall_bank) begin
+        $display("FAIL: stat_stall_bank is %0d, expected %0d", stat_stall_bank, job_stat_stall_bank);
+        fail;
+      end
+      if (!failed && gaps == 0 && stat_stall_fifo !== job_stat_stall_fifo) begin
+        $display("FAIL: stat_stall_fifo is %0d, expected %0d", stat_stall_fifo, job_stat_stall_fifo);
+        fail;
+      end
+      if (!failed && gaps == 0 && stat_stall_mft !== job_stat_stall_mft) begin
+        $display("FAIL: stat_stall_mft is %0d, expected %0d", stat_stall_mft, job_stat_stall_mft);
+        fail;
+      end
+      if (!failed && gaps == 0 && stat_stall_rit !== job_stat_stall_rit) begin
+        $display("FAIL: stat_stall_rit is %0d, expected %0d", stat_stall_rit, job_stat_stall_rit);
+        fail;
+      end
+      if (!failed && stat_entries !== job_stat_entries) begin
+        $display("FAIL: stat_entries is %0d, expected %0d", stat_entries, job_stat_entries);
+        fail;
+      end
+      if (!failed && stat_errors !== job_stat_errors) begin
+        $display("FAIL: stat_errors is %0d, expected %0d", stat_errors, job_stat_errors);
+        fail;
+      end
+      if (!failed && s_axis_rit_at != job_s_axis_rit_end) begin
+        $display("FAIL: %0d beats of s_axis_rit were not taken", job_s_axis_rit_end - s_axis_rit_at);
+        fail;
+      end
+      if (!failed && s_axis_mft_at != job_s_axis_mft_end) begin
+        $display("FAIL: %0d beats of s_axis_mft were not taken", job_s_axis_mft_end - s_axis_mft_at);
+        fail;
+      end
+    end
+  endtask
+
+  always @(posedge clk) if (!failed) begin
+    clocks = clocks + 1;
+    quiet = quiet + 1;
+    if (state == RUN) cycles = cycles + 1;
+    if (!failed && state != RESET) begin
+      if (m_axis_feat_tvalid !== 1'b0 && m_axis_feat_tvalid !== 1'b1) begin
+        $display("FAIL: m_axis_feat_tvalid is %b", m_axis_feat_tvalid);
+        fail;
+      end else if (m_axis_feat_held && !m_axis_feat_tvalid) begin
+        $display("FAIL: m_axis_feat_tvalid fell before beat %0d was taken", m_axis_feat_at);
+        fail;
+      end else if (m_axis_feat_tvalid && state != RUN) begin
+        $display("FAIL: a surplus beat of m_axis_feat after beat %0d", m_axis_feat_at);
+        fail;
+      end else if (m_axis_feat_tvalid) begin
+        compare;
+      end
+      m_axis_feat_held = m_axis_feat_tvalid && !m_axis_feat_tready;
+      if (m_axis_feat_tvalid && m_axis_feat_tready) begin
+        m_axis_feat_at = m_axis_feat_at + 1;
+        if (m_axis_feat_tlast === 1'b1) m_axis_feat_packets = m_axis_feat_packets + 1;
+        quiet = 0;
+      end
+    end
+    case (state)
+      RESET: begin
+        // All inputs but reset may have any value.
+        if (clocks > 2 && m_axis_feat_tvalid !== 1'b0) begin
+          $display("FAIL: m_axis_feat_tvalid is %b in reset", m_axis_feat_tvalid);
+          fail;
+        end
+        if (!failed && clocks > 1 && s_axis_rit_tready !== 1'b0) begin
+          $display("FAIL: s_axis_rit_tready is %b in reset", s_axis_rit_tready);
+          fail;
+        end
+        if (!failed && clocks > 1 && s_axis_mft_tready !== 1'b0) begin
+          $display("FAIL: s_axis_mft_tready is %b in reset", s_axis_mft_tready);
+          fail;
+        end
+        if (!failed && clocks == 4) begin
+          rst_n <= 1'b1;
+          state = BEGIN;
+          clocks = 0;
+        end
+      end
+      BEGIN: begin
+        if (clocks == 1) begin
+          cfg_clear <= 1'b1;
+          cfg_vertices <= job_cfg_vertices;
+          cfg_segments <= job_cfg_segments;
+          cfg_channels <= job_cfg_channels;
+        end else if (clocks == 2) begin
+          cfg_clear <= 1'b0;
+        end else begin
+          if (!failed && stat_busy !== 0) begin
+            $display("FAIL: stat_busy is %0d after cfg_clear", stat_busy);
+            fail;
+          end
+          if (!failed && stat_stall_bank !== 0) begin
+            $display("FAIL: stat_stall_bank is %0d after cfg_clear", stat_stall_bank);
+            fail;
+          end
+          if (!failed && stat_stall_fifo !== 0) begin
+            $display("FAIL: stat_stall_fifo is %0d after cfg_clear", stat_stall_fifo);
+            fail;
+          end
+          if (!failed && stat_stall_mft !== 0) begin
+            $display("FAIL: stat_stall_mft is %0d after cfg_clear", stat_stall_mft);
+            fail;
+          end
+          if (!failed && stat_stall_rit !== 0) begin
+            $display("FAIL: stat_stall_rit is %0d after cfg_clear", stat_stall_rit);
+            fail;
+          end
+          if (!failed && stat_entries !== 0) begin
+            $display("FAIL: stat_entries is %0d after cfg_clear", stat_entries);
+            fail;
+          end
+          if (!failed && stat_errors !== 0) begin
+            $display("FAIL: stat_errors is %0d after cfg_clear", stat_errors);
+            fail;
+          end
+          if (!failed) state = RUN;
+          clocks = 0;
+          cycles = 0;
+          quiet = 0;
+        end
+      end
+      RUN: begin
+        if (m_axis_feat_at == job_m_axis_feat_end) begin
+          state = DRAIN;
+          clocks = 0;
+        end else if (quiet > 5000) begin
+          $display("FAIL: nothing moved for %0d clocks before beat %0d", quiet, m_axis_feat_at);
+          fail;
+        end
+      end
+      DRAIN: begin
+        if (clocks == 40) begin
+          check_job;
+          if (!failed && job + 1 == JOBS) begin
+            $display("PASS: gathering_unit, %0d beats in %0d jobs, +gaps=%0d +seed=%0d",
+              m_axis_feat_at, JOBS, gaps, seed);
+            failed = 1'b1;
+            state = DONE;
+            $finish(0);
+          end else if (!failed) begin
+            job = job + 1;
+            state = BEGIN;
+            clocks = 0;
+          end
+        end
+      end
+      default: ;
+    endcase
+
+    closed = gaps > 0 && job % 2 == 1 && state == RUN && cycles < CLOSED;
+    moved = rst_n && s_axis_rit_tvalid && s_axis_rit_tready === 1'b1;
+    if (moved) begin
+      quiet = 0;
+      s_axis_rit_open = !s_axis_rit_tlast;
+      if (s_axis_rit_tlast) s_axis_rit_packets = s_axis_rit_packets + 1;
+    end
+    drawn = after(drawn);
+    if (clocks % 32 == 1) s_axis_rit_rate = rate(drawn[9:8]);
+    drawn = after(drawn);
+    willing = closed || drawn[30:8] % 100 >= s_axis_rit_rate;
+    s_axis_rit_next = s_axis_rit_at + (moved ? 1 : 0);
+    s_axis_rit_at <= s_axis_rit_next;
+    s_axis_rit_tvalid <= state == RUN && s_axis_rit_next < job_s_axis_rit_end
+      && (willing || (s_axis_rit_tvalid && !moved));
+    moved = rst_n && s_axis_mft_tvalid && s_axis_mft_tready === 1'b1;
+    if (moved) begin
+      quiet = 0;
+      s_axis_mft_open = !s_axis_mft_tlast;
+      if (s_axis_mft_tlast) s_axis_mft_packets = s_axis_mft_packets + 1;
+    end
+    drawn = after(drawn);
+    if (clocks % 32 == 1) s_axis_mft_rate = rate(drawn[9:8]);
+    drawn = after(drawn);
+    willing = closed || drawn[30:8] % 100 >= s_axis_mft_rate;
+    s_axis_mft_next = s_axis_mft_at + (moved ? 1 : 0);
+    s_axis_mft_at <= s_axis_mft_next;
+    s_axis_mft_tvalid <= state == RUN && s_axis_mft_next < job_s_axis_mft_end
+      && (willing || (s_axis_mft_tvalid && !moved));
+    drawn = after(drawn);
+    if (clocks % 32 == 1) m_axis_feat_rate = rate(drawn[9:8]);
+    drawn = after(drawn);
+    willing = !closed && drawn[30:8] % 100 >= m_axis_feat_rate;
+    m_axis_feat_tready <= state == DRAIN || (state == RUN && willing);
+
+    // A reset in the middle of the first job, which then begins again.
+    if (state == RUN && job == 0 && cut != 0 && cycles == cut) begin
+      cut = 0;
+      state = RESET;
+      clocks = 0;
+      rst_n <= 1'b0;
+      m_axis_feat_at = 0;
+      m_axis_feat_packets = 0;
+      m_axis_feat_held = 1'b0;
+      m_axis_feat_tready <= 1'b0;
+      s_axis_rit_at <= 0;
+      s_axis_rit_open = 1'b0;
+      s_axis_rit_packets = 0;
+      s_axis_rit_tvalid <= 1'b0;
+      s_axis_mft_at <= 0;
+      s_axis_mft_open = 1'b0;
+      s_axis_mft_packets = 0;
+      s_axis_mft_tvalid <= 1'b0;
+    end
+  end
+endmodule
+`default_nettype wire

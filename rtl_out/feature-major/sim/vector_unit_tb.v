@@ -1,0 +1,410 @@
+// Testbench of vector_unit with golden vectors. Run in the folder of the .hex files:
+//   make
+//   iverilog -g2005 -o vector_unit_tb vector_unit_tb.v ../vector_unit/*.v && vvp -n vector_unit_tb
+// Options: +gaps=P  sources and sink pause in about P % of the clocks, in bursts (default 0)
+//          +seed=N  another pattern of pauses (default 1)
+//          +dump    write all signals; +dump=FILE into that file
+// The last line says PASS or FAIL; the exit status of FAIL is not 0. Without gaps, the cycles of
+// every job and all counters are compared too. Jobs:
+//   0: 9 vectors: pass
+//   1: 9 vectors: relu
+//   2: 9 vectors: add
+//   3: 9 vectors: multiply
+//   4: 9 vectors: square-sum
+//   5: 5 vectors: exp
+//   6: 5 vectors: one-minus-exp
+//   7: 21 vectors: pass, one-minus-exp, exp, square-sum, exp, pass, relu, square-sum, relu
+`timescale 1ns/1ps
+`default_nettype none
+
+module vector_unit_tb;
+  localparam JOBS = 8;
+  localparam RESET = 0, BEGIN = 1, RUN = 2, DRAIN = 3, DONE = 4;
+  localparam CLOSED = 160;  // clocks in which the sink of every second job takes nothing
+
+  reg clk = 1'b0;
+  always #5 clk = ~clk;
+  reg rst_n = 1'b0;
+  reg cfg_clear = 1'b0;
+
+  integer gaps;
+  integer seed;
+  integer state = RESET;
+  integer job = 0;
+  integer clocks = 0;  // in this state
+  integer cycles = 0;  // of this job
+  integer quiet = 0;   // clocks since a beat moved
+  integer cut = 0;     // cycle of the first job in which it is cut off by a reset
+  reg failed = 1'b0;
+  reg moved;
+  reg willing;
+  reg closed;          // the sink takes nothing, and the sources do not pause
+
+  // Pauses are drawn from an xorshift generator, so that all simulators draw the same.
+  reg [31:0] drawn = 32'd1;
+  function [31:0] after(input [31:0] x);
+    begin
+      after = x ^ (x << 13);
+      after = after ^ (after >> 17);
+      after = after ^ (after << 5);
+    end
+  endfunction
+  // Percentage of pauses of a stream for some clocks: none, usual or most.
+  function integer rate(input [1:0] kind);
+    begin
+      case (kind)
+        2'd0: rate = 0;
+        2'd1: rate = gaps == 0 ? 0 : (100 + gaps) / 2;
+        default: rate = gaps;
+      endcase
+    end
+  endfunction
+
+  // job, from vector_jobs.hex: s_axis_vec_end 32, m_axis_vec_end 32, cycles 32, stat_vectors 32,
+  // stat_busy 32, stat_stall_out 32, stat_errors 2
+  reg [193:0] job_words [0:7];
+  wire [31:0] job_s_axis_vec_end;
+  wire [31:0] job_m_axis_vec_end;
+  wire [31:0] job_cycles;
+  wire [31:0] job_stat_vectors;
+  wire [31:0] job_stat_busy;
+  wire [31:0] job_stat_stall_out;
+  wire [1:0] job_stat_errors;
+  assign {
+      job_s_axis_vec_end, job_m_axis_vec_end, job_cycles, job_stat_vectors, job_stat_busy,
+      job_stat_stall_out, job_stat_errors
+    } = job_words[job];
+
+  // s_axis_vec, from vector_in.hex: tdata 1536, tkeep 24, tlast 1, tuser 12
+  reg [1572:0] s_axis_vec_words [0:75];
+  integer s_axis_vec_at = 0;
+  integer s_axis_vec_next;
+  integer s_axis_vec_rate = 0;
+  reg s_axis_vec_open = 1'b0;
+  integer s_axis_vec_packets = 0;
+  reg s_axis_vec_tvalid = 1'b0;
+  wire s_axis_vec_tready;
+  wire [1573-1:0] s_axis_vec_word = s_axis_vec_words[s_axis_vec_at < 76 ? s_axis_vec_at : 0];
+  // While a source is not valid, its payload is inverted: a unit must not take it.
+  wire [1535:0] s_axis_vec_tdata;
+  wire [23:0] s_axis_vec_tkeep;
+  wire [0:0] s_axis_vec_tlast;
+  wire [11:0] s_axis_vec_tuser;
+  assign {
+      s_axis_vec_tdata, s_axis_vec_tkeep, s_axis_vec_tlast, s_axis_vec_tuser
+    } = s_axis_vec_tvalid ? s_axis_vec_word : ~s_axis_vec_word;
+
+  // m_axis_vec, from vector_out.hex: tdata 768, tkeep 24, tlast 1
+  reg [792:0] m_axis_vec_words [0:75];
+  integer m_axis_vec_at = 0;
+  integer m_axis_vec_rate = 0;
+  integer m_axis_vec_packets = 0;
+  reg m_axis_vec_held = 1'b0;
+  reg m_axis_vec_tready = 1'b0;
+  wire m_axis_vec_tvalid;
+  wire [767:0] m_axis_vec_tdata;
+  wire [23:0] m_axis_vec_tkeep;
+  wire [0:0] m_axis_vec_tlast;
+  wire [767:0] wanted_tdata;
+  wire [23:0] wanted_tkeep;
+  wire [0:0] wanted_tlast;
+  assign {
+      wanted_tdata, wanted_tkeep, wanted_tlast
+    } = m_axis_vec_words[m_axis_vec_at < 76 ? m_axis_vec_at : 0];
+  wire [31:0] stat_vectors;
+  wire [31:0] stat_busy;
+  wire [31:0] stat_stall_out;
+  wire [1:0] stat_errors;
+
+  vector_unit unit (
+    .clk(clk),
+    .rst_n(rst_n),
+    .cfg_clear(cfg_clear),
+    .s_axis_vec_tvalid(s_axis_vec_tvalid),
+    .s_axis_vec_tready(s_axis_vec_tready),
+    .s_axis_vec_tdata(s_axis_vec_tdata),
+    .s_axis_vec_tkeep(s_axis_vec_tkeep),
+    .s_axis_vec_tlast(s_axis_vec_tlast),
+    .s_axis_vec_tuser(s_axis_vec_tuser),
+    .m_axis_vec_tvalid(m_axis_vec_tvalid),
+    .m_axis_vec_tready(m_axis_vec_tready),
+    .m_axis_vec_tdata(m_axis_vec_tdata),
+    .m_axis_vec_tkeep(m_axis_vec_tkeep),
+    .m_axis_vec_tlast(m_axis_vec_tlast),
+    .stat_vectors(stat_vectors),
+    .stat_busy(stat_busy),
+    .stat_stall_out(stat_stall_out),
+    .stat_errors(stat_errors)
+  );
+
+  // A memory file that is missing, or has too few words.
+  integer file;
+  reg [8*256-1:0] dump;
+  initial begin
+    if (!$value$plusargs("gaps=%d", gaps)) gaps = 0;
+    if (!$value$plusargs("seed=%d", seed)) seed = 1;
+    if (gaps < 0 || gaps > 95) begin
+      $display("FAIL: +gaps=%0d: expected 0 to 95", gaps);
+      fail;
+    end
+    drawn = after(32'h9e3779b9 ^ (seed << 4)) | 32'd1;
+    if (gaps > 0) cut = 20 + drawn[13:8];
+    if ($value$plusargs("dump=%s", dump)) begin
+      $dumpfile(dump);
+      $dumpvars;
+    end else if ($test$plusargs("dump")) begin
+      $dumpvars;
+    end
+    file = $fopen("vector_jobs.hex", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: vector_jobs.hex is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("vector_jobs.hex", job_words);
+      if (^job_words[7] === 1'bx) begin
+        if (!failed) $display("FAIL: vector_jobs.hex has fewer words than this bench reads");
+        fail;
+      end
+    end
+    file = $fopen("vector_in.hex", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: vector_in.hex is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("vector_in.hex", s_axis_vec_words);
+      if (^s_axis_vec_words[75] === 1'bx) begin
+        if (!failed) $display("FAIL: vector_in.hex has fewer words than this bench reads");
+        fail;
+      end
+    end
+    file = $fopen("vector_out.hex", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: vector_out.hex is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("vector_out.hex", m_axis_vec_words);
+      if (^m_axis_vec_words[75] === 1'bx) begin
+        if (!failed) $display("FAIL: vector_out.hex has fewer words than this bench reads");
+        fail;
+      end
+    end
+  end
+
+  task fail;
+    begin
+      if (!failed && state != RESET)
+        $display("  job %0d, cycle %0d, +gaps=%0d +seed=%0d", job, cycles, gaps, seed);
+      failed = 1'b1;
+      state = DONE;
+`ifdef __ICARUS__
+      $finish_and_return(1);
+`else
+      $fatal(1);
+`endif
+    end
+  endtask
+
+  reg [767:0] found;
+  reg [767:0] wanted;
+  integer low;
+  integer lowest = 0;  // a variable: a loop from a constant fails in Verilator 5.006
+  task differs(input [8*8-1:0] field);
+    begin
+      low = lowest;
+      while (low < 767 - 31 && found[low +: 32] === wanted[low +: 32]) low = low + 32;
+      if (found[low +: 16] === wanted[low +: 16]) low = low + 16;
+      $display("FAIL: beat %0d: m_axis_vec_%0s[%0d +: 16] is %h, expected %h",
+        m_axis_vec_at, field, low, found[low +: 16], wanted[low +: 16]);
+      fail;
+    end
+  endtask
+
+  task compare;
+    begin
+      if (!failed && m_axis_vec_tdata !== wanted_tdata) begin
+        found = m_axis_vec_tdata;
+        wanted = wanted_tdata;
+        differs("tdata");
+      end
+      if (!failed && m_axis_vec_tkeep !== wanted_tkeep) begin
+        found = m_axis_vec_tkeep;
+        wanted = wanted_tkeep;
+        differs("tkeep");
+      end
+      if (!failed && m_axis_vec_tlast !== wanted_tlast) begin
+        found = m_axis_vec_tlast;
+        wanted = wanted_tlast;
+        differs("tlast");
+      end
+    end
+  endtask
+
+  // After a job: counters, flags, cycles, and beats that were not taken.
+  task check_job;
+    begin
+      if (!failed && gaps == 0 && cycles != job_cycles) begin
+        $display("FAIL: %0d cycles, expected %0d", cycles, job_cycles);
+        fail;
+      end
+      if (!failed && stat_vectors !== job_stat_vectors) begin
+        $display("FAIL: stat_vectors is %0d, expected %0d", stat_vectors, job_stat_vectors);
+        fail;
+      end
+      if (!failed && stat_busy !== job_stat_busy) begin
+        $display("FAIL: stat_busy is %0d, expected %0d", stat_busy, job_stat_busy);
+        fail;
+      end
+      if (!failed && gaps == 0 && stat_stall_out !== job_stat_stall_out) begin
+        $display("FAIL: stat_stall_out is %0d, expected %0d", stat_stall_out, job_stat_stall_out);
+        fail;
+      end
+      if (!failed && stat_errors !== job_stat_errors) begin
+        $display("FAIL: stat_errors is %0d, expected %0d", stat_errors, job_stat_errors);
+        fail;
+      end
+      if (!failed && s_axis_vec_at != job_s_axis_vec_end) begin
+        $display("FAIL: %0d beats of s_axis_vec were not taken", job_s_axis_vec_end - s_axis_vec_at);
+        fail;
+      end
+    end
+  endtask
+
+  always @(posedge clk) if (!failed) begin
+    clocks = clocks + 1;
+    quiet = quiet + 1;
+    if (state == RUN) cycles = cycles + 1;
+    if (!failed && state != RESET) begin
+      if (m_axis_vec_tvalid !== 1'b0 && m_axis_vec_tvalid !== 1'b1) begin
+        $display("FAIL: m_axis_vec_tvalid is %b", m_axis_vec_tvalid);
+        fail;
+      end else if (m_axis_vec_held && !m_axis_vec_tvalid) begin
+        $display("FAIL: m_axis_vec_tvalid fell before beat %0d was taken", m_axis_vec_at);
+        fail;
+      end else if (m_axis_vec_tvalid && state != RUN) begin
+        $display("FAIL: a surplus beat of m_axis_vec after beat %0d", m_axis_vec_at);
+        fail;
+      end else if (m_axis_vec_tvalid) begin
+        compare;
+      end
+      m_axis_vec_held = m_axis_vec_tvalid && !m_axis_vec_tready;
+      if (m_axis_vec_tvalid && m_axis_vec_tready) begin
+        m_axis_vec_at = m_axis_vec_at + 1;
+        if (m_axis_vec_tlast === 1'b1) m_axis_vec_packets = m_axis_vec_packets + 1;
+        quiet = 0;
+      end
+    end
+    case (state)
+      RESET: begin
+        // All inputs but reset may have any value.
+        if (clocks > 2 && m_axis_vec_tvalid !== 1'b0) begin
+          $display("FAIL: m_axis_vec_tvalid is %b in reset", m_axis_vec_tvalid);
+          fail;
+        end
+        if (!failed && clocks > 1 && s_axis_vec_tready !== 1'b0) begin
+          $display("FAIL: s_axis_vec_tready is %b in reset", s_axis_vec_tready);
+          fail;
+        end
+        if (!failed && clocks == 4) begin
+          rst_n <= 1'b1;
+          state = BEGIN;
+          clocks = 0;
+        end
+      end
+      BEGIN: begin
+        if (clocks == 1) begin
+          cfg_clear <= 1'b1;
+        end else if (clocks == 2) begin
+          cfg_clear <= 1'b0;
+        end else begin
+          if (!failed && stat_vectors !== 0) begin
+            $display("FAIL: stat_vectors is %0d after cfg_clear", stat_vectors);
+            fail;
+          end
+          if (!failed && stat_busy !== 0) begin
+            $display("FAIL: stat_busy is %0d after cfg_clear", stat_busy);
+            fail;
+          end
+          if (!failed && stat_stall_out !== 0) begin
+            $display("FAIL: stat_stall_out is %0d after cfg_clear", stat_stall_out);
+            fail;
+          end
+          if (!failed && stat_errors !== 0) begin
+            $display("FAIL: stat_errors is %0d after cfg_clear", stat_errors);
+            fail;
+          end
+          if (!failed) state = RUN;
+          clocks = 0;
+          cycles = 0;
+          quiet = 0;
+        end
+      end
+      RUN: begin
+        if (m_axis_vec_at == job_m_axis_vec_end) begin
+          state = DRAIN;
+          clocks = 0;
+        end else if (quiet > 5000) begin
+          $display("FAIL: nothing moved for %0d clocks before beat %0d", quiet, m_axis_vec_at);
+          fail;
+        end
+      end
+      DRAIN: begin
+        if (clocks == 40) begin
+          check_job;
+          if (!failed && job + 1 == JOBS) begin
+            $display("PASS: vector_unit, %0d beats in %0d jobs, +gaps=%0d +seed=%0d",
+              m_axis_vec_at, JOBS, gaps, seed);
+            failed = 1'b1;
+            state = DONE;
+            $finish(0);
+          end else if (!failed) begin
+            job = job + 1;
+            state = BEGIN;
+            clocks = 0;
+          end
+        end
+      end
+      default: ;
+    endcase
+
+    closed = gaps > 0 && job % 2 == 1 && state == RUN && cycles < CLOSED;
+    moved = rst_n && s_axis_vec_tvalid && s_axis_vec_tready === 1'b1;
+    if (moved) begin
+      quiet = 0;
+      s_axis_vec_open = !s_axis_vec_tlast;
+      if (s_axis_vec_tlast) s_axis_vec_packets = s_axis_vec_packets + 1;
+    end
+    drawn = after(drawn);
+    if (clocks % 32 == 1) s_axis_vec_rate = rate(drawn[9:8]);
+    drawn = after(drawn);
+    willing = closed || drawn[30:8] % 100 >= s_axis_vec_rate;
+    s_axis_vec_next = s_axis_vec_at + (moved ? 1 : 0);
+    s_axis_vec_at <= s_axis_vec_next;
+    s_axis_vec_tvalid <= state == RUN && s_axis_vec_next < job_s_axis_vec_end
+      && (willing || (s_axis_vec_tvalid && !moved));
+    drawn = after(drawn);
+    if (clocks % 32 == 1) m_axis_vec_rate = rate(drawn[9:8]);
+    drawn = after(drawn);
+    willing = !closed && drawn[30:8] % 100 >= m_axis_vec_rate;
+    m_axis_vec_tready <= state == DRAIN || (state == RUN && willing);
+
+    // A reset in the middle of the first job, which then begins again.
+    if (state == RUN && job == 0 && cut != 0 && cycles == cut) begin
+      cut = 0;
+      state = RESET;
+      clocks = 0;
+      rst_n <= 1'b0;
+      m_axis_vec_at = 0;
+      m_axis_vec_packets = 0;
+      m_axis_vec_held = 1'b0;
+      m_axis_vec_tready <= 1'b0;
+      s_axis_vec_at <= 0;
+      s_axis_vec_open = 1'b0;
+      s_axis_vec_packets = 0;
+      s_axis_vec_tvalid <= 1'b0;
+    end
+  end
+endmodule
+`default_nettype wire
