@@ -9,7 +9,7 @@ use crate::cache::CacheArgs;
 use crate::characterise::CharacteriseArgs;
 use crate::cost::CostArgs;
 use crate::effects::EffectsArgs;
-use crate::emit::EmitUnit;
+use crate::emit_unit::EmitUnit;
 use crate::estimate::EstimateArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use clap::ValueEnum;
 use potamoi_analysis::{Hardware, LeftOut};
 use potamoi_base::file_set;
 use potamoi_base::outputs as files;
@@ -12,10 +13,9 @@ use potamoi_scene::Scene;
 use potamoi_units::emit::emit;
 use serde::Serialize;
 
-use clap::ValueEnum;
-
 use crate::args::Common;
 use crate::cli::EmitArgs;
+use crate::emit_unit::EmitUnit;
 use crate::failure::Failure;
 use crate::scene;
 use crate::stdout::say;
@@ -28,23 +28,6 @@ const LONGEST_PREFIX: usize = 64;
 const CONFIGURATION: &str = "configuration.toml";
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
-
-/// Units to write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum EmitUnit {
-    /// The gathering unit
-    Gu,
-    /// The vector unit
-    Vu,
-    /// Both units
-    Both,
-}
-
-impl EmitUnit {
-    const fn has(self, unit: Self) -> bool {
-        matches!(self, Self::Both) || self as u8 == unit as u8
-    }
-}
 
 #[derive(Serialize)]
 struct Report {

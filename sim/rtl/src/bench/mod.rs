@@ -36,7 +36,7 @@ use super::model::RtlError;
 use super::vector_drive::VectorBatch;
 use garbage::Garbage;
 use ports::UnitPorts;
-use suite::{Owes, Suite};
+use suite::{Memories, Owes, Suite};
 use vector_operands::Batch;
 
 pub use memory::MemoryFile;
@@ -68,7 +68,7 @@ pub fn standalone(
             }
         };
         suite.ports.module = top;
-        files.extend(suite.files(unit, &makefile::commands(unit))?.texts);
+        files.extend(files_of(&suite, unit, &makefile::commands(unit))?.texts);
     }
     Ok(files)
 }
@@ -86,7 +86,7 @@ pub fn readmemh(
 ) -> Result<BenchFiles, RtlError> {
     let mut files = BenchFiles::default();
     let mut add = |unit: &str, suite: &Suite| -> Result<(), RtlError> {
-        let made = suite.files(unit, &makefile::of_trace(emit, unit))?;
+        let made = files_of(suite, unit, &makefile::of_trace(emit, unit))?;
         files.texts.extend(made.texts);
         files.memories.extend(made.memories);
         Ok(())
@@ -118,6 +118,24 @@ pub fn readmemh(
         let job = vector::job(config, &suite.ports, &batches, &results, garbage, false)?;
         suite.jobs.push(job);
         add(VECTOR_UNIT, &suite)?;
+    }
+    Ok(files)
+}
+
+/// A bench and its memories. `commands` are the command lines that run it.
+fn files_of(suite: &Suite, unit: &str, commands: &[String]) -> Result<BenchFiles, RtlError> {
+    let memories = suite.memories()?;
+    let mut files = BenchFiles::default();
+    let bench = text::Bench::new(unit, suite, &memories, commands).text();
+    files.texts.insert(format!("{unit}_tb.v"), bench);
+    let Memories {
+        inputs,
+        output,
+        jobs,
+    } = memories;
+    for (name, memory) in inputs.into_iter().chain([output, jobs]) {
+        files.memories.insert(name.clone(), memory.description());
+        files.texts.insert(name, memory.text);
     }
     Ok(files)
 }

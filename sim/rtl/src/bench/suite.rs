@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::memory::{Memory, MemoryFile};
 use super::ports::UnitPorts;
-use super::text;
 use crate::RtlError;
 
 /// Payload of a beat: words, low first, by field.
@@ -66,7 +65,7 @@ pub struct BenchFiles {
 const END_BITS: u32 = 32;
 
 impl Suite {
-    fn memories(&self) -> Result<Memories, RtlError> {
+    pub(super) fn memories(&self) -> Result<Memories, RtlError> {
         let name = |short: &str| format!("{}_{short}.hex", self.prefix);
         let ports = &self.ports;
         let single = ports.inputs.len() == 1;
@@ -120,24 +119,6 @@ impl Suite {
             memory.push(words.iter().map(|w| &w[..]));
         }
         Ok(memory)
-    }
-
-    /// The bench and its memories. `commands` are the command lines that run it.
-    pub(super) fn files(&self, unit: &str, commands: &[String]) -> Result<BenchFiles, RtlError> {
-        let memories = self.memories()?;
-        let mut files = BenchFiles::default();
-        let bench = text::Bench::new(unit, self, &memories, commands).text();
-        files.texts.insert(format!("{unit}_tb.v"), bench);
-        let Memories {
-            inputs,
-            output,
-            jobs,
-        } = memories;
-        for (name, memory) in inputs.into_iter().chain([output, jobs]) {
-            files.memories.insert(name.clone(), memory.description());
-            files.texts.insert(name, memory.text);
-        }
-        Ok(files)
     }
 }
 
