@@ -96,6 +96,7 @@ refresh: setup
 	POTAMOI_REFRESH=1 cargo test --locked --quiet --test end_to_end commands_print
 	$(call step,the tables of hard cases)
 	POTAMOI_REFRESH=1 cargo test --locked --workspace --quiet the_table_of_the_book
+	POTAMOI_REFRESH=1 cargo test --locked --quiet -p potamoi-rtl --test rtl cycle_budget
 	$(call step,the command line and figures of the documents)
 	POTAMOI_REFRESH=1 cargo test --locked --quiet --bin potamoi vocabulary
 	@$(MAKE) --no-print-directory figures

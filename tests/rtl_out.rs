@@ -34,20 +34,13 @@ fn emit(preset: &str, out: &Path) {
 }
 
 fn read(folder: &Path) -> BTreeMap<String, String> {
-    let mut files = BTreeMap::new();
-    for unit in std::fs::read_dir(folder).unwrap() {
-        let unit = unit.unwrap().path();
-        // The manifest lies beside the units' folders.
-        if !unit.is_dir() {
-            continue;
-        }
-        for file in std::fs::read_dir(&unit).unwrap() {
-            let path = file.unwrap().path();
-            let name = path.strip_prefix(folder).unwrap().display().to_string();
-            files.insert(name, std::fs::read_to_string(&path).unwrap());
-        }
-    }
-    files
+    let mut names = vec![];
+    below(folder, folder, &mut names);
+    let files = names.into_iter().map(|name| {
+        let text = std::fs::read_to_string(folder.join(&name)).unwrap();
+        (name, text)
+    });
+    files.collect()
 }
 
 /// Presets whose Verilog is checked in whole, to be read: the paper's units, each other organisation
@@ -58,12 +51,10 @@ const MANIFEST: &str = "manifest.json";
 
 /// What is checked in of a preset that was emitted into a folder, by path below `rtl_out`.
 fn checked_in(preset: &str, made: &Path) -> BTreeMap<String, String> {
-    let mut files = BTreeMap::new();
-    if TO_READ.contains(&preset) {
-        files = read(made);
+    let mut files = read(made);
+    if !TO_READ.contains(&preset) {
+        files.retain(|name, _| name == MANIFEST);
     }
-    let manifest = std::fs::read_to_string(made.join(MANIFEST)).unwrap();
-    files.insert(MANIFEST.to_owned(), manifest);
     let within = |(name, text)| (format!("{preset}/{name}"), text);
     files.into_iter().map(within).collect()
 }
@@ -132,7 +123,8 @@ fn what_was_emitted_is_listed() {
     let text = std::fs::read_to_string(&report).unwrap();
     let r: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(r["format_version"], 1);
-    let files = read(&made.path().join("rtl"));
+    let mut files = read(&made.path().join("rtl"));
+    files.remove(MANIFEST);
     let listed = r["files"].as_object().unwrap();
     assert_eq!(listed.len(), files.len());
     for (name, text) in &files {
@@ -168,6 +160,82 @@ fn the_benches_of_all_presets_pass() {
         let folder = tempfile::tempdir().unwrap();
         emit(&preset, folder.path());
         simulates(folder.path(), "0:1 20:2 50:3 80:4");
+    }
+}
+
+/// Lines and the percentage of repetition, at most, of the units of a preset.
+const TEXT: [(&str, usize, f64); 4] = [
+    ("paper", 1650, 12.0),
+    ("small", 1900, 30.0),
+    ("parity", 2000, 23.0),
+    ("feature-major", 2950, 35.0),
+];
+
+/// Marks the lines of a file that repeat others but for numbers: those in a block of two to four lines
+/// that occurs three times or more. The first occurrence is free.
+fn repeated(lines: &[String]) -> Vec<bool> {
+    let mut marks = vec![false; lines.len()];
+    for length in 2..=4 {
+        let mut places: BTreeMap<&[String], Vec<usize>> = BTreeMap::new();
+        for (at, block) in lines.windows(length).enumerate() {
+            places.entry(block).or_default().push(at);
+        }
+        for at in places
+            .values()
+            .filter(|at| at.len() >= 3)
+            .flat_map(|at| &at[1..])
+        {
+            marks[*at..at + length].fill(true);
+        }
+    }
+    marks
+}
+
+#[test]
+fn blocks_that_differ_in_numbers_are_repetition() {
+    let lines = ["a1", "b2", "x", "a3", "b4", "y", "a5", "b6", "c", "c", "c"];
+    let plain = lines.map(|line| line.replace(|c: char| c.is_ascii_digit(), "#"));
+    let found = repeated(&plain);
+    let expected = [3, 4, 6, 7];
+    assert!(
+        (0..8).all(|at| found[at] == expected.contains(&at)),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn the_verilog_is_short_enough_to_read() {
+    for (preset, most, share) in TEXT {
+        let files = read(&root().join("rtl_out").join(preset));
+        let is_unit = |name: &str| name.ends_with(".v") && !name.starts_with("sim/");
+        let (mut lines, mut all, mut again) = (0, 0, 0);
+        for (name, text) in files.iter().filter(|(name, _)| is_unit(name)) {
+            lines += text.lines().count();
+            for (at, line) in text.lines().enumerate() {
+                assert!(line.len() <= 100, "{preset}/{name}:{}: {line}", at + 1);
+            }
+            let plain = text.lines().map(str::trim).filter(|line| !line.is_empty());
+            let plain: Vec<String> = plain
+                .map(|line| {
+                    let mut numbers = line.split(|c: char| c.is_ascii_digit());
+                    let first = numbers.next().unwrap_or_default().to_owned();
+                    let rest = numbers.filter(|part| !part.is_empty());
+                    rest.fold(first, |text, part| text + "#" + part)
+                })
+                .collect();
+            all += plain.len();
+            again += repeated(&plain).into_iter().filter(|mark| *mark).count();
+        }
+        let found = 100.0 * again as f64 / all as f64;
+        println!("{preset}: {lines} lines, {found:.1} % repetition");
+        assert!(
+            lines <= most,
+            "{preset}: {lines} lines, expected {most} at most"
+        );
+        assert!(
+            found <= share,
+            "{preset}: {found:.1} % repetition, expected {share} at most"
+        );
     }
 }
 

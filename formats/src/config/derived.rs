@@ -154,6 +154,25 @@ impl Config {
         Pipeline::gather(&self.reducer_pipeline(), self.gu.pipelined)
     }
 
+    /// Fewest beats of the feature FIFO with which a beat can leave in every cycle: the latency
+    /// from a group's last issue to its offer, and one, since a beat counts until the cycle after
+    /// the sink takes it.
+    #[must_use]
+    pub fn least_feature_fifo_depth(&self) -> u32 {
+        let latency = match self.gu.organisation {
+            Organisation::FeatureMajor => Pipeline::crossbar().cycles(),
+            _ => self.gather_pipeline().cycles(),
+        };
+        latency + 1
+    }
+
+    /// Capacity of the feature FIFO in beats, as given or the least one.
+    #[must_use]
+    pub fn feature_fifo_depth(&self) -> u32 {
+        let least = || self.least_feature_fifo_depth();
+        self.gu.fifo_depth.unwrap_or_else(least)
+    }
+
     /// Width of the RIT stream, in bits.
     #[must_use]
     pub fn rit_stream_bits(&self) -> u32 {

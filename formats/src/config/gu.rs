@@ -203,8 +203,9 @@ pub struct GuConfig {
     pub records_a_row: u32,
     /// Largest number of channel segments of an MVoxel.
     pub segments: u32,
-    /// Capacity of the feature FIFO in beats.
-    pub fifo_depth: u32,
+    /// Capacity of the feature FIFO in beats; by default the smallest that stalls nothing with a
+    /// ready sink.
+    pub fifo_depth: Option<u32>,
     /// Whether multipliers of the reducers and the path from the RIT to the MFT's address are
     /// pipelined: a higher clock and latency at the same throughput.
     pub pipelined: bool,
@@ -229,7 +230,7 @@ impl Default for GuConfig {
             sums: Sums::Rounded,
             records_a_row: 1,
             segments: 8,
-            fifo_depth: 8,
+            fifo_depth: None,
             pipelined: false,
             counter_bits: 32,
         }

@@ -27,7 +27,7 @@ impl Default for VuConfig {
                 .into_iter()
                 .filter(|op| !op.is_logistic())
                 .collect(),
-            fifo_depth: 4,
+            fifo_depth: 3,
             exp: ExpConfig::default(),
         }
     }

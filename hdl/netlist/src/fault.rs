@@ -91,6 +91,8 @@ impl Fault {
             sections: module.sections.clone(),
             unused: module.unused.clone(),
             clocked: module.clocked,
+            macro_hook: module.macro_hook,
+            no_read_during_write: module.no_read_during_write,
             registers: module.registers,
         };
         for instance in &mut copy.instances {

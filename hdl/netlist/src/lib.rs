@@ -93,6 +93,10 @@ pub struct Module {
     pub(crate) unused: BTreeMap<usize, String>,
     /// Set when the module is complete.
     pub(crate) clocked: bool,
+    /// Whether the text has a place for a macro instead of the memory.
+    pub(crate) macro_hook: bool,
+    /// Whether what a read returns of a word that is written at the same edge does not matter.
+    pub(crate) no_read_during_write: bool,
     pub(crate) registers: bool,
 }
 
@@ -130,11 +134,13 @@ impl Module {
             .collect()
     }
 
-    /// Instances in the module itself, as pairs of instance and module name.
-    pub fn instances(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.instances
-            .iter()
-            .map(|own| (&*own.name, own.module.name()))
+    /// Instances in the module itself, as pairs of a name in the text and the module's name. The name
+    /// of an element of an array is its scope, as `bank[3]`, within which the instance is the only one.
+    pub fn instances(&self) -> impl Iterator<Item = (String, &str)> {
+        self.instances.iter().enumerate().map(|(at, own)| {
+            let scope = self.arrays.iter().find_map(|array| array.scope(at));
+            (scope.unwrap_or_else(|| own.name.clone()), own.module.name())
+        })
     }
 
     /// The module without the gates that keep ports low in reset: its behaviour while `rst_n` is

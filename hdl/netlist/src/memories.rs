@@ -4,18 +4,22 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Module;
-use super::node::Op;
+use super::node::{Node, Op};
 
-/// A module that contains one memory with synchronous read ports and nothing else, so that a
-/// compiled macro can replace it.
+/// A memory of a hierarchy. One whose module contains nothing else, and reads at the clock edge, can
+/// be replaced by a compiled macro.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MemoryMacro {
     /// The module's name.
     pub module: String,
+    /// Whether the text has a place for a macro.
+    pub has_hook: bool,
     /// Words.
     pub words: u32,
     /// Width of a word in bits.
     pub bits: u32,
+    /// Ports that write or read, one access a clock.
+    pub read_writes: u32,
     /// Write ports.
     pub writes: u32,
     /// Read ports.
@@ -49,8 +53,10 @@ impl Module {
                     |op: &Op| matches!(op, Op::ReadSync(m, ..) | Op::ReadAsync(m, ..) if *m == at);
                 let own = MemoryMacro {
                     module: self.name.clone(),
+                    has_hook: false,
                     words: memory.depth,
                     bits: memory.width,
+                    read_writes: 0,
                     writes: memory.writes.len() as u32,
                     reads: self.nodes.iter().filter(|n| of_it(&n.op)).count() as u32,
                     count: 0,
@@ -91,14 +97,28 @@ impl Module {
             return None;
         };
         let of = |op: fn(&Op) -> bool| self.nodes.iter().filter(|n| op(&n.op)).count();
-        let reads = of(|op| matches!(op, Op::ReadSync(..)));
+        let reads = of(|op| matches!(op, Op::ReadSync(..))) as u32;
         let others = of(|op| matches!(op, Op::ReadAsync(..) | Op::Reg { .. }));
+        let writes = memory.writes.len() as u32;
+        // A port that writes and reads has one address. Beside it, a port that only reads is one of
+        // the same kind.
+        let one_address = |(_, address, _): &(usize, usize, usize)| {
+            let reads = |n: &Node| matches!(n.op, Op::ReadSync(_, _, from) if from == *address);
+            self.nodes.iter().any(reads)
+        };
+        let shared = writes > 0 && memory.writes.iter().all(one_address);
+        let [read_writes, writes, reads_alone] = match shared {
+            true => [reads, 0, 0],
+            false => [0, writes, reads],
+        };
         (reads > 0 && others == 0 && self.instances.is_empty()).then(|| MemoryMacro {
             module: self.name.clone(),
+            has_hook: self.macro_hook,
             words: memory.depth,
             bits: memory.width,
-            writes: memory.writes.len() as u32,
-            reads: reads as u32,
+            read_writes,
+            writes,
+            reads: reads_alone,
             count: 0,
         })
     }

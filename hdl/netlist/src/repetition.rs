@@ -26,6 +26,43 @@ impl Array {
             .map(|(_, count)| *count as usize)
             .product()
     }
+
+    /// Loops of the text: those with more than one turn, or the innermost.
+    pub(crate) fn printed_loops(&self) -> Vec<(String, u32)> {
+        let more = self.loops.iter().filter(|(_, count)| *count > 1).cloned();
+        let more: Vec<_> = more.collect();
+        match more.is_empty() {
+            true => self.loops.last().cloned().into_iter().collect(),
+            false => more,
+        }
+    }
+
+    /// Scope of an instance in the text, if it is one of the array: `bank[3]`, or with an outer loop
+    /// over `port`, `bank_of_port[1].bank[3]`.
+    pub(crate) fn scope(&self, instance: usize) -> Option<String> {
+        let mut rest = instance.checked_sub(self.first)?;
+        if rest >= self.count() {
+            return None;
+        }
+        let loops = self.printed_loops();
+        let mut scopes = vec![];
+        for at in (0..loops.len()).rev() {
+            let count = loops[at].1 as usize;
+            let label = label(&self.name, &loops, at);
+            scopes.push(format!("{label}[{}]", rest % count));
+            rest /= count;
+        }
+        scopes.reverse();
+        Some(scopes.join("."))
+    }
+}
+
+/// Label of the block of a loop: the name for the innermost.
+pub(crate) fn label(name: &str, loops: &[(String, u32)], at: usize) -> String {
+    match at + 1 == loops.len() {
+        true => name.to_owned(),
+        false => format!("{name}_of_{}", loops[at].0),
+    }
 }
 
 /// A matrix of bits with rows and columns exchanged, printed as `generate for`. The node is an

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Header, IrErrors, verilog};
 
+use crate::exponential::{EXPONENTIAL, exponential};
 use crate::gathering_unit::gathering_unit;
 use crate::vector_unit::vector_unit;
 
@@ -24,15 +25,7 @@ pub fn emit(
     prefix: &str,
     command: &str,
 ) -> Result<BTreeMap<String, String>, IrErrors> {
-    let header = Header {
-        origin: format!(
-            "{}{} from configuration {}.",
-            GENERATED.trim_start_matches("// "),
-            env!("CARGO_PKG_VERSION"),
-            config.hash()
-        ),
-        command: format!("Made again by: {command}"),
-    };
+    let header = header(config, command);
     let mut files = BTreeMap::new();
     for unit in [gathering_unit(config)?, vector_unit(config)?] {
         for (file, text) in verilog(&unit.prefixed(prefix), &header) {
@@ -40,4 +33,32 @@ pub fn emit(
         }
     }
     Ok(files)
+}
+
+/// The exponential by itself with the engine of a configuration: a file for each module, in the
+/// folder `exponential`. `prefix` and `command` as for [`emit`].
+///
+/// # Errors
+/// The netlist's own checks; none for a configuration that keeps its rules.
+pub fn emit_exponential(
+    config: &Config,
+    prefix: &str,
+    command: &str,
+) -> Result<BTreeMap<String, String>, IrErrors> {
+    let block = exponential(config)?.prefixed(prefix);
+    let files = verilog(&block, &header(config, command));
+    let inside = |(file, text)| (format!("{EXPONENTIAL}/{file}"), text);
+    Ok(files.into_iter().map(inside).collect())
+}
+
+fn header(config: &Config, command: &str) -> Header {
+    Header {
+        origin: format!(
+            "{}{} from configuration {}.",
+            GENERATED.trim_start_matches("// "),
+            env!("CARGO_PKG_VERSION"),
+            config.hash()
+        ),
+        command: format!("Made again by: {command}"),
+    }
 }

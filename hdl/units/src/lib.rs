@@ -18,5 +18,9 @@
 pub mod array_mac;
 mod circuits;
 pub mod emit;
+pub mod exponential;
 pub mod gathering_unit;
+mod memory;
+pub mod memory_list;
+pub mod package;
 pub mod vector_unit;

@@ -177,6 +177,76 @@ fn each_broken_promise_raises_its_own_flag() {
     }
 }
 
+/// What a unit goes through before.
+type Before<'a> = &'a dyn Fn(&mut Unit);
+
+/// Settings may change while `idle` is high; a change at any other time raises bit 8.
+#[test]
+fn a_setting_that_moves_while_the_unit_works_is_flagged() {
+    let moved = |name: &str, value: u64, when: Before<'_>| {
+        let mut unit = Unit::of("", 3, 1);
+        when(&mut unit);
+        unit.set(name, value);
+        unit.run.clock().unwrap();
+        unit.run.clock().unwrap();
+        unit.get("stat_errors") & 1 << 8
+    };
+    let whole = |unit: &mut Unit| {
+        unit.rows(&[1, 2, 3, 4]);
+        unit.rit(&entry(even()));
+        assert_eq!(unit.get("idle"), 1);
+    };
+    let cases: [(&str, Before<'_>, u64); 5] = [
+        ("nothing received", &|_| (), 0),
+        ("all is done", &whole, 0),
+        ("a row received", &|unit| unit.rows(&[1]), 1 << 8),
+        ("entries wait", &|unit| unit.rit(&entry(even())), 1 << 8),
+        (
+            "a result waits",
+            &|unit| {
+                unit.set("m_axis_feat_tready", 0);
+                unit.rows(&[1, 2, 3, 4]);
+                unit.rit(&entry(even()));
+            },
+            1 << 8,
+        ),
+    ];
+    for (what, when, flag) in cases {
+        for (name, value) in [("cfg_vertices", 1), ("cfg_segments", 2)] {
+            assert_eq!(moved(name, value, when), flag, "{name}, {what}");
+        }
+    }
+}
+
+/// `cfg_clear` in the middle of a job touches counters and flags alone.
+#[test]
+fn clearing_in_the_middle_changes_no_beat() {
+    let beats = |clear: Option<u64>| {
+        let mut unit = Unit::of("", 3, 1);
+        unit.rows(&[1, 2, 3, 4]);
+        unit.set("s_axis_rit_tvalid", 1);
+        for (data, keep, last) in entry(even()) {
+            unit.set("s_axis_rit_tdata", data);
+            unit.set("s_axis_rit_tkeep", keep);
+            unit.set("s_axis_rit_tlast", u64::from(last));
+            unit.run.clock().unwrap();
+        }
+        unit.set("s_axis_rit_tvalid", 0);
+        let mut found = vec![];
+        for cycle in 0..40 {
+            unit.set("cfg_clear", u64::from(clear == Some(cycle)));
+            let ports = ["m_axis_feat_tvalid", "m_axis_feat_tdata", "idle"];
+            found.push(ports.map(|name| unit.get(name)));
+            unit.run.clock().unwrap();
+        }
+        assert!(found.iter().any(|[valid, ..]| *valid == 1));
+        found
+    };
+    for cycle in 0..30 {
+        assert_eq!(beats(Some(cycle)), beats(None), "cleared in cycle {cycle}");
+    }
+}
+
 impl Unit {
     /// Sends beats with so many clocks before each, and then waits; gives (`tkeep`, `tlast`)
     /// of every beat that comes back.

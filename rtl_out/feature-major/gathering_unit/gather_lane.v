@@ -59,8 +59,7 @@ module gather_lane (
     .raddr (read_half),
     .rdata (slots_rdata)
   );
-  reg kept_0;
-  reg kept_1;
+  reg kept_0, kept_1;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -97,11 +96,9 @@ module gather_lane (
   end
 
   // Stage D: the banks' words
-  reg d_served;
+  reg d_served, d_in_range, d_kept;
   reg [3:0] d_bank;
-  reg d_in_range;
   reg [15:0] d_slot;
-  reg d_kept;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -147,12 +144,8 @@ module gather_lane (
   end
 
   // Stage X: into the reducer
-  reg x_served;
-  reg [15:0] x_feature;
-  reg d_first;
-  reg [15:0] d_weight;
-  reg x_first;
-  reg [15:0] x_weight;
+  reg x_served, d_first, x_first;
+  reg [15:0] x_feature, d_weight, x_weight;
   wire [15:0] reducer_result;
   reducer reducer (
     .clk     (clk),
@@ -163,10 +156,8 @@ module gather_lane (
     .weight  (x_weight),
     .result  (reducer_result)
   );
-  reg [15:0] x_slot;
-  reg x_kept;
-  reg [15:0] s_slot;
-  reg s_kept;
+  reg [15:0] x_slot, s_slot;
+  reg x_kept, s_kept;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -212,8 +203,8 @@ module gather_lane (
   assign is_pending = pending;
   assign kept = step_kept;
   assign outside = d_served & (~d_in_range);
-  assign result = reducer_result;
-  assign result_slot = s_slot;
+  assign result = reducer_result & {16{s_kept}};
+  assign result_slot = s_slot & {16{s_kept}};
   assign result_kept = s_kept;
 endmodule
 

@@ -12,7 +12,8 @@ module gathering_unit (
   input  wire         rst_n,               // synchronous reset, active low
   input  wire [1:0]   cfg_vertices,        // log2 of the vertices an entry; 0 is a single id
   input  wire [6:0]   cfg_segments,        // channel segments, 1 and up
-  input  wire [6:0]   cfg_channels,        // channels of the last segment, 1 to B; the others have B
+  // channels of the last segment, 1 to B; the others have B
+  input  wire [6:0]   cfg_channels,
   input  wire         cfg_clear,           // clears counters and flags
   input  wire         s_axis_rit_tvalid,   // ray index table
   input  wire [127:0] s_axis_rit_tdata,
@@ -37,35 +38,28 @@ module gathering_unit (
   output reg  [31:0]  stat_stall_mft,      // stalls: MVoxel not loaded
   output reg  [31:0]  stat_stall_rit,      // stalls: no entry
   output reg  [31:0]  stat_entries,        // entries issued
-  output wire [7:0]   stat_errors          // sticky; docs/reference/gathering-unit.md names the bits
+  output wire         idle,                // nothing is received or in flight: cfg_* may change
+  // sticky; docs/reference/gathering-unit.md names the bits
+  output wire [8:0]   stat_errors
 );
 
-  localparam [3:0] BEATS_IN_FLIGHT = 4'd8;  // FIFO depth
+  localparam [2:0] BEATS_IN_FLIGHT = 3'd5;  // FIFO depth
   localparam [6:0] CHANNELS_MOST = 7'd16;
   localparam [18:0] WEIGHT_ONE = 19'h8000;  // what an entry's weights sum to
   localparam [6:0] SEGMENTS_MOST = 7'd8;
 
   // Loader: entries from the RIT buffer into the lanes
-  wire rit_p_valid;
-  wire rit_p_first;
-  wire rit_p_last;
-  wire rit_p_end;
+  wire rit_p_valid, rit_p_first, rit_p_last, rit_p_end, rit_is_empty, rit_s_axis_rit_tready,
+      mft_s_axis_mft_tready, mft_is_loaded, mft_is_empty, mft_overflow;
   wire [1:0] rit_p_keep;
-  wire [31:0] rit_p_row;
-  wire [31:0] rit_p_weight;
-  wire [31:0] rit_p_slot;
-  wire rit_s_axis_rit_tready;
+  wire [31:0] rit_p_row, rit_p_weight, rit_p_slot;
   wire [2:0] rit_errors;
-  wire mft_s_axis_mft_tready;
-  wire mft_is_loaded;
   wire [9:0] mft_rows;
   wire [255:0] mft_words;
-  wire mft_overflow;
   reg lanes_full_0;  // a half holds all entries that it will
   reg lanes_full_1;
   reg lanes_end_0;  // its entries are the last of their pass
-  reg lanes_end_1;
-  reg fill_half;
+  reg lanes_end_1, fill_half;
   reg [2:0] fill_vertex;
   // a vertex of M entries goes to its lanes
   wire take = rit_p_valid & (~(fill_half ? lanes_full_1 : lanes_full_0));
@@ -88,6 +82,7 @@ module gathering_unit (
     .p_row             (rit_p_row),
     .p_weight          (rit_p_weight),
     .p_slot            (rit_p_slot),
+    .is_empty          (rit_is_empty),
     .s_axis_rit_tready (rit_s_axis_rit_tready),
     .errors            (rit_errors)
   );
@@ -157,12 +152,9 @@ module gathering_unit (
   wire [3:0] step_top_channel = step_in_last_segment ? (cfg_channels[3:0] - 4'd1) : 4'd15;
   reg step_valid;
   reg step_new;  // no round of it was issued yet
-  reg step_first;
-  reg step_last;
+  reg step_first, step_last, step_ends_entries, step_ends_pass;
   reg [3:0] step_channel;
-  reg step_ends_entries;
-  reg step_ends_pass;
-  reg [3:0] in_flight;  // beats begun and not yet taken by the sink
+  reg [2:0] in_flight;  // beats begun and not yet taken by the sink
   wire credit = in_flight < BEATS_IN_FLIGHT;
   wire may_start = credit & mft_is_loaded;
   wire begins_channel = step_new & step_first;
@@ -170,136 +162,32 @@ module gathering_unit (
 
   // Lanes
   wire single_ids = cfg_vertices == 2'd0;
-  reg d_completes;
-  reg x_completes;
-  wire [15:0] lane0_wants;
-  wire [4:0] lane0_line;
-  wire lane0_is_pending;
-  wire lane0_kept;
-  wire lane0_outside;
-  wire [15:0] lane0_result;
-  wire [15:0] lane0_result_slot;
-  wire lane0_result_kept;
-  wire [15:0] lane1_wants;
-  wire [4:0] lane1_line;
-  wire lane1_is_pending;
-  wire lane1_kept;
-  wire lane1_outside;
-  wire [15:0] lane1_result;
-  wire [15:0] lane1_result_slot;
-  wire lane1_result_kept;
-  wire [15:0] lane2_wants;
-  wire [4:0] lane2_line;
-  wire lane2_is_pending;
-  wire lane2_kept;
-  wire lane2_outside;
-  wire [15:0] lane2_result;
-  wire [15:0] lane2_result_slot;
-  wire lane2_result_kept;
-  wire [15:0] lane3_wants;
-  wire [4:0] lane3_line;
-  wire lane3_is_pending;
-  wire lane3_kept;
-  wire lane3_outside;
-  wire [15:0] lane3_result;
-  wire [15:0] lane3_result_slot;
-  wire lane3_result_kept;
-  wire [15:0] lane4_wants;
-  wire [4:0] lane4_line;
-  wire lane4_is_pending;
-  wire lane4_kept;
-  wire lane4_outside;
-  wire [15:0] lane4_result;
-  wire [15:0] lane4_result_slot;
-  wire lane4_result_kept;
-  wire [15:0] lane5_wants;
-  wire [4:0] lane5_line;
-  wire lane5_is_pending;
-  wire lane5_kept;
-  wire lane5_outside;
-  wire [15:0] lane5_result;
-  wire [15:0] lane5_result_slot;
-  wire lane5_result_kept;
-  wire [15:0] lane6_wants;
-  wire [4:0] lane6_line;
-  wire lane6_is_pending;
-  wire lane6_kept;
-  wire lane6_outside;
-  wire [15:0] lane6_result;
-  wire [15:0] lane6_result_slot;
-  wire lane6_result_kept;
-  wire [15:0] lane7_wants;
-  wire [4:0] lane7_line;
-  wire lane7_is_pending;
-  wire lane7_kept;
-  wire lane7_outside;
-  wire [15:0] lane7_result;
-  wire [15:0] lane7_result_slot;
-  wire lane7_result_kept;
-  wire [15:0] lane8_wants;
-  wire [4:0] lane8_line;
-  wire lane8_is_pending;
-  wire lane8_kept;
-  wire lane8_outside;
-  wire [15:0] lane8_result;
-  wire [15:0] lane8_result_slot;
-  wire lane8_result_kept;
-  wire [15:0] lane9_wants;
-  wire [4:0] lane9_line;
-  wire lane9_is_pending;
-  wire lane9_kept;
-  wire lane9_outside;
-  wire [15:0] lane9_result;
-  wire [15:0] lane9_result_slot;
-  wire lane9_result_kept;
-  wire [15:0] lane10_wants;
-  wire [4:0] lane10_line;
-  wire lane10_is_pending;
-  wire lane10_kept;
-  wire lane10_outside;
-  wire [15:0] lane10_result;
-  wire [15:0] lane10_result_slot;
-  wire lane10_result_kept;
-  wire [15:0] lane11_wants;
-  wire [4:0] lane11_line;
-  wire lane11_is_pending;
-  wire lane11_kept;
-  wire lane11_outside;
-  wire [15:0] lane11_result;
-  wire [15:0] lane11_result_slot;
-  wire lane11_result_kept;
-  wire [15:0] lane12_wants;
-  wire [4:0] lane12_line;
-  wire lane12_is_pending;
-  wire lane12_kept;
-  wire lane12_outside;
-  wire [15:0] lane12_result;
-  wire [15:0] lane12_result_slot;
-  wire lane12_result_kept;
-  wire [15:0] lane13_wants;
-  wire [4:0] lane13_line;
-  wire lane13_is_pending;
-  wire lane13_kept;
-  wire lane13_outside;
-  wire [15:0] lane13_result;
-  wire [15:0] lane13_result_slot;
-  wire lane13_result_kept;
-  wire [15:0] lane14_wants;
-  wire [4:0] lane14_line;
-  wire lane14_is_pending;
-  wire lane14_kept;
-  wire lane14_outside;
-  wire [15:0] lane14_result;
-  wire [15:0] lane14_result_slot;
-  wire lane14_result_kept;
-  wire [15:0] lane15_wants;
-  wire [4:0] lane15_line;
-  wire lane15_is_pending;
-  wire lane15_kept;
-  wire lane15_outside;
-  wire [15:0] lane15_result;
-  wire [15:0] lane15_result_slot;
-  wire lane15_result_kept;
+  reg d_completes, x_completes;
+  wire [15:0] lane0_wants, lane0_result, lane0_result_slot, lane1_wants, lane1_result,
+      lane1_result_slot, lane2_wants, lane2_result, lane2_result_slot, lane3_wants, lane3_result,
+      lane3_result_slot, lane4_wants, lane4_result, lane4_result_slot, lane5_wants, lane5_result,
+      lane5_result_slot, lane6_wants, lane6_result, lane6_result_slot, lane7_wants, lane7_result,
+      lane7_result_slot, lane8_wants, lane8_result, lane8_result_slot, lane9_wants, lane9_result,
+      lane9_result_slot, lane10_wants, lane10_result, lane10_result_slot, lane11_wants,
+      lane11_result, lane11_result_slot, lane12_wants, lane12_result, lane12_result_slot,
+      lane13_wants, lane13_result, lane13_result_slot, lane14_wants, lane14_result,
+      lane14_result_slot, lane15_wants, lane15_result, lane15_result_slot;
+  wire [4:0] lane0_line, lane1_line, lane2_line, lane3_line, lane4_line, lane5_line, lane6_line,
+      lane7_line, lane8_line, lane9_line, lane10_line, lane11_line, lane12_line, lane13_line,
+      lane14_line, lane15_line;
+  wire lane0_is_pending, lane0_kept, lane0_outside, lane0_result_kept, lane1_is_pending, lane1_kept,
+      lane1_outside, lane1_result_kept, lane2_is_pending, lane2_kept, lane2_outside,
+      lane2_result_kept, lane3_is_pending, lane3_kept, lane3_outside, lane3_result_kept,
+      lane4_is_pending, lane4_kept, lane4_outside, lane4_result_kept, lane5_is_pending, lane5_kept,
+      lane5_outside, lane5_result_kept, lane6_is_pending, lane6_kept, lane6_outside,
+      lane6_result_kept, lane7_is_pending, lane7_kept, lane7_outside, lane7_result_kept,
+      lane8_is_pending, lane8_kept, lane8_outside, lane8_result_kept, lane9_is_pending, lane9_kept,
+      lane9_outside, lane9_result_kept, lane10_is_pending, lane10_kept, lane10_outside,
+      lane10_result_kept, lane11_is_pending, lane11_kept, lane11_outside, lane11_result_kept,
+      lane12_is_pending, lane12_kept, lane12_outside, lane12_result_kept, lane13_is_pending,
+      lane13_kept, lane13_outside, lane13_result_kept, lane14_is_pending, lane14_kept,
+      lane14_outside, lane14_result_kept, lane15_is_pending, lane15_kept, lane15_outside,
+      lane15_result_kept;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -569,6 +457,7 @@ module gathering_unit (
     .done              (release_table),
     .s_axis_mft_tready (mft_s_axis_mft_tready),
     .is_loaded         (mft_is_loaded),
+    .is_empty          (mft_is_empty),
     .rows              (mft_rows),
     .words             (mft_words),
     .overflow          (mft_overflow)
@@ -1130,15 +1019,10 @@ module gathering_unit (
     .result_slot  (lane15_result_slot),
     .result_kept  (lane15_result_kept)
   );
-  reg s_push;
-  reg d_end;
-  reg x_end;
-  reg s_end;
-  reg [3:0] offered;  // results in the FIFO
-  assign m_axis_feat_tvalid = |offered;
-  wire pop = m_axis_feat_tvalid & m_axis_feat_tready;
-  wire unused_results_valid;
+  reg s_push, d_end, x_end, s_end;
+  wire results_valid;
   wire [528:0] results_data;
+  wire pop = results_valid & m_axis_feat_tready;
   feature_fifo results (
     .clk       (clk),
     .rst_n     (rst_n),
@@ -1155,25 +1039,29 @@ module gathering_unit (
         lane11_result, lane10_result, lane9_result, lane8_result, lane7_result, lane6_result,
         lane5_result, lane4_result, lane3_result, lane2_result, lane1_result, lane0_result}}),
     .pop       (pop),
-    .valid     (unused_results_valid),
+    .valid     (results_valid),
     .data      (results_data)
   );
   wire beat_start = fire & begins_channel;
   wire [15:0] lanes_kept = {lane15_kept, lane14_kept, lane13_kept, lane12_kept, lane11_kept,
       lane10_kept, lane9_kept, lane8_kept, lane7_kept, lane6_kept, lane5_kept, lane4_kept,
       lane3_kept, lane2_kept, lane1_kept, lane0_kept};
+  assign idle = ~((|in_flight) | (~(rit_is_empty & mft_is_empty)) | lanes_full_0 | lanes_full_1 |
+      step_valid | (|step_segment));
+  wire [15:0] settings = {cfg_channels, cfg_segments, cfg_vertices};
+  reg [15:0] settings_before;
 
   always @(posedge clk) begin
     if (!rst_n) begin
-      in_flight <= 4'd0;
+      in_flight <= 3'd0;
       s_push <= 1'b0;
       d_end <= 1'b0;
       x_end <= 1'b0;
       s_end <= 1'b0;
-      offered <= 4'd0;
+      settings_before <= 16'd0;
     end else begin
       if (beat_start ^ pop) begin
-        in_flight <= beat_start ? (in_flight + 4'd1) : (in_flight - 4'd1);
+        in_flight <= beat_start ? (in_flight + 3'd1) : (in_flight - 3'd1);
       end
       s_push <= x_completes;
       if (completes) begin
@@ -1185,9 +1073,7 @@ module gathering_unit (
       if (x_completes) begin
         s_end <= x_end;
       end
-      if (s_push ^ pop) begin
-        offered <= s_push ? (offered + 4'd1) : (offered - 4'd1);
-      end
+      settings_before <= settings;
     end
   end
 
@@ -1199,18 +1085,14 @@ module gathering_unit (
   wire [18:0] p_weight_of_port1 = {3'd0, rit_p_weight[31:16]};
   reg [18:0] weight_total1;
   wire [18:0] weight_sum1 = rit_p_first ? p_weight_of_port1 : (weight_total1 + p_weight_of_port1);
-  reg bad_setting;
-  reg mft_row_dropped;
-  reg rit_too_large;
-  reg gap_in_beat;
-  reg ragged_entries;
-  reg weights_off_one;
-  reg row_not_loaded;
+  reg setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
+      weights_off_one, row_not_loaded;
 
   always @(posedge clk) begin
     if (!rst_n) begin
       weight_total0 <= 19'd0;
       weight_total1 <= 19'd0;
+      setting_moved <= 1'b0;
       bad_setting <= 1'b0;
       mft_row_dropped <= 1'b0;
       rit_too_large <= 1'b0;
@@ -1223,6 +1105,7 @@ module gathering_unit (
         weight_total0 <= weight_sum0;
         weight_total1 <= weight_sum1;
       end
+      setting_moved <= (setting_moved | ((settings != settings_before) & (~idle))) & (~cfg_clear);
       bad_setting <= (bad_setting | (take & ((SEGMENTS_MOST < cfg_segments) | (cfg_segments == 7'd0)
           | (cfg_channels == 7'd0) | (CHANNELS_MOST < cfg_channels)))) & (~cfg_clear);
       mft_row_dropped <= (mft_row_dropped | mft_overflow) & (~cfg_clear);
@@ -1245,14 +1128,14 @@ module gathering_unit (
   // Counters
   reg begun;
   wire stalled = begun & (~fire);
-  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + {32'd0, 1'b1};
-  wire [32:0] stat_stall_bank_sum = {1'd0, stat_stall_bank} + {32'd0, 1'b1};
+  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + 33'd1;
+  wire [32:0] stat_stall_bank_sum = {1'd0, stat_stall_bank} + 33'd1;
   reg [31:0] running_fifo;
-  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + {32'd0, 1'b1};
+  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + 33'd1;
   reg [31:0] running_mft;
-  wire [32:0] running_mft_sum = {1'd0, running_mft} + {32'd0, 1'b1};
+  wire [32:0] running_mft_sum = {1'd0, running_mft} + 33'd1;
   reg [31:0] running_rit;
-  wire [32:0] running_rit_sum = {1'd0, running_rit} + {32'd0, 1'b1};
+  wire [32:0] running_rit_sum = {1'd0, running_rit} + 33'd1;
   wire [4:0] entries_of_group = {4'd0, lanes_kept[0]} + {4'd0, lanes_kept[1]} + {4'd0,
       lanes_kept[2]} + {4'd0, lanes_kept[3]} + {4'd0, lanes_kept[4]} + {4'd0, lanes_kept[5]} +
       {4'd0, lanes_kept[6]} + {4'd0, lanes_kept[7]} + {4'd0, lanes_kept[8]} + {4'd0, lanes_kept[9]}
@@ -1292,6 +1175,7 @@ module gathering_unit (
     end
   end
 
+  assign m_axis_feat_tvalid = results_valid;
   assign m_axis_feat_tdata = results_data[255:0];
   assign m_axis_feat_tkeep = {{2{kept_ports[15]}}, {2{kept_ports[14]}}, {2{kept_ports[13]}},
       {2{kept_ports[12]}}, {2{kept_ports[11]}}, {2{kept_ports[10]}}, {2{kept_ports[9]}},
@@ -1302,8 +1186,8 @@ module gathering_unit (
   assign m_axis_feat_tuser = results_data[511:256];
   assign s_axis_rit_tready = rst_n & rit_s_axis_rit_tready;
   assign s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
-  assign stat_errors = {bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
-      weights_off_one, 1'b0, row_not_loaded};
+  assign stat_errors = {setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat,
+      ragged_entries, weights_off_one, 1'b0, row_not_loaded};
 endmodule
 
 `default_nettype wire

@@ -21,20 +21,18 @@ module mft (
   input  wire         done,               // the half that is read is done with
   output wire         s_axis_mft_tready,
   output wire         is_loaded,          // the half to read holds its MVoxel
+  output wire         is_empty,           // no half is loaded, and none is partly written
   output wire [9:0]   rows,               // rows that the half to read holds
   output wire [255:0] words,              // what each bank read last
-  output wire         overflow            // a row past the MVoxel's rows is dropped, or a block is not as it must be
+  // a row past the MVoxel's rows is dropped, or a block is not as it must be
+  output wire         overflow
 );
 
   localparam [5:0] MVOXEL_BLOCKS = 6'd32;
 
   // State of each half
-  reg loaded_0;
-  reg loaded_1;
-  reg [9:0] rows_0;
-  reg [9:0] rows_1;
-  reg write_half;
-  reg read_half;
+  reg loaded_0, loaded_1, write_half, read_half;
+  reg [9:0] rows_0, rows_1;
 
   // Writer
   reg [3:0] write_channel;
@@ -156,193 +154,58 @@ module mft (
   end
 
   // Reader
-  wire [9:0] write_address = {write_half, write_block[4:0], write_channel};
+  wire [8:0] write_address = {write_block[4:0], write_channel};
+  reg half_of_words;  // half of the words read last
+  wire [1:0] loaded = {loaded_1, loaded_0};
+  wire [143:0] addresses = {lines[79:75], channel, lines[74:70], channel, lines[69:65], channel,
+      lines[64:60], channel, lines[59:55], channel, lines[54:50], channel, lines[49:45], channel,
+      lines[44:40], channel, lines[39:35], channel, lines[34:30], channel, lines[29:25], channel,
+      lines[24:20], channel, lines[19:15], channel, lines[14:10], channel, lines[9:5], channel,
+      lines[4:0], channel};
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      half_of_words <= 1'b0;
+    end else begin
+      if (|read) begin
+        half_of_words <= read_half;
+      end
+    end
+  end
 
   // Banks
-  wire [9:0] address0 = {read_half, lines[4:0], channel};
-  wire [15:0] bank0_rdata;
-  mft_bank bank0 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[15:0]),
-    .re    (read[0]),
-    .raddr (address0),
-    .rdata (bank0_rdata)
-  );
-  wire [9:0] address1 = {read_half, lines[9:5], channel};
-  wire [15:0] bank1_rdata;
-  mft_bank bank1 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[31:16]),
-    .re    (read[1]),
-    .raddr (address1),
-    .rdata (bank1_rdata)
-  );
-  wire [9:0] address2 = {read_half, lines[14:10], channel};
-  wire [15:0] bank2_rdata;
-  mft_bank bank2 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[47:32]),
-    .re    (read[2]),
-    .raddr (address2),
-    .rdata (bank2_rdata)
-  );
-  wire [9:0] address3 = {read_half, lines[19:15], channel};
-  wire [15:0] bank3_rdata;
-  mft_bank bank3 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[63:48]),
-    .re    (read[3]),
-    .raddr (address3),
-    .rdata (bank3_rdata)
-  );
-  wire [9:0] address4 = {read_half, lines[24:20], channel};
-  wire [15:0] bank4_rdata;
-  mft_bank bank4 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[79:64]),
-    .re    (read[4]),
-    .raddr (address4),
-    .rdata (bank4_rdata)
-  );
-  wire [9:0] address5 = {read_half, lines[29:25], channel};
-  wire [15:0] bank5_rdata;
-  mft_bank bank5 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[95:80]),
-    .re    (read[5]),
-    .raddr (address5),
-    .rdata (bank5_rdata)
-  );
-  wire [9:0] address6 = {read_half, lines[34:30], channel};
-  wire [15:0] bank6_rdata;
-  mft_bank bank6 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[111:96]),
-    .re    (read[6]),
-    .raddr (address6),
-    .rdata (bank6_rdata)
-  );
-  wire [9:0] address7 = {read_half, lines[39:35], channel};
-  wire [15:0] bank7_rdata;
-  mft_bank bank7 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[127:112]),
-    .re    (read[7]),
-    .raddr (address7),
-    .rdata (bank7_rdata)
-  );
-  wire [9:0] address8 = {read_half, lines[44:40], channel};
-  wire [15:0] bank8_rdata;
-  mft_bank bank8 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[143:128]),
-    .re    (read[8]),
-    .raddr (address8),
-    .rdata (bank8_rdata)
-  );
-  wire [9:0] address9 = {read_half, lines[49:45], channel};
-  wire [15:0] bank9_rdata;
-  mft_bank bank9 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[159:144]),
-    .re    (read[9]),
-    .raddr (address9),
-    .rdata (bank9_rdata)
-  );
-  wire [9:0] address10 = {read_half, lines[54:50], channel};
-  wire [15:0] bank10_rdata;
-  mft_bank bank10 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[175:160]),
-    .re    (read[10]),
-    .raddr (address10),
-    .rdata (bank10_rdata)
-  );
-  wire [9:0] address11 = {read_half, lines[59:55], channel};
-  wire [15:0] bank11_rdata;
-  mft_bank bank11 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[191:176]),
-    .re    (read[11]),
-    .raddr (address11),
-    .rdata (bank11_rdata)
-  );
-  wire [9:0] address12 = {read_half, lines[64:60], channel};
-  wire [15:0] bank12_rdata;
-  mft_bank bank12 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[207:192]),
-    .re    (read[12]),
-    .raddr (address12),
-    .rdata (bank12_rdata)
-  );
-  wire [9:0] address13 = {read_half, lines[69:65], channel};
-  wire [15:0] bank13_rdata;
-  mft_bank bank13 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[223:208]),
-    .re    (read[13]),
-    .raddr (address13),
-    .rdata (bank13_rdata)
-  );
-  wire [9:0] address14 = {read_half, lines[74:70], channel};
-  wire [15:0] bank14_rdata;
-  mft_bank bank14 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[239:224]),
-    .re    (read[14]),
-    .raddr (address14),
-    .rdata (bank14_rdata)
-  );
-  wire [9:0] address15 = {read_half, lines[79:75], channel};
-  wire [15:0] bank15_rdata;
-  mft_bank bank15 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[255:240]),
-    .re    (read[15]),
-    .raddr (address15),
-    .rdata (bank15_rdata)
-  );
+  wire [255:0] s_axis_mft_tdata_240_joined = {s_axis_mft_tdata[255:240], s_axis_mft_tdata[239:224],
+      s_axis_mft_tdata[223:208], s_axis_mft_tdata[207:192], s_axis_mft_tdata[191:176],
+      s_axis_mft_tdata[175:160], s_axis_mft_tdata[159:144], s_axis_mft_tdata[143:128],
+      s_axis_mft_tdata[127:112], s_axis_mft_tdata[111:96], s_axis_mft_tdata[95:80],
+      s_axis_mft_tdata[79:64], s_axis_mft_tdata[63:48], s_axis_mft_tdata[47:32],
+      s_axis_mft_tdata[31:16], s_axis_mft_tdata[15:0]};
+  wire [255:0] bank_rdata;
+  genvar row;
+  generate
+    for (row = 0; row < 16; row = row + 1) begin : bank
+      mft_halves mft_halves (
+        .clk           (clk),
+        .we            (write),
+        .write_half    (write_half),
+        .waddr         (write_address),
+        .wdata         (s_axis_mft_tdata_240_joined[16 * row +: 16]),
+        .read_half     (read_half),
+        .loaded        (loaded),
+        .half_of_words (half_of_words),
+        .re            (read[row]),
+        .raddr         (addresses[9 * row +: 9]),
+        .rdata         (bank_rdata[16 * row +: 16])
+      );
+    end
+  endgenerate
 
   // Outputs
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
+  assign is_empty = ~(loaded_0 | loaded_1 | (|write_channel) | (|write_block) | (|write_segment));
   assign rows = read_count;
-  assign words = {bank15_rdata, bank14_rdata, bank13_rdata, bank12_rdata, bank11_rdata,
-      bank10_rdata, bank9_rdata, bank8_rdata, bank7_rdata, bank6_rdata, bank5_rdata, bank4_rdata,
-      bank3_rdata, bank2_rdata, bank1_rdata, bank0_rdata};
+  assign words = bank_rdata;
   assign overflow = (write_accept & some_rows & (~write_room)) | block_misshapen;
 
   wire unused_ok = &{1'b0, cfg_channels[6:4], write_block_wide[9:6]};

@@ -26,26 +26,20 @@ module rit_buffer (
   output wire [31:0]  p_row,              // one a port
   output wire [31:0]  p_weight,           // one a port
   output wire [31:0]  p_slot,             // slots
+  output wire         is_empty,           // nothing is received that is not issued
   output wire         s_axis_rit_tready,
-  output wire [2:0]   errors              // {too large to keep, bytes or tuser not as they must be, ragged entries}
+  // {too large to keep, bytes or tuser not as they must be, ragged entries}
+  output wire [2:0]   errors
 );
 
   localparam [2:0] LAST_BEAT_OF_ROW = 3'd5;
   localparam [5:0] LAST_ROW = 6'd63;  // of a half
 
   // Each half, as the writer leaves it: what lies before (end_row, end_group) can be read
-  reg closed_0;
-  reg closed_1;
-  reg [6:0] end_row_0;
-  reg [6:0] end_row_1;
-  reg [3:0] end_group_0;
-  reg [3:0] end_group_1;
-  reg ends_mvoxel_0;
-  reg ends_mvoxel_1;
-  reg streamed_0;
-  reg streamed_1;
-  reg [1:0] last_keep_0;
-  reg [1:0] last_keep_1;
+  reg closed_0, closed_1, ends_mvoxel_0, ends_mvoxel_1, streamed_0, streamed_1;
+  reg [6:0] end_row_0, end_row_1;
+  reg [3:0] end_group_0, end_group_1;
+  reg [1:0] last_keep_0, last_keep_1;
 
   // Reader: the next vertex to read
   reg read_half;
@@ -54,12 +48,9 @@ module rit_buffer (
   reg [2:0] read_vertex;
   reg [6:0] read_segment;
   reg read_start_half;  // half in which the MVoxel begins
-  reg q_valid;
+  reg q_valid, q_first, q_last, q_end;
   reg [2:0] q_vertex;
-  reg q_first;
-  reg q_last;
   reg [3:0] q_group;
-  reg q_end;
   reg [1:0] q_keep;
   wire p_free = (~p_valid) | p_take;
   wire p_fill = p_free & q_valid;
@@ -173,503 +164,67 @@ module rit_buffer (
   wire write_ready = ~(write_half ? closed_1 : closed_0);
   wire some_bytes = |s_axis_rit_tkeep;
   wire write_accept = s_axis_rit_tvalid & write_ready & (some_bytes | s_axis_rit_tlast);
-  wire at_least_2 = (write_phase == 3'd0) ? s_axis_rit_tkeep[2] : 1'b1;
-  wire at_least_4 = (write_phase == 3'd0) ? s_axis_rit_tkeep[6] : 1'b1;
-  wire at_least_6 = (write_phase == 3'd0) ? s_axis_rit_tkeep[10] : 1'b1;
-  wire at_least_8 = (write_phase == 3'd0) ? s_axis_rit_tkeep[14] : 1'b1;
-  reg at_least_10;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_10 = 1'b0;
-      3'd1: at_least_10 = s_axis_rit_tkeep[2];
-      default: at_least_10 = 1'b1;
-    endcase
-  end
-  reg at_least_12;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_12 = 1'b0;
-      3'd1: at_least_12 = s_axis_rit_tkeep[6];
-      default: at_least_12 = 1'b1;
-    endcase
-  end
-  reg at_least_14;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_14 = 1'b0;
-      3'd1: at_least_14 = s_axis_rit_tkeep[10];
-      default: at_least_14 = 1'b1;
-    endcase
-  end
-  reg at_least_16;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_16 = 1'b0;
-      3'd1: at_least_16 = s_axis_rit_tkeep[14];
-      default: at_least_16 = 1'b1;
-    endcase
-  end
-  reg at_least_18;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_18 = 1'b0;
-      3'd1: at_least_18 = 1'b0;
-      3'd2: at_least_18 = s_axis_rit_tkeep[2];
-      default: at_least_18 = 1'b1;
-    endcase
-  end
-  reg at_least_20;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_20 = 1'b0;
-      3'd1: at_least_20 = 1'b0;
-      3'd2: at_least_20 = s_axis_rit_tkeep[6];
-      default: at_least_20 = 1'b1;
-    endcase
-  end
-  reg at_least_22;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_22 = 1'b0;
-      3'd1: at_least_22 = 1'b0;
-      3'd2: at_least_22 = s_axis_rit_tkeep[10];
-      default: at_least_22 = 1'b1;
-    endcase
-  end
-  reg at_least_24;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_24 = 1'b0;
-      3'd1: at_least_24 = 1'b0;
-      3'd2: at_least_24 = s_axis_rit_tkeep[14];
-      default: at_least_24 = 1'b1;
-    endcase
-  end
-  reg at_least_26;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_26 = 1'b0;
-      3'd1: at_least_26 = 1'b0;
-      3'd2: at_least_26 = 1'b0;
-      3'd3: at_least_26 = s_axis_rit_tkeep[2];
-      default: at_least_26 = 1'b1;
-    endcase
-  end
-  reg at_least_28;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_28 = 1'b0;
-      3'd1: at_least_28 = 1'b0;
-      3'd2: at_least_28 = 1'b0;
-      3'd3: at_least_28 = s_axis_rit_tkeep[6];
-      default: at_least_28 = 1'b1;
-    endcase
-  end
-  reg at_least_30;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_30 = 1'b0;
-      3'd1: at_least_30 = 1'b0;
-      3'd2: at_least_30 = 1'b0;
-      3'd3: at_least_30 = s_axis_rit_tkeep[10];
-      default: at_least_30 = 1'b1;
-    endcase
-  end
-  reg at_least_32;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_32 = 1'b0;
-      3'd1: at_least_32 = 1'b0;
-      3'd2: at_least_32 = 1'b0;
-      3'd3: at_least_32 = s_axis_rit_tkeep[14];
-      default: at_least_32 = 1'b1;
-    endcase
-  end
-  reg at_least_34;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_34 = 1'b0;
-      3'd1: at_least_34 = 1'b0;
-      3'd2: at_least_34 = 1'b0;
-      3'd3: at_least_34 = 1'b0;
-      3'd4: at_least_34 = s_axis_rit_tkeep[2];
-      default: at_least_34 = 1'b1;
-    endcase
-  end
-  reg at_least_36;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_36 = 1'b0;
-      3'd1: at_least_36 = 1'b0;
-      3'd2: at_least_36 = 1'b0;
-      3'd3: at_least_36 = 1'b0;
-      3'd4: at_least_36 = s_axis_rit_tkeep[6];
-      default: at_least_36 = 1'b1;
-    endcase
-  end
-  reg at_least_38;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_38 = 1'b0;
-      3'd1: at_least_38 = 1'b0;
-      3'd2: at_least_38 = 1'b0;
-      3'd3: at_least_38 = 1'b0;
-      3'd4: at_least_38 = s_axis_rit_tkeep[10];
-      default: at_least_38 = 1'b1;
-    endcase
-  end
-  reg at_least_40;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_40 = 1'b0;
-      3'd1: at_least_40 = 1'b0;
-      3'd2: at_least_40 = 1'b0;
-      3'd3: at_least_40 = 1'b0;
-      3'd4: at_least_40 = s_axis_rit_tkeep[14];
-      default: at_least_40 = 1'b1;
-    endcase
-  end
-  reg at_least_42;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_42 = 1'b0;
-      3'd1: at_least_42 = 1'b0;
-      3'd2: at_least_42 = 1'b0;
-      3'd3: at_least_42 = 1'b0;
-      3'd4: at_least_42 = 1'b0;
-      default: at_least_42 = s_axis_rit_tkeep[2];
-    endcase
-  end
-  reg at_least_44;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_44 = 1'b0;
-      3'd1: at_least_44 = 1'b0;
-      3'd2: at_least_44 = 1'b0;
-      3'd3: at_least_44 = 1'b0;
-      3'd4: at_least_44 = 1'b0;
-      default: at_least_44 = s_axis_rit_tkeep[6];
-    endcase
-  end
-  reg at_least_46;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_46 = 1'b0;
-      3'd1: at_least_46 = 1'b0;
-      3'd2: at_least_46 = 1'b0;
-      3'd3: at_least_46 = 1'b0;
-      3'd4: at_least_46 = 1'b0;
-      default: at_least_46 = s_axis_rit_tkeep[10];
-    endcase
-  end
-  reg at_least_48;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_48 = 1'b0;
-      3'd1: at_least_48 = 1'b0;
-      3'd2: at_least_48 = 1'b0;
-      3'd3: at_least_48 = 1'b0;
-      3'd4: at_least_48 = 1'b0;
-      default: at_least_48 = s_axis_rit_tkeep[14];
-    endcase
-  end
-  wire [3:0] full_groups_v1 = {3'd0, at_least_4} + {3'd0, at_least_8} + {3'd0, at_least_12} + {3'd0,
-      at_least_16} + {3'd0, at_least_20} + {3'd0, at_least_24} + {3'd0, at_least_28} + {3'd0,
-      at_least_32} + {3'd0, at_least_36} + {3'd0, at_least_40} + {3'd0, at_least_44} + {3'd0,
-      at_least_48};
-  wire [3:0] all_groups_v1 = {3'd0, at_least_2} + {3'd0, at_least_6} + {3'd0, at_least_10} + {3'd0,
-      at_least_14} + {3'd0, at_least_18} + {3'd0, at_least_22} + {3'd0, at_least_26} + {3'd0,
-      at_least_30} + {3'd0, at_least_34} + {3'd0, at_least_38} + {3'd0, at_least_42} + {3'd0,
-      at_least_46};
-  wire [1:0] keep_v1 = {(at_least_4 & (~at_least_6)) | (at_least_8 & (~at_least_10)) | (at_least_12
-      & (~at_least_14)) | (at_least_16 & (~at_least_18)) | (at_least_20 & (~at_least_22)) |
-      (at_least_24 & (~at_least_26)) | (at_least_28 & (~at_least_30)) | (at_least_32 &
-      (~at_least_34)) | (at_least_36 & (~at_least_38)) | (at_least_40 & (~at_least_42)) |
-      (at_least_44 & (~at_least_46)) | at_least_48, (at_least_2 & (~at_least_6)) | (at_least_6 &
-      (~at_least_10)) | (at_least_10 & (~at_least_14)) | (at_least_14 & (~at_least_18)) |
-      (at_least_18 & (~at_least_22)) | (at_least_22 & (~at_least_26)) | (at_least_26 &
-      (~at_least_30)) | (at_least_30 & (~at_least_34)) | (at_least_34 & (~at_least_38)) |
-      (at_least_38 & (~at_least_42)) | (at_least_42 & (~at_least_46)) | at_least_46};
-  wire at_least_3 = (write_phase == 3'd0) ? s_axis_rit_tkeep[4] : 1'b1;
-  wire exactly_2 = at_least_2 & (~at_least_3);
-  wire at_least_5 = (write_phase == 3'd0) ? s_axis_rit_tkeep[8] : 1'b1;
-  wire exactly_4 = at_least_4 & (~at_least_5);
-  wire at_least_7 = (write_phase == 3'd0) ? s_axis_rit_tkeep[12] : 1'b1;
-  wire exactly_6 = at_least_6 & (~at_least_7);
-  reg at_least_9;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_9 = 1'b0;
-      3'd1: at_least_9 = s_axis_rit_tkeep[0];
-      default: at_least_9 = 1'b1;
-    endcase
-  end
-  wire exactly_8 = at_least_8 & (~at_least_9);
-  reg at_least_11;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_11 = 1'b0;
-      3'd1: at_least_11 = s_axis_rit_tkeep[4];
-      default: at_least_11 = 1'b1;
-    endcase
-  end
-  wire exactly_10 = at_least_10 & (~at_least_11);
-  reg at_least_13;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_13 = 1'b0;
-      3'd1: at_least_13 = s_axis_rit_tkeep[8];
-      default: at_least_13 = 1'b1;
-    endcase
-  end
-  wire exactly_12 = at_least_12 & (~at_least_13);
-  reg at_least_15;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_15 = 1'b0;
-      3'd1: at_least_15 = s_axis_rit_tkeep[12];
-      default: at_least_15 = 1'b1;
-    endcase
-  end
-  wire exactly_14 = at_least_14 & (~at_least_15);
-  reg at_least_17;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_17 = 1'b0;
-      3'd1: at_least_17 = 1'b0;
-      3'd2: at_least_17 = s_axis_rit_tkeep[0];
-      default: at_least_17 = 1'b1;
-    endcase
-  end
-  wire exactly_16 = at_least_16 & (~at_least_17);
-  reg at_least_19;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_19 = 1'b0;
-      3'd1: at_least_19 = 1'b0;
-      3'd2: at_least_19 = s_axis_rit_tkeep[4];
-      default: at_least_19 = 1'b1;
-    endcase
-  end
-  wire exactly_18 = at_least_18 & (~at_least_19);
-  reg at_least_21;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_21 = 1'b0;
-      3'd1: at_least_21 = 1'b0;
-      3'd2: at_least_21 = s_axis_rit_tkeep[8];
-      default: at_least_21 = 1'b1;
-    endcase
-  end
-  wire exactly_20 = at_least_20 & (~at_least_21);
-  reg at_least_23;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_23 = 1'b0;
-      3'd1: at_least_23 = 1'b0;
-      3'd2: at_least_23 = s_axis_rit_tkeep[12];
-      default: at_least_23 = 1'b1;
-    endcase
-  end
-  wire exactly_22 = at_least_22 & (~at_least_23);
-  reg at_least_25;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_25 = 1'b0;
-      3'd1: at_least_25 = 1'b0;
-      3'd2: at_least_25 = 1'b0;
-      3'd3: at_least_25 = s_axis_rit_tkeep[0];
-      default: at_least_25 = 1'b1;
-    endcase
-  end
-  wire exactly_24 = at_least_24 & (~at_least_25);
-  reg at_least_27;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_27 = 1'b0;
-      3'd1: at_least_27 = 1'b0;
-      3'd2: at_least_27 = 1'b0;
-      3'd3: at_least_27 = s_axis_rit_tkeep[4];
-      default: at_least_27 = 1'b1;
-    endcase
-  end
-  wire exactly_26 = at_least_26 & (~at_least_27);
-  reg at_least_29;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_29 = 1'b0;
-      3'd1: at_least_29 = 1'b0;
-      3'd2: at_least_29 = 1'b0;
-      3'd3: at_least_29 = s_axis_rit_tkeep[8];
-      default: at_least_29 = 1'b1;
-    endcase
-  end
-  wire exactly_28 = at_least_28 & (~at_least_29);
-  reg at_least_31;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_31 = 1'b0;
-      3'd1: at_least_31 = 1'b0;
-      3'd2: at_least_31 = 1'b0;
-      3'd3: at_least_31 = s_axis_rit_tkeep[12];
-      default: at_least_31 = 1'b1;
-    endcase
-  end
-  wire exactly_30 = at_least_30 & (~at_least_31);
-  reg at_least_33;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_33 = 1'b0;
-      3'd1: at_least_33 = 1'b0;
-      3'd2: at_least_33 = 1'b0;
-      3'd3: at_least_33 = 1'b0;
-      3'd4: at_least_33 = s_axis_rit_tkeep[0];
-      default: at_least_33 = 1'b1;
-    endcase
-  end
-  wire exactly_32 = at_least_32 & (~at_least_33);
-  reg at_least_35;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_35 = 1'b0;
-      3'd1: at_least_35 = 1'b0;
-      3'd2: at_least_35 = 1'b0;
-      3'd3: at_least_35 = 1'b0;
-      3'd4: at_least_35 = s_axis_rit_tkeep[4];
-      default: at_least_35 = 1'b1;
-    endcase
-  end
-  wire exactly_34 = at_least_34 & (~at_least_35);
-  reg at_least_37;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_37 = 1'b0;
-      3'd1: at_least_37 = 1'b0;
-      3'd2: at_least_37 = 1'b0;
-      3'd3: at_least_37 = 1'b0;
-      3'd4: at_least_37 = s_axis_rit_tkeep[8];
-      default: at_least_37 = 1'b1;
-    endcase
-  end
-  wire exactly_36 = at_least_36 & (~at_least_37);
-  reg at_least_39;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_39 = 1'b0;
-      3'd1: at_least_39 = 1'b0;
-      3'd2: at_least_39 = 1'b0;
-      3'd3: at_least_39 = 1'b0;
-      3'd4: at_least_39 = s_axis_rit_tkeep[12];
-      default: at_least_39 = 1'b1;
-    endcase
-  end
-  wire exactly_38 = at_least_38 & (~at_least_39);
-  reg at_least_41;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_41 = 1'b0;
-      3'd1: at_least_41 = 1'b0;
-      3'd2: at_least_41 = 1'b0;
-      3'd3: at_least_41 = 1'b0;
-      3'd4: at_least_41 = 1'b0;
-      default: at_least_41 = s_axis_rit_tkeep[0];
-    endcase
-  end
-  wire exactly_40 = at_least_40 & (~at_least_41);
-  reg at_least_43;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_43 = 1'b0;
-      3'd1: at_least_43 = 1'b0;
-      3'd2: at_least_43 = 1'b0;
-      3'd3: at_least_43 = 1'b0;
-      3'd4: at_least_43 = 1'b0;
-      default: at_least_43 = s_axis_rit_tkeep[4];
-    endcase
-  end
-  wire exactly_42 = at_least_42 & (~at_least_43);
-  reg at_least_45;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_45 = 1'b0;
-      3'd1: at_least_45 = 1'b0;
-      3'd2: at_least_45 = 1'b0;
-      3'd3: at_least_45 = 1'b0;
-      3'd4: at_least_45 = 1'b0;
-      default: at_least_45 = s_axis_rit_tkeep[8];
-    endcase
-  end
-  wire exactly_44 = at_least_44 & (~at_least_45);
-  reg at_least_47;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_47 = 1'b0;
-      3'd1: at_least_47 = 1'b0;
-      3'd2: at_least_47 = 1'b0;
-      3'd3: at_least_47 = 1'b0;
-      3'd4: at_least_47 = 1'b0;
-      default: at_least_47 = s_axis_rit_tkeep[12];
-    endcase
-  end
-  wire exactly_46 = at_least_46 & (~at_least_47);
-  wire whole_v1 = exactly_2 | exactly_4 | exactly_6 | exactly_8 | exactly_10 | exactly_12 |
-      exactly_14 | exactly_16 | exactly_18 | exactly_20 | exactly_22 | exactly_24 | exactly_26 |
-      exactly_28 | exactly_30 | exactly_32 | exactly_34 | exactly_36 | exactly_38 | exactly_40 |
-      exactly_42 | exactly_44 | exactly_46 | at_least_48;
-  wire [3:0] full_groups_v2 = {1'd0, {2'd0, at_least_12} + {2'd0, at_least_24} + {2'd0, at_least_36}
-      + {2'd0, at_least_48}};
-  wire [3:0] all_groups_v2 = {1'd0, {2'd0, at_least_6} + {2'd0, at_least_18} + {2'd0, at_least_30} +
-      {2'd0, at_least_42}};
-  wire [1:0] keep_v2 = {(at_least_12 & (~at_least_18)) | (at_least_24 & (~at_least_30)) |
-      (at_least_36 & (~at_least_42)) | at_least_48, (at_least_6 & (~at_least_18)) | (at_least_18 &
-      (~at_least_30)) | (at_least_30 & (~at_least_42)) | at_least_42};
-  wire whole_v2 = exactly_6 | exactly_12 | exactly_18 | exactly_24 | exactly_30 | exactly_36 |
-      exactly_42 | at_least_48;
-  wire [3:0] full_groups_v4 = {2'd0, {1'd0, at_least_24} + {1'd0, at_least_48}};
-  wire [3:0] all_groups_v4 = {2'd0, {1'd0, at_least_12} + {1'd0, at_least_36}};
-  wire [1:0] keep_v4 = {(at_least_24 & (~at_least_36)) | at_least_48, (at_least_12 & (~at_least_36))
-      | at_least_36};
-  wire whole_v4 = exactly_12 | exactly_24 | exactly_36 | at_least_48;
-  wire [3:0] full_groups_v8 = {3'd0, at_least_48};
-  wire [3:0] all_groups_v8 = {3'd0, at_least_24};
-  wire [1:0] keep_v8 = {at_least_48, at_least_24};
-  wire whole_v8 = exactly_24 | at_least_48;
-  reg [3:0] full_groups;
+  wire [7:0] beat_kept = {s_axis_rit_tkeep[14], s_axis_rit_tkeep[12], s_axis_rit_tkeep[10],
+      s_axis_rit_tkeep[8], s_axis_rit_tkeep[6], s_axis_rit_tkeep[4], s_axis_rit_tkeep[2],
+      s_axis_rit_tkeep[0]};
+  wire [7:0] kept_of_beat_5 = beat_kept & {8{write_phase == 3'd5}};
+  wire [7:0] kept_of_beat_4 = (beat_kept & {8{write_phase == 3'd4}}) | {8{3'd4 < write_phase}};
+  wire [7:0] kept_of_beat_3 = (beat_kept & {8{write_phase == 3'd3}}) | {8{3'd3 < write_phase}};
+  wire [7:0] kept_of_beat_2 = (beat_kept & {8{write_phase == 3'd2}}) | {8{3'd2 < write_phase}};
+  wire [7:0] kept_of_beat_1 = (beat_kept & {8{write_phase == 3'd1}}) | {8{3'd1 < write_phase}};
+  wire [7:0] kept_of_beat_0 = (beat_kept & {8{write_phase == 3'd0}}) | {8{3'd0 < write_phase}};
+  wire [47:0] row_kept = {kept_of_beat_5, kept_of_beat_4, kept_of_beat_3, kept_of_beat_2,
+      kept_of_beat_1, kept_of_beat_0};
+  wire [47:0] row_last = row_kept & (~{1'b0, row_kept[47:1]});
+  wire [3:0] full_groups_v1 = {3'd0, row_kept[3]} + {3'd0, row_kept[7]} + {3'd0, row_kept[11]} +
+      {3'd0, row_kept[15]} + {3'd0, row_kept[19]} + {3'd0, row_kept[23]} + {3'd0, row_kept[27]} +
+      {3'd0, row_kept[31]} + {3'd0, row_kept[35]} + {3'd0, row_kept[39]} + {3'd0, row_kept[43]} +
+      {3'd0, row_kept[47]};
+  wire [3:0] all_groups_v1 = {3'd0, row_kept[1]} + {3'd0, row_kept[5]} + {3'd0, row_kept[9]} +
+      {3'd0, row_kept[13]} + {3'd0, row_kept[17]} + {3'd0, row_kept[21]} + {3'd0, row_kept[25]} +
+      {3'd0, row_kept[29]} + {3'd0, row_kept[33]} + {3'd0, row_kept[37]} + {3'd0, row_kept[41]} +
+      {3'd0, row_kept[45]};
+  wire [1:0] keep_v1 = {(row_kept[3] & (~row_kept[5])) | (row_kept[7] & (~row_kept[9])) |
+      (row_kept[11] & (~row_kept[13])) | (row_kept[15] & (~row_kept[17])) | (row_kept[19] &
+      (~row_kept[21])) | (row_kept[23] & (~row_kept[25])) | (row_kept[27] & (~row_kept[29])) |
+      (row_kept[31] & (~row_kept[33])) | (row_kept[35] & (~row_kept[37])) | (row_kept[39] &
+      (~row_kept[41])) | (row_kept[43] & (~row_kept[45])) | row_kept[47], (row_kept[1] &
+      (~row_kept[5])) | (row_kept[5] & (~row_kept[9])) | (row_kept[9] & (~row_kept[13])) |
+      (row_kept[13] & (~row_kept[17])) | (row_kept[17] & (~row_kept[21])) | (row_kept[21] &
+      (~row_kept[25])) | (row_kept[25] & (~row_kept[29])) | (row_kept[29] & (~row_kept[33])) |
+      (row_kept[33] & (~row_kept[37])) | (row_kept[37] & (~row_kept[41])) | (row_kept[41] &
+      (~row_kept[45])) | row_kept[45]};
+  wire whole_v1 = |(row_last & 48'haaaaaaaaaaaa);
+  wire [3:0] full_groups_v2 = {1'd0, {2'd0, row_kept[11]} + {2'd0, row_kept[23]} + {2'd0,
+      row_kept[35]} + {2'd0, row_kept[47]}};
+  wire [3:0] all_groups_v2 = {1'd0, {2'd0, row_kept[5]} + {2'd0, row_kept[17]} + {2'd0,
+      row_kept[29]} + {2'd0, row_kept[41]}};
+  wire [1:0] keep_v2 = {(row_kept[11] & (~row_kept[17])) | (row_kept[23] & (~row_kept[29])) |
+      (row_kept[35] & (~row_kept[41])) | row_kept[47], (row_kept[5] & (~row_kept[17])) |
+      (row_kept[17] & (~row_kept[29])) | (row_kept[29] & (~row_kept[41])) | row_kept[41]};
+  wire whole_v2 = |(row_last & 48'h820820820820);
+  wire [3:0] full_groups_v4 = {2'd0, {1'd0, row_kept[23]} + {1'd0, row_kept[47]}};
+  wire [3:0] all_groups_v4 = {2'd0, {1'd0, row_kept[11]} + {1'd0, row_kept[35]}};
+  wire [1:0] keep_v4 = {(row_kept[23] & (~row_kept[35])) | row_kept[47], (row_kept[11] &
+      (~row_kept[35])) | row_kept[35]};
+  wire whole_v4 = |(row_last & 48'h800800800800);
+  wire [3:0] full_groups_v8 = {3'd0, row_kept[47]};
+  wire [3:0] all_groups_v8 = {3'd0, row_kept[23]};
+  wire [1:0] keep_v8 = {row_kept[47], row_kept[23]};
+  wire whole_v8 = |(row_last & 48'h800000800000);
+  reg [10:0] completed;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: full_groups = full_groups_v1;
-      2'd1: full_groups = full_groups_v2;
-      2'd2: full_groups = full_groups_v4;
-      default: full_groups = full_groups_v8;
+      2'd0: completed = {whole_v1, keep_v1, all_groups_v1, full_groups_v1};
+      2'd1: completed = {whole_v2, keep_v2, all_groups_v2, full_groups_v2};
+      2'd2: completed = {whole_v4, keep_v4, all_groups_v4, full_groups_v4};
+      default: completed = {whole_v8, keep_v8, all_groups_v8, full_groups_v8};
     endcase
   end
-  reg [3:0] all_groups;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: all_groups = all_groups_v1;
-      2'd1: all_groups = all_groups_v2;
-      2'd2: all_groups = all_groups_v4;
-      default: all_groups = all_groups_v8;
-    endcase
-  end
-  reg [1:0] keep_of_last_group;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: keep_of_last_group = keep_v1;
-      2'd1: keep_of_last_group = keep_v2;
-      2'd2: keep_of_last_group = keep_v4;
-      default: keep_of_last_group = keep_v8;
-    endcase
-  end
-  reg whole_entries;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: whole_entries = whole_v1;
-      2'd1: whole_entries = whole_v2;
-      2'd2: whole_entries = whole_v4;
-      default: whole_entries = whole_v8;
-    endcase
-  end
+  wire [3:0] full_groups = completed[3:0];
+  wire [3:0] all_groups = completed[7:4];
+  wire [1:0] keep_of_last_group = completed[9:8];
+  wire whole_entries = completed[10];
   wire write_phase_is_0 = write_phase == 3'd0;
   wire write_row_or_write_second = (|write_row) | write_second;
   // the MVoxel has brought entries already
@@ -755,942 +310,147 @@ module rit_buffer (
     end
   end
 
-  // Banks: a row is read with vertex 0 of a group and held for the others
-  wire [15:0] bank0_rdata;
-  rit_bank bank0 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank0_rdata)
-  );
-  wire [15:0] bank1_rdata;
-  rit_bank bank1 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank1_rdata)
-  );
-  wire [15:0] bank2_rdata;
-  rit_bank bank2 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank2_rdata)
-  );
-  wire [15:0] bank3_rdata;
-  rit_bank bank3 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank3_rdata)
-  );
-  wire [15:0] bank4_rdata;
-  rit_bank bank4 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank4_rdata)
-  );
-  wire [15:0] bank5_rdata;
-  rit_bank bank5 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank5_rdata)
-  );
-  wire [15:0] bank6_rdata;
-  rit_bank bank6 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank6_rdata)
-  );
-  wire [15:0] bank7_rdata;
-  rit_bank bank7 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank7_rdata)
-  );
-  wire [15:0] bank8_rdata;
-  rit_bank bank8 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank8_rdata)
-  );
-  wire [15:0] bank9_rdata;
-  rit_bank bank9 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank9_rdata)
-  );
-  wire [15:0] bank10_rdata;
-  rit_bank bank10 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank10_rdata)
-  );
-  wire [15:0] bank11_rdata;
-  rit_bank bank11 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank11_rdata)
-  );
-  wire [15:0] bank12_rdata;
-  rit_bank bank12 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank12_rdata)
-  );
-  wire [15:0] bank13_rdata;
-  rit_bank bank13 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank13_rdata)
-  );
-  wire [15:0] bank14_rdata;
-  rit_bank bank14 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank14_rdata)
-  );
-  wire [15:0] bank15_rdata;
-  rit_bank bank15 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank15_rdata)
-  );
-  wire [15:0] bank16_rdata;
-  rit_bank bank16 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank16_rdata)
-  );
-  wire [15:0] bank17_rdata;
-  rit_bank bank17 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank17_rdata)
-  );
-  wire [15:0] bank18_rdata;
-  rit_bank bank18 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank18_rdata)
-  );
-  wire [15:0] bank19_rdata;
-  rit_bank bank19 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank19_rdata)
-  );
-  wire [15:0] bank20_rdata;
-  rit_bank bank20 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank20_rdata)
-  );
-  wire [15:0] bank21_rdata;
-  rit_bank bank21 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank21_rdata)
-  );
-  wire [15:0] bank22_rdata;
-  rit_bank bank22 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank22_rdata)
-  );
-  wire [15:0] bank23_rdata;
-  rit_bank bank23 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank23_rdata)
-  );
-  wire [15:0] bank24_rdata;
-  rit_bank bank24 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank24_rdata)
-  );
-  wire [15:0] bank25_rdata;
-  rit_bank bank25 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank25_rdata)
-  );
-  wire [15:0] bank26_rdata;
-  rit_bank bank26 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank26_rdata)
-  );
-  wire [15:0] bank27_rdata;
-  rit_bank bank27 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank27_rdata)
-  );
-  wire [15:0] bank28_rdata;
-  rit_bank bank28 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank28_rdata)
-  );
-  wire [15:0] bank29_rdata;
-  rit_bank bank29 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank29_rdata)
-  );
-  wire [15:0] bank30_rdata;
-  rit_bank bank30 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank30_rdata)
-  );
-  wire [15:0] bank31_rdata;
-  rit_bank bank31 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank31_rdata)
-  );
-  wire [15:0] bank32_rdata;
-  rit_bank bank32 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank32_rdata)
-  );
-  wire [15:0] bank33_rdata;
-  rit_bank bank33 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank33_rdata)
-  );
-  wire [15:0] bank34_rdata;
-  rit_bank bank34 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank34_rdata)
-  );
-  wire [15:0] bank35_rdata;
-  rit_bank bank35 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank35_rdata)
-  );
-  wire [15:0] bank36_rdata;
-  rit_bank bank36 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank36_rdata)
-  );
-  wire [15:0] bank37_rdata;
-  rit_bank bank37 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank37_rdata)
-  );
-  wire [15:0] bank38_rdata;
-  rit_bank bank38 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank38_rdata)
-  );
-  wire [15:0] bank39_rdata;
-  rit_bank bank39 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank39_rdata)
-  );
-  wire [15:0] bank40_rdata;
-  rit_bank bank40 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank40_rdata)
-  );
-  wire [15:0] bank41_rdata;
-  rit_bank bank41 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank41_rdata)
-  );
-  wire [15:0] bank42_rdata;
-  rit_bank bank42 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank42_rdata)
-  );
-  wire [15:0] bank43_rdata;
-  rit_bank bank43 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank43_rdata)
-  );
-  wire [15:0] bank44_rdata;
-  rit_bank bank44 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank44_rdata)
-  );
-  wire [15:0] bank45_rdata;
-  rit_bank bank45 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank45_rdata)
-  );
-  wire [15:0] bank46_rdata;
-  rit_bank bank46 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank46_rdata)
-  );
-  wire [15:0] bank47_rdata;
-  rit_bank bank47 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_row_enable),
-    .raddr (read_address),
-    .rdata (bank47_rdata)
-  );
+  // Banks, one a beat of a row: read with vertex 0 of a group and held for the others
+  wire [5:0] write_phase_5_joined = {write_phase_5, write_phase_4, write_phase_3, write_phase_2,
+      write_phase_1, write_phase_0};
+  wire [767:0] bank_rdata;
+  genvar beat;
+  generate
+    for (beat = 0; beat < 6; beat = beat + 1) begin : bank
+      rit_bank rit_bank (
+        .clk   (clk),
+        .we    (write_phase_5_joined[beat]),
+        .waddr (write_address),
+        .wdata (s_axis_rit_tdata),
+        .re    (read_row_enable),
+        .raddr (read_address),
+        .rdata (bank_rdata[128 * beat +: 128])
+      );
+    end
+  endgenerate
 
   // Stages to P: row, weight and slot, picked or made, and registered
   wire p_fill_vertex_0 = p_fill & q_first;
-  wire [15:0] row0_v1_group0 = bank0_rdata;
-  wire [15:0] row0_v1_group1 = bank4_rdata;
-  wire [15:0] row0_v1_group2 = bank8_rdata;
-  wire [15:0] row0_v1_group3 = bank12_rdata;
-  wire [15:0] row0_v1_group4 = bank16_rdata;
-  wire [15:0] row0_v1_group5 = bank20_rdata;
-  wire [15:0] row0_v1_group6 = bank24_rdata;
-  wire [15:0] row0_v1_group7 = bank28_rdata;
-  wire [15:0] row0_v1_group8 = bank32_rdata;
-  wire [15:0] row0_v1_group9 = bank36_rdata;
-  wire [15:0] row0_v1_group10 = bank40_rdata;
-  wire [15:0] row0_v1_group11 = bank44_rdata;
-  reg [15:0] row0_v1;
+  reg [2:0] picked_by_q_group;
   always @(*) begin
     case (q_group)
-      4'd0: row0_v1 = row0_v1_group0;
-      4'd1: row0_v1 = row0_v1_group1;
-      4'd2: row0_v1 = row0_v1_group2;
-      4'd3: row0_v1 = row0_v1_group3;
-      4'd4: row0_v1 = row0_v1_group4;
-      4'd5: row0_v1 = row0_v1_group5;
-      4'd6: row0_v1 = row0_v1_group6;
-      4'd7: row0_v1 = row0_v1_group7;
-      4'd8: row0_v1 = row0_v1_group8;
-      4'd9: row0_v1 = row0_v1_group9;
-      4'd10: row0_v1 = row0_v1_group10;
-      default: row0_v1 = row0_v1_group11;
+      4'd0: picked_by_q_group = 3'd0;
+      4'd1: picked_by_q_group = 3'd2;
+      4'd2: picked_by_q_group = 3'd4;
+      default: picked_by_q_group = 3'd6;
     endcase
   end
-  wire [15:0] row0_v2_group0 = (q_vertex == 3'd0) ? bank0_rdata : bank3_rdata;
-  wire [15:0] row0_v2_group1 = (q_vertex == 3'd0) ? bank12_rdata : bank15_rdata;
-  wire [15:0] row0_v2_group2 = (q_vertex == 3'd0) ? bank24_rdata : bank27_rdata;
-  wire [15:0] row0_v2_group3 = (q_vertex == 3'd0) ? bank36_rdata : bank39_rdata;
-  reg [15:0] row0_v2;
-  always @(*) begin
-    case (q_group)
-      4'd0: row0_v2 = row0_v2_group0;
-      4'd1: row0_v2 = row0_v2_group1;
-      4'd2: row0_v2 = row0_v2_group2;
-      default: row0_v2 = row0_v2_group3;
-    endcase
-  end
-  reg [15:0] row0_v4_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: row0_v4_group0 = bank0_rdata;
-      3'd1: row0_v4_group0 = bank3_rdata;
-      3'd2: row0_v4_group0 = bank6_rdata;
-      default: row0_v4_group0 = bank9_rdata;
-    endcase
-  end
-  reg [15:0] row0_v4_group1;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: row0_v4_group1 = bank24_rdata;
-      3'd1: row0_v4_group1 = bank27_rdata;
-      3'd2: row0_v4_group1 = bank30_rdata;
-      default: row0_v4_group1 = bank33_rdata;
-    endcase
-  end
-  wire [15:0] row0_v4 = (q_group == 4'd0) ? row0_v4_group0 : row0_v4_group1;
-  reg [15:0] row0_v8_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: row0_v8_group0 = bank0_rdata;
-      3'd1: row0_v8_group0 = bank3_rdata;
-      3'd2: row0_v8_group0 = bank6_rdata;
-      3'd3: row0_v8_group0 = bank9_rdata;
-      3'd4: row0_v8_group0 = bank12_rdata;
-      3'd5: row0_v8_group0 = bank15_rdata;
-      3'd6: row0_v8_group0 = bank18_rdata;
-      default: row0_v8_group0 = bank21_rdata;
-    endcase
-  end
-  wire [15:0] row0_v8 = row0_v8_group0;
-  reg [15:0] new_row0;
+  reg [3:0] word_index0;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: new_row0 = row0_v1;
-      2'd1: new_row0 = row0_v2;
-      2'd2: new_row0 = row0_v4;
-      default: new_row0 = row0_v8;
+      2'd0: word_index0 = 4'd0;
+      2'd1: word_index0 = {picked_by_q_group, q_vertex[0]};
+      2'd2: word_index0 = {(q_group == 4'd0) ? 2'd0 : 2'd2, q_vertex[1:0]};
+      default: word_index0 = {1'b0, q_vertex};
     endcase
   end
-  wire [15:0] tag0_v1_group0 = bank1_rdata;
-  wire [15:0] tag0_v1_group1 = bank5_rdata;
-  wire [15:0] tag0_v1_group2 = bank9_rdata;
-  wire [15:0] tag0_v1_group3 = bank13_rdata;
-  wire [15:0] tag0_v1_group4 = bank17_rdata;
-  wire [15:0] tag0_v1_group5 = bank21_rdata;
-  wire [15:0] tag0_v1_group6 = bank25_rdata;
-  wire [15:0] tag0_v1_group7 = bank29_rdata;
-  wire [15:0] tag0_v1_group8 = bank33_rdata;
-  wire [15:0] tag0_v1_group9 = bank37_rdata;
-  wire [15:0] tag0_v1_group10 = bank41_rdata;
-  wire [15:0] tag0_v1_group11 = bank45_rdata;
-  reg [15:0] tag0_v1;
+  reg [47:0] word0;
+  always @(*) begin
+    case (word_index0)
+      4'd0: word0 = bank_rdata[47:0];
+      4'd1: word0 = bank_rdata[95:48];
+      4'd2: word0 = bank_rdata[143:96];
+      4'd3: word0 = bank_rdata[191:144];
+      4'd4: word0 = bank_rdata[239:192];
+      4'd5: word0 = bank_rdata[287:240];
+      4'd6: word0 = bank_rdata[335:288];
+      4'd7: word0 = bank_rdata[383:336];
+      4'd8: word0 = bank_rdata[431:384];
+      4'd9: word0 = bank_rdata[479:432];
+      4'd10: word0 = bank_rdata[527:480];
+      4'd11: word0 = bank_rdata[575:528];
+      4'd12: word0 = bank_rdata[623:576];
+      4'd13: word0 = bank_rdata[671:624];
+      4'd14: word0 = bank_rdata[719:672];
+      default: word0 = bank_rdata[767:720];
+    endcase
+  end
+  reg [31:0] id0;
   always @(*) begin
     case (q_group)
-      4'd0: tag0_v1 = tag0_v1_group0;
-      4'd1: tag0_v1 = tag0_v1_group1;
-      4'd2: tag0_v1 = tag0_v1_group2;
-      4'd3: tag0_v1 = tag0_v1_group3;
-      4'd4: tag0_v1 = tag0_v1_group4;
-      4'd5: tag0_v1 = tag0_v1_group5;
-      4'd6: tag0_v1 = tag0_v1_group6;
-      4'd7: tag0_v1 = tag0_v1_group7;
-      4'd8: tag0_v1 = tag0_v1_group8;
-      4'd9: tag0_v1 = tag0_v1_group9;
-      4'd10: tag0_v1 = tag0_v1_group10;
-      default: tag0_v1 = tag0_v1_group11;
+      4'd0: id0 = bank_rdata[31:0];
+      4'd1: id0 = bank_rdata[95:64];
+      4'd2: id0 = bank_rdata[159:128];
+      4'd3: id0 = bank_rdata[223:192];
+      4'd4: id0 = bank_rdata[287:256];
+      4'd5: id0 = bank_rdata[351:320];
+      4'd6: id0 = bank_rdata[415:384];
+      4'd7: id0 = bank_rdata[479:448];
+      4'd8: id0 = bank_rdata[543:512];
+      4'd9: id0 = bank_rdata[607:576];
+      4'd10: id0 = bank_rdata[671:640];
+      default: id0 = bank_rdata[735:704];
     endcase
   end
-  wire [15:0] tag0_v2_group0 = (q_vertex == 3'd0) ? bank1_rdata : bank4_rdata;
-  wire [15:0] tag0_v2_group1 = (q_vertex == 3'd0) ? bank13_rdata : bank16_rdata;
-  wire [15:0] tag0_v2_group2 = (q_vertex == 3'd0) ? bank25_rdata : bank28_rdata;
-  wire [15:0] tag0_v2_group3 = (q_vertex == 3'd0) ? bank37_rdata : bank40_rdata;
-  reg [15:0] tag0_v2;
+  wire cfg_vertices_is_0 = cfg_vertices == 2'd0;
+  wire [31:0] new_row_and_tag0 = cfg_vertices_is_0 ? id0 : word0[31:0];
+  wire [15:0] new_weight0 = cfg_vertices_is_0 ? 16'd0 : word0[47:32];
+  reg [15:0] p_row0, p_weight0, p_tag0;
+  reg [2:0] picked_by_q_group_2;
   always @(*) begin
     case (q_group)
-      4'd0: tag0_v2 = tag0_v2_group0;
-      4'd1: tag0_v2 = tag0_v2_group1;
-      4'd2: tag0_v2 = tag0_v2_group2;
-      default: tag0_v2 = tag0_v2_group3;
+      4'd0: picked_by_q_group_2 = 3'd1;
+      4'd1: picked_by_q_group_2 = 3'd3;
+      4'd2: picked_by_q_group_2 = 3'd5;
+      default: picked_by_q_group_2 = 3'd7;
     endcase
   end
-  reg [15:0] tag0_v4_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: tag0_v4_group0 = bank1_rdata;
-      3'd1: tag0_v4_group0 = bank4_rdata;
-      3'd2: tag0_v4_group0 = bank7_rdata;
-      default: tag0_v4_group0 = bank10_rdata;
-    endcase
-  end
-  reg [15:0] tag0_v4_group1;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: tag0_v4_group1 = bank25_rdata;
-      3'd1: tag0_v4_group1 = bank28_rdata;
-      3'd2: tag0_v4_group1 = bank31_rdata;
-      default: tag0_v4_group1 = bank34_rdata;
-    endcase
-  end
-  wire [15:0] tag0_v4 = (q_group == 4'd0) ? tag0_v4_group0 : tag0_v4_group1;
-  reg [15:0] tag0_v8_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: tag0_v8_group0 = bank1_rdata;
-      3'd1: tag0_v8_group0 = bank4_rdata;
-      3'd2: tag0_v8_group0 = bank7_rdata;
-      3'd3: tag0_v8_group0 = bank10_rdata;
-      3'd4: tag0_v8_group0 = bank13_rdata;
-      3'd5: tag0_v8_group0 = bank16_rdata;
-      3'd6: tag0_v8_group0 = bank19_rdata;
-      default: tag0_v8_group0 = bank22_rdata;
-    endcase
-  end
-  wire [15:0] tag0_v8 = tag0_v8_group0;
-  reg [15:0] new_tag0;
+  reg [3:0] word_index1;
   always @(*) begin
     case (cfg_vertices)
-      2'd0: new_tag0 = tag0_v1;
-      2'd1: new_tag0 = tag0_v2;
-      2'd2: new_tag0 = tag0_v4;
-      default: new_tag0 = tag0_v8;
+      2'd0: word_index1 = 4'd0;
+      2'd1: word_index1 = {picked_by_q_group_2, q_vertex[0]};
+      2'd2: word_index1 = {(q_group == 4'd0) ? 2'd1 : 2'd3, q_vertex[1:0]};
+      default: word_index1 = {1'b1, q_vertex};
     endcase
   end
-  wire [15:0] weight0_v2_group0 = (q_vertex == 3'd0) ? bank2_rdata : bank5_rdata;
-  wire [15:0] weight0_v2_group1 = (q_vertex == 3'd0) ? bank14_rdata : bank17_rdata;
-  wire [15:0] weight0_v2_group2 = (q_vertex == 3'd0) ? bank26_rdata : bank29_rdata;
-  wire [15:0] weight0_v2_group3 = (q_vertex == 3'd0) ? bank38_rdata : bank41_rdata;
-  reg [15:0] weight0_v2;
+  reg [47:0] word1;
+  always @(*) begin
+    case (word_index1)
+      4'd0: word1 = bank_rdata[47:0];
+      4'd1: word1 = bank_rdata[95:48];
+      4'd2: word1 = bank_rdata[143:96];
+      4'd3: word1 = bank_rdata[191:144];
+      4'd4: word1 = bank_rdata[239:192];
+      4'd5: word1 = bank_rdata[287:240];
+      4'd6: word1 = bank_rdata[335:288];
+      4'd7: word1 = bank_rdata[383:336];
+      4'd8: word1 = bank_rdata[431:384];
+      4'd9: word1 = bank_rdata[479:432];
+      4'd10: word1 = bank_rdata[527:480];
+      4'd11: word1 = bank_rdata[575:528];
+      4'd12: word1 = bank_rdata[623:576];
+      4'd13: word1 = bank_rdata[671:624];
+      4'd14: word1 = bank_rdata[719:672];
+      default: word1 = bank_rdata[767:720];
+    endcase
+  end
+  reg [31:0] id1;
   always @(*) begin
     case (q_group)
-      4'd0: weight0_v2 = weight0_v2_group0;
-      4'd1: weight0_v2 = weight0_v2_group1;
-      4'd2: weight0_v2 = weight0_v2_group2;
-      default: weight0_v2 = weight0_v2_group3;
+      4'd0: id1 = bank_rdata[63:32];
+      4'd1: id1 = bank_rdata[127:96];
+      4'd2: id1 = bank_rdata[191:160];
+      4'd3: id1 = bank_rdata[255:224];
+      4'd4: id1 = bank_rdata[319:288];
+      4'd5: id1 = bank_rdata[383:352];
+      4'd6: id1 = bank_rdata[447:416];
+      4'd7: id1 = bank_rdata[511:480];
+      4'd8: id1 = bank_rdata[575:544];
+      4'd9: id1 = bank_rdata[639:608];
+      4'd10: id1 = bank_rdata[703:672];
+      default: id1 = bank_rdata[767:736];
     endcase
   end
-  reg [15:0] weight0_v4_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: weight0_v4_group0 = bank2_rdata;
-      3'd1: weight0_v4_group0 = bank5_rdata;
-      3'd2: weight0_v4_group0 = bank8_rdata;
-      default: weight0_v4_group0 = bank11_rdata;
-    endcase
-  end
-  reg [15:0] weight0_v4_group1;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: weight0_v4_group1 = bank26_rdata;
-      3'd1: weight0_v4_group1 = bank29_rdata;
-      3'd2: weight0_v4_group1 = bank32_rdata;
-      default: weight0_v4_group1 = bank35_rdata;
-    endcase
-  end
-  wire [15:0] weight0_v4 = (q_group == 4'd0) ? weight0_v4_group0 : weight0_v4_group1;
-  reg [15:0] weight0_v8_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: weight0_v8_group0 = bank2_rdata;
-      3'd1: weight0_v8_group0 = bank5_rdata;
-      3'd2: weight0_v8_group0 = bank8_rdata;
-      3'd3: weight0_v8_group0 = bank11_rdata;
-      3'd4: weight0_v8_group0 = bank14_rdata;
-      3'd5: weight0_v8_group0 = bank17_rdata;
-      3'd6: weight0_v8_group0 = bank20_rdata;
-      default: weight0_v8_group0 = bank23_rdata;
-    endcase
-  end
-  wire [15:0] weight0_v8 = weight0_v8_group0;
-  reg [15:0] new_weight0;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: new_weight0 = 16'd0;
-      2'd1: new_weight0 = weight0_v2;
-      2'd2: new_weight0 = weight0_v4;
-      default: new_weight0 = weight0_v8;
-    endcase
-  end
-  reg [15:0] p_row0;
-  reg [15:0] p_weight0;
-  reg [15:0] p_tag0;
-  wire [15:0] row1_v1_group0 = bank2_rdata;
-  wire [15:0] row1_v1_group1 = bank6_rdata;
-  wire [15:0] row1_v1_group2 = bank10_rdata;
-  wire [15:0] row1_v1_group3 = bank14_rdata;
-  wire [15:0] row1_v1_group4 = bank18_rdata;
-  wire [15:0] row1_v1_group5 = bank22_rdata;
-  wire [15:0] row1_v1_group6 = bank26_rdata;
-  wire [15:0] row1_v1_group7 = bank30_rdata;
-  wire [15:0] row1_v1_group8 = bank34_rdata;
-  wire [15:0] row1_v1_group9 = bank38_rdata;
-  wire [15:0] row1_v1_group10 = bank42_rdata;
-  wire [15:0] row1_v1_group11 = bank46_rdata;
-  reg [15:0] row1_v1;
-  always @(*) begin
-    case (q_group)
-      4'd0: row1_v1 = row1_v1_group0;
-      4'd1: row1_v1 = row1_v1_group1;
-      4'd2: row1_v1 = row1_v1_group2;
-      4'd3: row1_v1 = row1_v1_group3;
-      4'd4: row1_v1 = row1_v1_group4;
-      4'd5: row1_v1 = row1_v1_group5;
-      4'd6: row1_v1 = row1_v1_group6;
-      4'd7: row1_v1 = row1_v1_group7;
-      4'd8: row1_v1 = row1_v1_group8;
-      4'd9: row1_v1 = row1_v1_group9;
-      4'd10: row1_v1 = row1_v1_group10;
-      default: row1_v1 = row1_v1_group11;
-    endcase
-  end
-  wire [15:0] row1_v2_group0 = (q_vertex == 3'd0) ? bank6_rdata : bank9_rdata;
-  wire [15:0] row1_v2_group1 = (q_vertex == 3'd0) ? bank18_rdata : bank21_rdata;
-  wire [15:0] row1_v2_group2 = (q_vertex == 3'd0) ? bank30_rdata : bank33_rdata;
-  wire [15:0] row1_v2_group3 = (q_vertex == 3'd0) ? bank42_rdata : bank45_rdata;
-  reg [15:0] row1_v2;
-  always @(*) begin
-    case (q_group)
-      4'd0: row1_v2 = row1_v2_group0;
-      4'd1: row1_v2 = row1_v2_group1;
-      4'd2: row1_v2 = row1_v2_group2;
-      default: row1_v2 = row1_v2_group3;
-    endcase
-  end
-  reg [15:0] row1_v4_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: row1_v4_group0 = bank12_rdata;
-      3'd1: row1_v4_group0 = bank15_rdata;
-      3'd2: row1_v4_group0 = bank18_rdata;
-      default: row1_v4_group0 = bank21_rdata;
-    endcase
-  end
-  reg [15:0] row1_v4_group1;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: row1_v4_group1 = bank36_rdata;
-      3'd1: row1_v4_group1 = bank39_rdata;
-      3'd2: row1_v4_group1 = bank42_rdata;
-      default: row1_v4_group1 = bank45_rdata;
-    endcase
-  end
-  wire [15:0] row1_v4 = (q_group == 4'd0) ? row1_v4_group0 : row1_v4_group1;
-  reg [15:0] row1_v8_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: row1_v8_group0 = bank24_rdata;
-      3'd1: row1_v8_group0 = bank27_rdata;
-      3'd2: row1_v8_group0 = bank30_rdata;
-      3'd3: row1_v8_group0 = bank33_rdata;
-      3'd4: row1_v8_group0 = bank36_rdata;
-      3'd5: row1_v8_group0 = bank39_rdata;
-      3'd6: row1_v8_group0 = bank42_rdata;
-      default: row1_v8_group0 = bank45_rdata;
-    endcase
-  end
-  wire [15:0] row1_v8 = row1_v8_group0;
-  reg [15:0] new_row1;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: new_row1 = row1_v1;
-      2'd1: new_row1 = row1_v2;
-      2'd2: new_row1 = row1_v4;
-      default: new_row1 = row1_v8;
-    endcase
-  end
-  wire [15:0] tag1_v1_group0 = bank3_rdata;
-  wire [15:0] tag1_v1_group1 = bank7_rdata;
-  wire [15:0] tag1_v1_group2 = bank11_rdata;
-  wire [15:0] tag1_v1_group3 = bank15_rdata;
-  wire [15:0] tag1_v1_group4 = bank19_rdata;
-  wire [15:0] tag1_v1_group5 = bank23_rdata;
-  wire [15:0] tag1_v1_group6 = bank27_rdata;
-  wire [15:0] tag1_v1_group7 = bank31_rdata;
-  wire [15:0] tag1_v1_group8 = bank35_rdata;
-  wire [15:0] tag1_v1_group9 = bank39_rdata;
-  wire [15:0] tag1_v1_group10 = bank43_rdata;
-  wire [15:0] tag1_v1_group11 = bank47_rdata;
-  reg [15:0] tag1_v1;
-  always @(*) begin
-    case (q_group)
-      4'd0: tag1_v1 = tag1_v1_group0;
-      4'd1: tag1_v1 = tag1_v1_group1;
-      4'd2: tag1_v1 = tag1_v1_group2;
-      4'd3: tag1_v1 = tag1_v1_group3;
-      4'd4: tag1_v1 = tag1_v1_group4;
-      4'd5: tag1_v1 = tag1_v1_group5;
-      4'd6: tag1_v1 = tag1_v1_group6;
-      4'd7: tag1_v1 = tag1_v1_group7;
-      4'd8: tag1_v1 = tag1_v1_group8;
-      4'd9: tag1_v1 = tag1_v1_group9;
-      4'd10: tag1_v1 = tag1_v1_group10;
-      default: tag1_v1 = tag1_v1_group11;
-    endcase
-  end
-  wire [15:0] tag1_v2_group0 = (q_vertex == 3'd0) ? bank7_rdata : bank10_rdata;
-  wire [15:0] tag1_v2_group1 = (q_vertex == 3'd0) ? bank19_rdata : bank22_rdata;
-  wire [15:0] tag1_v2_group2 = (q_vertex == 3'd0) ? bank31_rdata : bank34_rdata;
-  wire [15:0] tag1_v2_group3 = (q_vertex == 3'd0) ? bank43_rdata : bank46_rdata;
-  reg [15:0] tag1_v2;
-  always @(*) begin
-    case (q_group)
-      4'd0: tag1_v2 = tag1_v2_group0;
-      4'd1: tag1_v2 = tag1_v2_group1;
-      4'd2: tag1_v2 = tag1_v2_group2;
-      default: tag1_v2 = tag1_v2_group3;
-    endcase
-  end
-  reg [15:0] tag1_v4_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: tag1_v4_group0 = bank13_rdata;
-      3'd1: tag1_v4_group0 = bank16_rdata;
-      3'd2: tag1_v4_group0 = bank19_rdata;
-      default: tag1_v4_group0 = bank22_rdata;
-    endcase
-  end
-  reg [15:0] tag1_v4_group1;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: tag1_v4_group1 = bank37_rdata;
-      3'd1: tag1_v4_group1 = bank40_rdata;
-      3'd2: tag1_v4_group1 = bank43_rdata;
-      default: tag1_v4_group1 = bank46_rdata;
-    endcase
-  end
-  wire [15:0] tag1_v4 = (q_group == 4'd0) ? tag1_v4_group0 : tag1_v4_group1;
-  reg [15:0] tag1_v8_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: tag1_v8_group0 = bank25_rdata;
-      3'd1: tag1_v8_group0 = bank28_rdata;
-      3'd2: tag1_v8_group0 = bank31_rdata;
-      3'd3: tag1_v8_group0 = bank34_rdata;
-      3'd4: tag1_v8_group0 = bank37_rdata;
-      3'd5: tag1_v8_group0 = bank40_rdata;
-      3'd6: tag1_v8_group0 = bank43_rdata;
-      default: tag1_v8_group0 = bank46_rdata;
-    endcase
-  end
-  wire [15:0] tag1_v8 = tag1_v8_group0;
-  reg [15:0] new_tag1;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: new_tag1 = tag1_v1;
-      2'd1: new_tag1 = tag1_v2;
-      2'd2: new_tag1 = tag1_v4;
-      default: new_tag1 = tag1_v8;
-    endcase
-  end
-  wire [15:0] weight1_v2_group0 = (q_vertex == 3'd0) ? bank8_rdata : bank11_rdata;
-  wire [15:0] weight1_v2_group1 = (q_vertex == 3'd0) ? bank20_rdata : bank23_rdata;
-  wire [15:0] weight1_v2_group2 = (q_vertex == 3'd0) ? bank32_rdata : bank35_rdata;
-  wire [15:0] weight1_v2_group3 = (q_vertex == 3'd0) ? bank44_rdata : bank47_rdata;
-  reg [15:0] weight1_v2;
-  always @(*) begin
-    case (q_group)
-      4'd0: weight1_v2 = weight1_v2_group0;
-      4'd1: weight1_v2 = weight1_v2_group1;
-      4'd2: weight1_v2 = weight1_v2_group2;
-      default: weight1_v2 = weight1_v2_group3;
-    endcase
-  end
-  reg [15:0] weight1_v4_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: weight1_v4_group0 = bank14_rdata;
-      3'd1: weight1_v4_group0 = bank17_rdata;
-      3'd2: weight1_v4_group0 = bank20_rdata;
-      default: weight1_v4_group0 = bank23_rdata;
-    endcase
-  end
-  reg [15:0] weight1_v4_group1;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: weight1_v4_group1 = bank38_rdata;
-      3'd1: weight1_v4_group1 = bank41_rdata;
-      3'd2: weight1_v4_group1 = bank44_rdata;
-      default: weight1_v4_group1 = bank47_rdata;
-    endcase
-  end
-  wire [15:0] weight1_v4 = (q_group == 4'd0) ? weight1_v4_group0 : weight1_v4_group1;
-  reg [15:0] weight1_v8_group0;
-  always @(*) begin
-    case (q_vertex)
-      3'd0: weight1_v8_group0 = bank26_rdata;
-      3'd1: weight1_v8_group0 = bank29_rdata;
-      3'd2: weight1_v8_group0 = bank32_rdata;
-      3'd3: weight1_v8_group0 = bank35_rdata;
-      3'd4: weight1_v8_group0 = bank38_rdata;
-      3'd5: weight1_v8_group0 = bank41_rdata;
-      3'd6: weight1_v8_group0 = bank44_rdata;
-      default: weight1_v8_group0 = bank47_rdata;
-    endcase
-  end
-  wire [15:0] weight1_v8 = weight1_v8_group0;
-  reg [15:0] new_weight1;
-  always @(*) begin
-    case (cfg_vertices)
-      2'd0: new_weight1 = 16'd0;
-      2'd1: new_weight1 = weight1_v2;
-      2'd2: new_weight1 = weight1_v4;
-      default: new_weight1 = weight1_v8;
-    endcase
-  end
-  reg [15:0] p_row1;
-  reg [15:0] p_weight1;
-  reg [15:0] p_tag1;
+  wire cfg_vertices_is_0_2 = cfg_vertices == 2'd0;
+  wire [31:0] new_row_and_tag1 = cfg_vertices_is_0_2 ? id1 : word1[31:0];
+  wire [15:0] new_weight1 = cfg_vertices_is_0_2 ? 16'd0 : word1[47:32];
+  reg [15:0] p_row1, p_weight1, p_tag1;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -1702,21 +462,23 @@ module rit_buffer (
       p_tag1 <= 16'd0;
     end else begin
       if (p_fill) begin
-        p_row0 <= new_row0;
+        p_row0 <= new_row_and_tag0[15:0];
         p_weight0 <= new_weight0;
-        p_row1 <= new_row1;
+        p_row1 <= new_row_and_tag1[15:0];
         p_weight1 <= new_weight1;
       end
       if (p_fill_vertex_0) begin
-        p_tag0 <= new_tag0;
-        p_tag1 <= new_tag1;
+        p_tag0 <= new_row_and_tag0[31:16];
+        p_tag1 <= new_row_and_tag1[31:16];
       end
     end
   end
 
+  // Stream and error outputs
   assign p_row = {p_row1, p_row0};
   assign p_weight = {p_weight1, p_weight0};
   assign p_slot = {p_tag1, p_tag0};
+  assign is_empty = ~(closed_0 | closed_1 | follows_beats | q_valid | p_valid);
   assign s_axis_rit_tready = write_ready;
   assign errors = {write_accept & ends_half & not_last & write_second & (~s_axis_rit_tuser) & (7'd1
       < cfg_segments), write_accept & ((~(s_axis_rit_tlast ? ((s_axis_rit_tkeep[0] ==

@@ -33,32 +33,24 @@ module gathering_unit (
   output reg  [31:0]   stat_stall_mft,      // stalls: MVoxel not loaded
   output reg  [31:0]   stat_stall_rit,      // stalls: no entry
   output reg  [31:0]   stat_entries,        // entries issued
-  output wire [7:0]    stat_errors          // sticky; docs/reference/gathering-unit.md names the bits
+  output wire          idle,                // nothing is received or in flight: cfg_* may change
+  // sticky; docs/reference/gathering-unit.md names the bits
+  output wire [8:0]    stat_errors
 );
 
-  localparam [3:0] GROUPS_IN_FLIGHT = 4'd8;  // FIFO depth
+  localparam [2:0] GROUPS_IN_FLIGHT = 3'd4;  // FIFO depth
   localparam [18:0] WEIGHT_ONE = 19'h8000;  // what an entry's weights sum to
   localparam [6:0] SEGMENTS_MOST = 7'd8;
 
   // Issue: registers
-  reg [3:0] in_flight;  // groups issued and not yet taken by the sink
+  reg [2:0] in_flight;  // groups issued and not yet taken by the sink
   wire credit = in_flight < GROUPS_IN_FLIGHT;
-  wire rit_p_valid;
-  wire rit_p_first;
-  wire rit_p_last;
-  wire rit_p_end;
-  wire [1:0] rit_p_keep;
-  wire [31:0] rit_p_row;
-  wire [31:0] rit_p_weight;
-  wire [31:0] rit_p_slot;
-  wire rit_s_axis_rit_tready;
+  wire rit_p_valid, rit_p_first, rit_p_last, rit_p_end, rit_is_empty, rit_s_axis_rit_tready,
+      mft_s_axis_mft_tready, mft_is_loaded, mft_is_empty, mft_overflow;
+  wire [1:0] rit_p_keep, mft_in_range;
+  wire [31:0] rit_p_row, rit_p_weight, rit_p_slot;
   wire [2:0] rit_errors;
-  wire mft_s_axis_mft_tready;
-  wire mft_is_loaded;
-  wire [1:0] mft_in_range;
-  wire [511:0] mft_feature0;
-  wire [511:0] mft_feature1;
-  wire mft_overflow;
+  wire [511:0] mft_feature0, mft_feature1;
   wire may_start = credit & mft_is_loaded;
   wire fire = rit_p_valid & ((~rit_p_first) | may_start);  // a vertex is issued
   rit_buffer rit (
@@ -80,6 +72,7 @@ module gathering_unit (
     .p_row             (rit_p_row),
     .p_weight          (rit_p_weight),
     .p_slot            (rit_p_slot),
+    .is_empty          (rit_is_empty),
     .s_axis_rit_tready (rit_s_axis_rit_tready),
     .errors            (rit_errors)
   );
@@ -96,6 +89,7 @@ module gathering_unit (
     .done              (release_table),
     .s_axis_mft_tready (mft_s_axis_mft_tready),
     .is_loaded         (mft_is_loaded),
+    .is_empty          (mft_is_empty),
     .in_range          (mft_in_range),
     .feature0          (mft_feature0),
     .feature1          (mft_feature1),
@@ -104,14 +98,9 @@ module gathering_unit (
   wire group_start = fire & rit_p_first;
 
   // Stage 1: features of the rows that were read
-  reg s1_valid;
-  reg s1_first;
-  reg s1_last;
-  reg s1_end;
-  reg [1:0] s1_keep;
-  reg [1:0] s1_in_range;
-  reg [31:0] s1_weight;
-  reg [31:0] s1_slot;
+  reg s1_valid, s1_first, s1_last, s1_end;
+  reg [1:0] s1_keep, s1_in_range;
+  reg [31:0] s1_weight, s1_slot;
   wire single_ids = cfg_vertices == 2'd0;
 
   always @(posedge clk) begin
@@ -131,656 +120,36 @@ module gathering_unit (
         s1_last <= rit_p_last;
         s1_end <= rit_p_end;
         s1_keep <= rit_p_keep;
-        s1_in_range <= mft_in_range;
-        s1_weight <= single_ids ? {16'h8000, 16'h8000} : rit_p_weight;
-        s1_slot <= rit_p_slot;
+        s1_in_range <= mft_in_range & {rit_p_keep[1], rit_p_keep[0]};
+        s1_weight <= (single_ids ? {16'h8000, 16'h8000} : rit_p_weight) & {{16{rit_p_keep[1]}},
+            {16{rit_p_keep[0]}}};
+        s1_slot <= rit_p_slot & {{16{rit_p_keep[1]}}, {16{rit_p_keep[0]}}};
       end
     end
   end
 
   // Reducers: one a channel and port
   wire [511:0] s1_features0 = mft_feature0 & {512{s1_in_range[0]}};
-  wire [15:0] reducer0_0_result;
-  reducer reducer0_0 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[15:0]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_0_result)
-  );
-  wire [15:0] reducer0_1_result;
-  reducer reducer0_1 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[31:16]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_1_result)
-  );
-  wire [15:0] reducer0_2_result;
-  reducer reducer0_2 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[47:32]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_2_result)
-  );
-  wire [15:0] reducer0_3_result;
-  reducer reducer0_3 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[63:48]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_3_result)
-  );
-  wire [15:0] reducer0_4_result;
-  reducer reducer0_4 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[79:64]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_4_result)
-  );
-  wire [15:0] reducer0_5_result;
-  reducer reducer0_5 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[95:80]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_5_result)
-  );
-  wire [15:0] reducer0_6_result;
-  reducer reducer0_6 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[111:96]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_6_result)
-  );
-  wire [15:0] reducer0_7_result;
-  reducer reducer0_7 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[127:112]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_7_result)
-  );
-  wire [15:0] reducer0_8_result;
-  reducer reducer0_8 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[143:128]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_8_result)
-  );
-  wire [15:0] reducer0_9_result;
-  reducer reducer0_9 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[159:144]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_9_result)
-  );
-  wire [15:0] reducer0_10_result;
-  reducer reducer0_10 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[175:160]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_10_result)
-  );
-  wire [15:0] reducer0_11_result;
-  reducer reducer0_11 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[191:176]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_11_result)
-  );
-  wire [15:0] reducer0_12_result;
-  reducer reducer0_12 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[207:192]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_12_result)
-  );
-  wire [15:0] reducer0_13_result;
-  reducer reducer0_13 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[223:208]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_13_result)
-  );
-  wire [15:0] reducer0_14_result;
-  reducer reducer0_14 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[239:224]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_14_result)
-  );
-  wire [15:0] reducer0_15_result;
-  reducer reducer0_15 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[255:240]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_15_result)
-  );
-  wire [15:0] reducer0_16_result;
-  reducer reducer0_16 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[271:256]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_16_result)
-  );
-  wire [15:0] reducer0_17_result;
-  reducer reducer0_17 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[287:272]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_17_result)
-  );
-  wire [15:0] reducer0_18_result;
-  reducer reducer0_18 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[303:288]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_18_result)
-  );
-  wire [15:0] reducer0_19_result;
-  reducer reducer0_19 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[319:304]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_19_result)
-  );
-  wire [15:0] reducer0_20_result;
-  reducer reducer0_20 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[335:320]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_20_result)
-  );
-  wire [15:0] reducer0_21_result;
-  reducer reducer0_21 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[351:336]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_21_result)
-  );
-  wire [15:0] reducer0_22_result;
-  reducer reducer0_22 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[367:352]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_22_result)
-  );
-  wire [15:0] reducer0_23_result;
-  reducer reducer0_23 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[383:368]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_23_result)
-  );
-  wire [15:0] reducer0_24_result;
-  reducer reducer0_24 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[399:384]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_24_result)
-  );
-  wire [15:0] reducer0_25_result;
-  reducer reducer0_25 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[415:400]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_25_result)
-  );
-  wire [15:0] reducer0_26_result;
-  reducer reducer0_26 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[431:416]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_26_result)
-  );
-  wire [15:0] reducer0_27_result;
-  reducer reducer0_27 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[447:432]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_27_result)
-  );
-  wire [15:0] reducer0_28_result;
-  reducer reducer0_28 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[463:448]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_28_result)
-  );
-  wire [15:0] reducer0_29_result;
-  reducer reducer0_29 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[479:464]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_29_result)
-  );
-  wire [15:0] reducer0_30_result;
-  reducer reducer0_30 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[495:480]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_30_result)
-  );
-  wire [15:0] reducer0_31_result;
-  reducer reducer0_31 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[511:496]),
-    .first   (s1_first),
-    .weight  (s1_weight[15:0]),
-    .result  (reducer0_31_result)
-  );
   wire [511:0] s1_features1 = mft_feature1 & {512{s1_in_range[1]}};
-  wire [15:0] reducer1_0_result;
-  reducer reducer1_0 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[15:0]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_0_result)
-  );
-  wire [15:0] reducer1_1_result;
-  reducer reducer1_1 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[31:16]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_1_result)
-  );
-  wire [15:0] reducer1_2_result;
-  reducer reducer1_2 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[47:32]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_2_result)
-  );
-  wire [15:0] reducer1_3_result;
-  reducer reducer1_3 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[63:48]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_3_result)
-  );
-  wire [15:0] reducer1_4_result;
-  reducer reducer1_4 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[79:64]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_4_result)
-  );
-  wire [15:0] reducer1_5_result;
-  reducer reducer1_5 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[95:80]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_5_result)
-  );
-  wire [15:0] reducer1_6_result;
-  reducer reducer1_6 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[111:96]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_6_result)
-  );
-  wire [15:0] reducer1_7_result;
-  reducer reducer1_7 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[127:112]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_7_result)
-  );
-  wire [15:0] reducer1_8_result;
-  reducer reducer1_8 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[143:128]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_8_result)
-  );
-  wire [15:0] reducer1_9_result;
-  reducer reducer1_9 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[159:144]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_9_result)
-  );
-  wire [15:0] reducer1_10_result;
-  reducer reducer1_10 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[175:160]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_10_result)
-  );
-  wire [15:0] reducer1_11_result;
-  reducer reducer1_11 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[191:176]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_11_result)
-  );
-  wire [15:0] reducer1_12_result;
-  reducer reducer1_12 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[207:192]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_12_result)
-  );
-  wire [15:0] reducer1_13_result;
-  reducer reducer1_13 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[223:208]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_13_result)
-  );
-  wire [15:0] reducer1_14_result;
-  reducer reducer1_14 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[239:224]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_14_result)
-  );
-  wire [15:0] reducer1_15_result;
-  reducer reducer1_15 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[255:240]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_15_result)
-  );
-  wire [15:0] reducer1_16_result;
-  reducer reducer1_16 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[271:256]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_16_result)
-  );
-  wire [15:0] reducer1_17_result;
-  reducer reducer1_17 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[287:272]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_17_result)
-  );
-  wire [15:0] reducer1_18_result;
-  reducer reducer1_18 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[303:288]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_18_result)
-  );
-  wire [15:0] reducer1_19_result;
-  reducer reducer1_19 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[319:304]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_19_result)
-  );
-  wire [15:0] reducer1_20_result;
-  reducer reducer1_20 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[335:320]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_20_result)
-  );
-  wire [15:0] reducer1_21_result;
-  reducer reducer1_21 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[351:336]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_21_result)
-  );
-  wire [15:0] reducer1_22_result;
-  reducer reducer1_22 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[367:352]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_22_result)
-  );
-  wire [15:0] reducer1_23_result;
-  reducer reducer1_23 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[383:368]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_23_result)
-  );
-  wire [15:0] reducer1_24_result;
-  reducer reducer1_24 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[399:384]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_24_result)
-  );
-  wire [15:0] reducer1_25_result;
-  reducer reducer1_25 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[415:400]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_25_result)
-  );
-  wire [15:0] reducer1_26_result;
-  reducer reducer1_26 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[431:416]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_26_result)
-  );
-  wire [15:0] reducer1_27_result;
-  reducer reducer1_27 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[447:432]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_27_result)
-  );
-  wire [15:0] reducer1_28_result;
-  reducer reducer1_28 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[463:448]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_28_result)
-  );
-  wire [15:0] reducer1_29_result;
-  reducer reducer1_29 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[479:464]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_29_result)
-  );
-  wire [15:0] reducer1_30_result;
-  reducer reducer1_30 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[495:480]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_30_result)
-  );
-  wire [15:0] reducer1_31_result;
-  reducer reducer1_31 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features1[511:496]),
-    .first   (s1_first),
-    .weight  (s1_weight[31:16]),
-    .result  (reducer1_31_result)
-  );
+  wire [1023:0] s1_features1_joined = {s1_features1, s1_features0};
+  wire [31:0] s1_weight_16_joined = {s1_weight[31:16], s1_weight[15:0]};
+  wire [1023:0] reduced_result;
+  genvar port, lane;
+  generate
+    for (port = 0; port < 2; port = port + 1) begin : reduced_of_port
+      for (lane = 0; lane < 32; lane = lane + 1) begin : reduced
+        reducer reducer (
+          .clk     (clk),
+          .rst_n   (rst_n),
+          .valid   (s1_valid),
+          .feature (s1_features1_joined[16 * (32 * port + lane) +: 16]),
+          .first   (s1_first),
+          .weight  (s1_weight_16_joined[16 * port +: 16]),
+          .result  (reduced_result[16 * (32 * port + lane) +: 16])
+        );
+      end
+    end
+  endgenerate
 
   // Results into the FIFO
   reg s2_push;
@@ -788,49 +157,34 @@ module gathering_unit (
   reg s2_end;
   reg [1:0] s2_keep;
   reg [31:0] s2_slot;
-  reg [3:0] offered;  // results in the FIFO
-  assign m_axis_feat_tvalid = |offered;
-  wire pop = m_axis_feat_tvalid & m_axis_feat_tready;
-  wire unused_results_valid;
+  wire results_valid;
   wire [1058:0] results_data;
+  wire pop = results_valid & m_axis_feat_tready;
   feature_fifo results (
     .clk       (clk),
     .rst_n     (rst_n),
     .push      (s2_push),
-    .push_data ({s2_end, s2_keep, s2_slot, {reducer1_31_result, reducer1_30_result,
-        reducer1_29_result, reducer1_28_result, reducer1_27_result, reducer1_26_result,
-        reducer1_25_result, reducer1_24_result, reducer1_23_result, reducer1_22_result,
-        reducer1_21_result, reducer1_20_result, reducer1_19_result, reducer1_18_result,
-        reducer1_17_result, reducer1_16_result, reducer1_15_result, reducer1_14_result,
-        reducer1_13_result, reducer1_12_result, reducer1_11_result, reducer1_10_result,
-        reducer1_9_result, reducer1_8_result, reducer1_7_result, reducer1_6_result,
-        reducer1_5_result, reducer1_4_result, reducer1_3_result, reducer1_2_result,
-        reducer1_1_result, reducer1_0_result, reducer0_31_result, reducer0_30_result,
-        reducer0_29_result, reducer0_28_result, reducer0_27_result, reducer0_26_result,
-        reducer0_25_result, reducer0_24_result, reducer0_23_result, reducer0_22_result,
-        reducer0_21_result, reducer0_20_result, reducer0_19_result, reducer0_18_result,
-        reducer0_17_result, reducer0_16_result, reducer0_15_result, reducer0_14_result,
-        reducer0_13_result, reducer0_12_result, reducer0_11_result, reducer0_10_result,
-        reducer0_9_result, reducer0_8_result, reducer0_7_result, reducer0_6_result,
-        reducer0_5_result, reducer0_4_result, reducer0_3_result, reducer0_2_result,
-        reducer0_1_result, reducer0_0_result}}),
+    .push_data ({s2_end, s2_keep, s2_slot, reduced_result}),
     .pop       (pop),
-    .valid     (unused_results_valid),
+    .valid     (results_valid),
     .data      (results_data)
   );
   wire group_done = fire & rit_p_last;
+  assign idle = ~((|in_flight) | (~(rit_is_empty & mft_is_empty)));
+  wire [8:0] settings = {cfg_segments, cfg_vertices};
+  reg [8:0] settings_before;
 
   always @(posedge clk) begin
     if (!rst_n) begin
-      in_flight <= 4'd0;
+      in_flight <= 3'd0;
       s2_push <= 1'b0;
       s2_end <= 1'b0;
       s2_keep <= 2'd0;
       s2_slot <= 32'd0;
-      offered <= 4'd0;
+      settings_before <= 9'd0;
     end else begin
       if (group_start ^ pop) begin
-        in_flight <= group_start ? (in_flight + 4'd1) : (in_flight - 4'd1);
+        in_flight <= group_start ? (in_flight + 3'd1) : (in_flight - 3'd1);
       end
       s2_push <= completes;
       if (completes) begin
@@ -838,9 +192,7 @@ module gathering_unit (
         s2_keep <= s1_keep;
         s2_slot <= s1_slot;
       end
-      if (s2_push ^ pop) begin
-        offered <= s2_push ? (offered + 4'd1) : (offered - 4'd1);
-      end
+      settings_before <= settings;
     end
   end
 
@@ -852,18 +204,14 @@ module gathering_unit (
   wire [18:0] s1_weight_of_port1 = {3'd0, s1_weight[31:16]};
   reg [18:0] weight_total1;
   wire [18:0] weight_sum1 = s1_first ? s1_weight_of_port1 : (weight_total1 + s1_weight_of_port1);
-  reg bad_setting;
-  reg mft_row_dropped;
-  reg rit_too_large;
-  reg gap_in_beat;
-  reg ragged_entries;
-  reg weights_off_one;
-  reg row_not_loaded;
+  reg setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
+      weights_off_one, row_not_loaded;
 
   always @(posedge clk) begin
     if (!rst_n) begin
       weight_total0 <= 19'd0;
       weight_total1 <= 19'd0;
+      setting_moved <= 1'b0;
       bad_setting <= 1'b0;
       mft_row_dropped <= 1'b0;
       rit_too_large <= 1'b0;
@@ -876,6 +224,7 @@ module gathering_unit (
         weight_total0 <= weight_sum0;
         weight_total1 <= weight_sum1;
       end
+      setting_moved <= (setting_moved | ((settings != settings_before) & (~idle))) & (~cfg_clear);
       bad_setting <= (bad_setting | (s1_valid & ((SEGMENTS_MOST < cfg_segments) | (cfg_segments ==
           7'd0)))) & (~cfg_clear);
       mft_row_dropped <= (mft_row_dropped | mft_overflow) & (~cfg_clear);
@@ -896,13 +245,13 @@ module gathering_unit (
   // Counters
   reg begun;
   wire stalled = begun & (~fire);
-  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + {32'd0, 1'b1};
+  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + 33'd1;
   reg [31:0] running_fifo;
-  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + {32'd0, 1'b1};
+  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + 33'd1;
   reg [31:0] running_mft;
-  wire [32:0] running_mft_sum = {1'd0, running_mft} + {32'd0, 1'b1};
+  wire [32:0] running_mft_sum = {1'd0, running_mft} + 33'd1;
   reg [31:0] running_rit;
-  wire [32:0] running_rit_sum = {1'd0, running_rit} + {32'd0, 1'b1};
+  wire [32:0] running_rit_sum = {1'd0, running_rit} + 33'd1;
   wire [1:0] entries_of_group = {1'd0, rit_p_keep[0]} + {1'd0, rit_p_keep[1]};
   wire [32:0] stat_entries_sum = {1'd0, stat_entries} + {1'd0, {30'd0, entries_of_group}};
 
@@ -935,14 +284,15 @@ module gathering_unit (
     end
   end
 
+  assign m_axis_feat_tvalid = results_valid;
   assign m_axis_feat_tdata = results_data[1023:0];
   assign m_axis_feat_tkeep = {{64{kept_ports[1]}}, {64{kept_ports[0]}}};
   assign m_axis_feat_tlast = results_data[1058];
   assign m_axis_feat_tuser = results_data[1055:1024];
   assign s_axis_rit_tready = rst_n & rit_s_axis_rit_tready;
   assign s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
-  assign stat_errors = {bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
-      weights_off_one, 1'b0, row_not_loaded};
+  assign stat_errors = {setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat,
+      ragged_entries, weights_off_one, 1'b0, row_not_loaded};
 endmodule
 
 `default_nettype wire

@@ -18,6 +18,7 @@ module mft (
   input  wire         done,               // the half that is read is done with
   output wire         s_axis_mft_tready,
   output wire         is_loaded,          // the half to read holds its MVoxel
+  output wire         is_empty,           // no half is loaded, and none is partly written
   output wire [1:0]   in_range,           // ports whose row was loaded
   output wire [511:0] feature0,           // features of the rows read last, channel 0 lowest
   output wire [511:0] feature1,           // features of the rows read last, channel 0 lowest
@@ -27,12 +28,8 @@ module mft (
   localparam [9:0] MVOXEL_ROWS = 10'd512;
 
   // State of each half
-  reg loaded_0;
-  reg loaded_1;
-  reg [9:0] rows_0;
-  reg [9:0] rows_1;
-  reg write_half;
-  reg read_half;
+  reg loaded_0, loaded_1, write_half, read_half;
+  reg [9:0] rows_0, rows_1;
 
   // Writer
   reg [9:0] write_row;
@@ -89,480 +86,57 @@ module mft (
   // Reader
   wire [15:0] row0 = read_row[15:0];
   wire row0_in_range = {1'd0, row0} < {7'd0, read_count};
+  wire [8:0] address0 = row0[8:0];
   wire read0 = read & read_keep[0] & row0_in_range;
-  wire [9:0] address0 = {read_half, row0[8:0]};
   wire [15:0] row1 = read_row[31:16];
   wire row1_in_range = {1'd0, row1} < {7'd0, read_count};
+  wire [8:0] address1 = row1[8:0];
   wire read1 = read & read_keep[1] & row1_in_range;
-  wire [9:0] address1 = {read_half, row1[8:0]};
-  wire [9:0] write_address = {write_half, write_row[8:0]};
+  wire [8:0] write_address = write_row[8:0];
+  wire [1:0] loaded = {loaded_1, loaded_0};
+  reg half_of_words;  // half of the words read last
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      half_of_words <= 1'b0;
+    end else begin
+      if (read) begin
+        half_of_words <= read_half;
+      end
+    end
+  end
 
   // Banks, one a channel
-  wire [15:0] bank0_rdata0;
-  wire [15:0] bank0_rdata1;
-  mft_bank bank0 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[15:0]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank0_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank0_rdata1)
-  );
-  wire [15:0] bank1_rdata0;
-  wire [15:0] bank1_rdata1;
-  mft_bank bank1 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[31:16]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank1_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank1_rdata1)
-  );
-  wire [15:0] bank2_rdata0;
-  wire [15:0] bank2_rdata1;
-  mft_bank bank2 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[47:32]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank2_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank2_rdata1)
-  );
-  wire [15:0] bank3_rdata0;
-  wire [15:0] bank3_rdata1;
-  mft_bank bank3 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[63:48]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank3_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank3_rdata1)
-  );
-  wire [15:0] bank4_rdata0;
-  wire [15:0] bank4_rdata1;
-  mft_bank bank4 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[79:64]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank4_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank4_rdata1)
-  );
-  wire [15:0] bank5_rdata0;
-  wire [15:0] bank5_rdata1;
-  mft_bank bank5 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[95:80]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank5_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank5_rdata1)
-  );
-  wire [15:0] bank6_rdata0;
-  wire [15:0] bank6_rdata1;
-  mft_bank bank6 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[111:96]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank6_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank6_rdata1)
-  );
-  wire [15:0] bank7_rdata0;
-  wire [15:0] bank7_rdata1;
-  mft_bank bank7 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[127:112]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank7_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank7_rdata1)
-  );
-  wire [15:0] bank8_rdata0;
-  wire [15:0] bank8_rdata1;
-  mft_bank bank8 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[143:128]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank8_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank8_rdata1)
-  );
-  wire [15:0] bank9_rdata0;
-  wire [15:0] bank9_rdata1;
-  mft_bank bank9 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[159:144]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank9_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank9_rdata1)
-  );
-  wire [15:0] bank10_rdata0;
-  wire [15:0] bank10_rdata1;
-  mft_bank bank10 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[175:160]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank10_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank10_rdata1)
-  );
-  wire [15:0] bank11_rdata0;
-  wire [15:0] bank11_rdata1;
-  mft_bank bank11 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[191:176]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank11_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank11_rdata1)
-  );
-  wire [15:0] bank12_rdata0;
-  wire [15:0] bank12_rdata1;
-  mft_bank bank12 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[207:192]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank12_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank12_rdata1)
-  );
-  wire [15:0] bank13_rdata0;
-  wire [15:0] bank13_rdata1;
-  mft_bank bank13 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[223:208]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank13_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank13_rdata1)
-  );
-  wire [15:0] bank14_rdata0;
-  wire [15:0] bank14_rdata1;
-  mft_bank bank14 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[239:224]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank14_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank14_rdata1)
-  );
-  wire [15:0] bank15_rdata0;
-  wire [15:0] bank15_rdata1;
-  mft_bank bank15 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[255:240]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank15_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank15_rdata1)
-  );
-  wire [15:0] bank16_rdata0;
-  wire [15:0] bank16_rdata1;
-  mft_bank bank16 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[271:256]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank16_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank16_rdata1)
-  );
-  wire [15:0] bank17_rdata0;
-  wire [15:0] bank17_rdata1;
-  mft_bank bank17 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[287:272]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank17_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank17_rdata1)
-  );
-  wire [15:0] bank18_rdata0;
-  wire [15:0] bank18_rdata1;
-  mft_bank bank18 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[303:288]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank18_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank18_rdata1)
-  );
-  wire [15:0] bank19_rdata0;
-  wire [15:0] bank19_rdata1;
-  mft_bank bank19 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[319:304]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank19_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank19_rdata1)
-  );
-  wire [15:0] bank20_rdata0;
-  wire [15:0] bank20_rdata1;
-  mft_bank bank20 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[335:320]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank20_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank20_rdata1)
-  );
-  wire [15:0] bank21_rdata0;
-  wire [15:0] bank21_rdata1;
-  mft_bank bank21 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[351:336]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank21_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank21_rdata1)
-  );
-  wire [15:0] bank22_rdata0;
-  wire [15:0] bank22_rdata1;
-  mft_bank bank22 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[367:352]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank22_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank22_rdata1)
-  );
-  wire [15:0] bank23_rdata0;
-  wire [15:0] bank23_rdata1;
-  mft_bank bank23 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[383:368]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank23_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank23_rdata1)
-  );
-  wire [15:0] bank24_rdata0;
-  wire [15:0] bank24_rdata1;
-  mft_bank bank24 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[399:384]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank24_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank24_rdata1)
-  );
-  wire [15:0] bank25_rdata0;
-  wire [15:0] bank25_rdata1;
-  mft_bank bank25 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[415:400]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank25_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank25_rdata1)
-  );
-  wire [15:0] bank26_rdata0;
-  wire [15:0] bank26_rdata1;
-  mft_bank bank26 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[431:416]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank26_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank26_rdata1)
-  );
-  wire [15:0] bank27_rdata0;
-  wire [15:0] bank27_rdata1;
-  mft_bank bank27 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[447:432]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank27_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank27_rdata1)
-  );
-  wire [15:0] bank28_rdata0;
-  wire [15:0] bank28_rdata1;
-  mft_bank bank28 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[463:448]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank28_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank28_rdata1)
-  );
-  wire [15:0] bank29_rdata0;
-  wire [15:0] bank29_rdata1;
-  mft_bank bank29 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[479:464]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank29_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank29_rdata1)
-  );
-  wire [15:0] bank30_rdata0;
-  wire [15:0] bank30_rdata1;
-  mft_bank bank30 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[495:480]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank30_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank30_rdata1)
-  );
-  wire [15:0] bank31_rdata0;
-  wire [15:0] bank31_rdata1;
-  mft_bank bank31 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[511:496]),
-    .re0    (read0),
-    .raddr0 (address0),
-    .rdata0 (bank31_rdata0),
-    .re1    (read1),
-    .raddr1 (address1),
-    .rdata1 (bank31_rdata1)
-  );
+  wire [511:0] bank_rdata0, bank_rdata1;
+  genvar lane;
+  generate
+    for (lane = 0; lane < 32; lane = lane + 1) begin : bank
+      mft_halves mft_halves (
+        .clk           (clk),
+        .we            (write),
+        .write_half    (write_half),
+        .waddr         (write_address),
+        .wdata         (s_axis_mft_tdata[16 * lane +: 16]),
+        .read_half     (read_half),
+        .loaded        (loaded),
+        .half_of_words (half_of_words),
+        .re0           (read0),
+        .raddr0        (address0),
+        .re1           (read1),
+        .raddr1        (address1),
+        .rdata0        (bank_rdata0[16 * lane +: 16]),
+        .rdata1        (bank_rdata1[16 * lane +: 16])
+      );
+    end
+  endgenerate
 
   // Outputs
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
+  assign is_empty = ~(loaded_0 | loaded_1 | (|write_row));
   assign in_range = {row1_in_range, row0_in_range};
-  assign feature0 = {bank31_rdata0, bank30_rdata0, bank29_rdata0, bank28_rdata0, bank27_rdata0,
-      bank26_rdata0, bank25_rdata0, bank24_rdata0, bank23_rdata0, bank22_rdata0, bank21_rdata0,
-      bank20_rdata0, bank19_rdata0, bank18_rdata0, bank17_rdata0, bank16_rdata0, bank15_rdata0,
-      bank14_rdata0, bank13_rdata0, bank12_rdata0, bank11_rdata0, bank10_rdata0, bank9_rdata0,
-      bank8_rdata0, bank7_rdata0, bank6_rdata0, bank5_rdata0, bank4_rdata0, bank3_rdata0,
-      bank2_rdata0, bank1_rdata0, bank0_rdata0};
-  assign feature1 = {bank31_rdata1, bank30_rdata1, bank29_rdata1, bank28_rdata1, bank27_rdata1,
-      bank26_rdata1, bank25_rdata1, bank24_rdata1, bank23_rdata1, bank22_rdata1, bank21_rdata1,
-      bank20_rdata1, bank19_rdata1, bank18_rdata1, bank17_rdata1, bank16_rdata1, bank15_rdata1,
-      bank14_rdata1, bank13_rdata1, bank12_rdata1, bank11_rdata1, bank10_rdata1, bank9_rdata1,
-      bank8_rdata1, bank7_rdata1, bank6_rdata1, bank5_rdata1, bank4_rdata1, bank3_rdata1,
-      bank2_rdata1, bank1_rdata1, bank0_rdata1};
+  assign feature0 = bank_rdata0;
+  assign feature1 = bank_rdata1;
   assign overflow = write_accept & (~write_room);
 endmodule
 

@@ -61,22 +61,22 @@ module vector_unit_tb;
   endfunction
 
   // job, from vector_jobs.hex: s_axis_vec_end 32, m_axis_vec_end 32, cycles 32, stat_vectors 32,
-  // stat_busy 32, stat_stall_out 32, stat_errors 2
-  reg [193:0] job_words [0:7];
+  // stat_busy 32, stat_stall_out 32, stat_errors 3
+  reg [194:0] job_words [0:7];
   wire [31:0] job_s_axis_vec_end;
   wire [31:0] job_m_axis_vec_end;
   wire [31:0] job_cycles;
   wire [31:0] job_stat_vectors;
   wire [31:0] job_stat_busy;
   wire [31:0] job_stat_stall_out;
-  wire [1:0] job_stat_errors;
+  wire [2:0] job_stat_errors;
   assign {
       job_s_axis_vec_end, job_m_axis_vec_end, job_cycles, job_stat_vectors, job_stat_busy,
       job_stat_stall_out, job_stat_errors
     } = job_words[job];
 
-  // s_axis_vec, from vector_in.hex: tdata 1536, tkeep 24, tlast 1, tuser 12
-  reg [1572:0] s_axis_vec_words [0:75];
+  // s_axis_vec, from vector_in.hex: tdata 1536, tkeep 192, tlast 1, tuser 12
+  reg [1740:0] s_axis_vec_words [0:75];
   integer s_axis_vec_at = 0;
   integer s_axis_vec_next;
   integer s_axis_vec_rate = 0;
@@ -84,18 +84,18 @@ module vector_unit_tb;
   integer s_axis_vec_packets = 0;
   reg s_axis_vec_tvalid = 1'b0;
   wire s_axis_vec_tready;
-  wire [1573-1:0] s_axis_vec_word = s_axis_vec_words[s_axis_vec_at < 76 ? s_axis_vec_at : 0];
+  wire [1741-1:0] s_axis_vec_word = s_axis_vec_words[s_axis_vec_at < 76 ? s_axis_vec_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [1535:0] s_axis_vec_tdata;
-  wire [23:0] s_axis_vec_tkeep;
+  wire [191:0] s_axis_vec_tkeep;
   wire [0:0] s_axis_vec_tlast;
   wire [11:0] s_axis_vec_tuser;
   assign {
       s_axis_vec_tdata, s_axis_vec_tkeep, s_axis_vec_tlast, s_axis_vec_tuser
     } = s_axis_vec_tvalid ? s_axis_vec_word : ~s_axis_vec_word;
 
-  // m_axis_vec, from vector_out.hex: tdata 768, tkeep 24, tlast 1
-  reg [792:0] m_axis_vec_words [0:75];
+  // m_axis_vec, from vector_out.hex: tdata 768, tkeep 96, tlast 1
+  reg [864:0] m_axis_vec_words [0:75];
   integer m_axis_vec_at = 0;
   integer m_axis_vec_rate = 0;
   integer m_axis_vec_packets = 0;
@@ -103,10 +103,10 @@ module vector_unit_tb;
   reg m_axis_vec_tready = 1'b0;
   wire m_axis_vec_tvalid;
   wire [767:0] m_axis_vec_tdata;
-  wire [23:0] m_axis_vec_tkeep;
+  wire [95:0] m_axis_vec_tkeep;
   wire [0:0] m_axis_vec_tlast;
   wire [767:0] wanted_tdata;
-  wire [23:0] wanted_tkeep;
+  wire [95:0] wanted_tkeep;
   wire [0:0] wanted_tlast;
   assign {
       wanted_tdata, wanted_tkeep, wanted_tlast
@@ -114,12 +114,13 @@ module vector_unit_tb;
   wire [31:0] stat_vectors;
   wire [31:0] stat_busy;
   wire [31:0] stat_stall_out;
-  wire [1:0] stat_errors;
+  wire [2:0] stat_errors;
 
   vector_unit unit (
     .clk(clk),
     .rst_n(rst_n),
     .cfg_clear(cfg_clear),
+    .idle(idle),
     .s_axis_vec_tvalid(s_axis_vec_tvalid),
     .s_axis_vec_tready(s_axis_vec_tready),
     .s_axis_vec_tdata(s_axis_vec_tdata),
@@ -242,6 +243,17 @@ module vector_unit_tb;
     end
   endtask
 
+  wire idle;
+  task check_idle;
+    begin
+      if (!failed && state != RESET && idle !== 1'b0
+          && (idle !== 1'b1 || m_axis_vec_tvalid || s_axis_vec_at != m_axis_vec_at)) begin
+        $display("FAIL: idle is %b while there is work inside", idle);
+        fail;
+      end
+    end
+  endtask
+
   // After a job: counters, flags, cycles, and beats that were not taken.
   task check_job;
     begin
@@ -276,6 +288,7 @@ module vector_unit_tb;
     clocks = clocks + 1;
     quiet = quiet + 1;
     if (state == RUN) cycles = cycles + 1;
+    check_idle;
     if (!failed && state != RESET) begin
       if (m_axis_vec_tvalid !== 1'b0 && m_axis_vec_tvalid !== 1'b1) begin
         $display("FAIL: m_axis_vec_tvalid is %b", m_axis_vec_tvalid);
@@ -353,6 +366,10 @@ module vector_unit_tb;
       DRAIN: begin
         if (clocks == 40) begin
           check_job;
+          if (!failed && idle !== 1'b1) begin
+            $display("FAIL: idle is %b after the job", idle);
+            fail;
+          end
           if (!failed && job + 1 == JOBS) begin
             $display("PASS: vector_unit, %0d beats in %0d jobs, +gaps=%0d +seed=%0d",
               m_axis_vec_at, JOBS, gaps, seed);

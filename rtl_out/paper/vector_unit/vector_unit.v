@@ -12,19 +12,20 @@ module vector_unit (
   input  wire          cfg_clear,          // clears counters and flags
   input  wire          s_axis_vec_tvalid,  // operands
   input  wire [1535:0] s_axis_vec_tdata,   // lane i: a in bits 64 i + 31 .. 64 i, b above
-  input  wire [23:0]   s_axis_vec_tkeep,   // lanes that hold elements
+  input  wire [191:0]  s_axis_vec_tkeep,   // of lanes that hold elements, all eight bytes or none
   input  wire          s_axis_vec_tlast,   // passed on
   input  wire [11:0]   s_axis_vec_tuser,   // operation 4, shift 6, rounding 2 bits
   input  wire          m_axis_vec_tready,
   output wire          s_axis_vec_tready,  // does not depend on tvalid; low in reset
   output wire          m_axis_vec_tvalid,  // results
   output wire [767:0]  m_axis_vec_tdata,   // lane i in bits 32 i + 31 .. 32 i; lanes not kept are 0
-  output wire [23:0]   m_axis_vec_tkeep,
+  output wire [95:0]   m_axis_vec_tkeep,   // four bytes a lane
   output wire          m_axis_vec_tlast,
   output reg  [31:0]   stat_vectors,       // vectors accepted
   output reg  [31:0]   stat_busy,          // cycles in which a vector is accepted or stepped
   output reg  [31:0]   stat_stall_out,     // cycles in which only the lack of room refuses a vector
-  output wire [1:0]    stat_errors         // sticky: 1 reserved rounding code, 0 operation not built
+  output wire          idle,               // no vector is in flight
+  output wire [2:0]    stat_errors         // sticky: 2 torn lane, 1 reserved rounding, 0 not built
 );
 
   localparam [3:0] OP_PASS = 4'd0;
@@ -35,10 +36,18 @@ module vector_unit (
   localparam [3:0] OP_EXP = 4'd5;
   localparam [3:0] OP_ONE_MINUS_EXP = 4'd6;
 
+  wire [23:0] kept_lanes = {s_axis_vec_tkeep[184], s_axis_vec_tkeep[176], s_axis_vec_tkeep[168],
+      s_axis_vec_tkeep[160], s_axis_vec_tkeep[152], s_axis_vec_tkeep[144], s_axis_vec_tkeep[136],
+      s_axis_vec_tkeep[128], s_axis_vec_tkeep[120], s_axis_vec_tkeep[112], s_axis_vec_tkeep[104],
+      s_axis_vec_tkeep[96], s_axis_vec_tkeep[88], s_axis_vec_tkeep[80], s_axis_vec_tkeep[72],
+      s_axis_vec_tkeep[64], s_axis_vec_tkeep[56], s_axis_vec_tkeep[48], s_axis_vec_tkeep[40],
+      s_axis_vec_tkeep[32], s_axis_vec_tkeep[24], s_axis_vec_tkeep[16], s_axis_vec_tkeep[8],
+      s_axis_vec_tkeep[0]};
+
   // Acceptance
   wire [3:0] code = s_axis_vec_tuser[3:0];
-  reg [2:0] in_flight;  // vectors accepted and not yet taken by the sink
-  wire room = in_flight < 3'd4;
+  reg [1:0] in_flight;  // vectors accepted and not yet taken by the sink
+  wire room = in_flight < 2'd3;
   reg [4:0] phase;
   wire engine_free = phase == 5'd0;
   wire may_accept = room & engine_free;
@@ -53,13 +62,10 @@ module vector_unit (
   wire step = begin_power | mid_power;
   wire last_phase = phase == 5'd19;
   wire done = (accept & (~is_exp)) | last_phase;
-  reg result_valid;
-  reg result_is_exp;
-  reg result_one_minus;
+  reg result_valid, result_is_exp, result_one_minus, result_last;
   reg [5:0] result_shift;
   reg [1:0] result_rounding;
   reg [23:0] result_keep;
-  reg result_last;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -81,7 +87,7 @@ module vector_unit (
         result_one_minus <= is_one_minus;
         result_shift <= s_axis_vec_tuser[9:4];
         result_rounding <= s_axis_vec_tuser[11:10];
-        result_keep <= s_axis_vec_tkeep;
+        result_keep <= kept_lanes;
         result_last <= s_axis_vec_tlast;
       end
     end
@@ -101,486 +107,31 @@ module vector_unit (
   );
 
   // Lanes
-  wire [31:0] lane0_result;
-  vector_lane lane0 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[31:0]),
-    .b                   (s_axis_vec_tdata[63:32]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane0_result)
-  );
-  wire [31:0] lane1_result;
-  vector_lane lane1 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[95:64]),
-    .b                   (s_axis_vec_tdata[127:96]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane1_result)
-  );
-  wire [31:0] lane2_result;
-  vector_lane lane2 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[159:128]),
-    .b                   (s_axis_vec_tdata[191:160]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane2_result)
-  );
-  wire [31:0] lane3_result;
-  vector_lane lane3 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[223:192]),
-    .b                   (s_axis_vec_tdata[255:224]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane3_result)
-  );
-  wire [31:0] lane4_result;
-  vector_lane lane4 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[287:256]),
-    .b                   (s_axis_vec_tdata[319:288]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane4_result)
-  );
-  wire [31:0] lane5_result;
-  vector_lane lane5 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[351:320]),
-    .b                   (s_axis_vec_tdata[383:352]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane5_result)
-  );
-  wire [31:0] lane6_result;
-  vector_lane lane6 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[415:384]),
-    .b                   (s_axis_vec_tdata[447:416]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane6_result)
-  );
-  wire [31:0] lane7_result;
-  vector_lane lane7 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[479:448]),
-    .b                   (s_axis_vec_tdata[511:480]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane7_result)
-  );
-  wire [31:0] lane8_result;
-  vector_lane lane8 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[543:512]),
-    .b                   (s_axis_vec_tdata[575:544]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane8_result)
-  );
-  wire [31:0] lane9_result;
-  vector_lane lane9 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[607:576]),
-    .b                   (s_axis_vec_tdata[639:608]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane9_result)
-  );
-  wire [31:0] lane10_result;
-  vector_lane lane10 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[671:640]),
-    .b                   (s_axis_vec_tdata[703:672]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane10_result)
-  );
-  wire [31:0] lane11_result;
-  vector_lane lane11 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[735:704]),
-    .b                   (s_axis_vec_tdata[767:736]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane11_result)
-  );
-  wire [31:0] lane12_result;
-  vector_lane lane12 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[799:768]),
-    .b                   (s_axis_vec_tdata[831:800]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane12_result)
-  );
-  wire [31:0] lane13_result;
-  vector_lane lane13 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[863:832]),
-    .b                   (s_axis_vec_tdata[895:864]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane13_result)
-  );
-  wire [31:0] lane14_result;
-  vector_lane lane14 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[927:896]),
-    .b                   (s_axis_vec_tdata[959:928]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane14_result)
-  );
-  wire [31:0] lane15_result;
-  vector_lane lane15 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[991:960]),
-    .b                   (s_axis_vec_tdata[1023:992]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane15_result)
-  );
-  wire [31:0] lane16_result;
-  vector_lane lane16 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1055:1024]),
-    .b                   (s_axis_vec_tdata[1087:1056]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane16_result)
-  );
-  wire [31:0] lane17_result;
-  vector_lane lane17 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1119:1088]),
-    .b                   (s_axis_vec_tdata[1151:1120]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane17_result)
-  );
-  wire [31:0] lane18_result;
-  vector_lane lane18 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1183:1152]),
-    .b                   (s_axis_vec_tdata[1215:1184]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane18_result)
-  );
-  wire [31:0] lane19_result;
-  vector_lane lane19 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1247:1216]),
-    .b                   (s_axis_vec_tdata[1279:1248]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane19_result)
-  );
-  wire [31:0] lane20_result;
-  vector_lane lane20 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1311:1280]),
-    .b                   (s_axis_vec_tdata[1343:1312]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane20_result)
-  );
-  wire [31:0] lane21_result;
-  vector_lane lane21 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1375:1344]),
-    .b                   (s_axis_vec_tdata[1407:1376]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane21_result)
-  );
-  wire [31:0] lane22_result;
-  vector_lane lane22 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1439:1408]),
-    .b                   (s_axis_vec_tdata[1471:1440]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane22_result)
-  );
-  wire [31:0] lane23_result;
-  vector_lane lane23 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (result_shift),
-    .rounding            (result_rounding),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[1503:1472]),
-    .b                   (s_axis_vec_tdata[1535:1504]),
-    .step                (step),
-    .begin_power         (begin_power),
-    .sub0                (constants_sub0),
-    .mul0                (constants_mul0),
-    .digit0              (constants_digit0),
-    .result              (lane23_result)
-  );
+  wire [767:0] lane_result;
+  genvar i;
+  generate
+    for (i = 0; i < 24; i = i + 1) begin : lane
+      vector_lane vector_lane (
+        .clk                 (clk),
+        .rst_n               (rst_n),
+        .accept              (accept),
+        .code                (code),
+        .one_minus           (is_one_minus),
+        .shift               (result_shift),
+        .rounding            (result_rounding),
+        .result_is_exp       (result_is_exp),
+        .result_is_one_minus (result_one_minus),
+        .a                   (s_axis_vec_tdata[64 * i +: 32]),
+        .b                   (s_axis_vec_tdata[64 * i + 32 +: 32]),
+        .step                (step),
+        .begin_power         (begin_power),
+        .sub0                (constants_sub0),
+        .mul0                (constants_mul0),
+        .digit0              (constants_digit0),
+        .result              (lane_result[32 * i +: 32])
+      );
+    end
+  endgenerate
 
   // Results
   wire fifo_valid;
@@ -590,19 +141,13 @@ module vector_unit (
     .clk       (clk),
     .rst_n     (rst_n),
     .push      (result_valid),
-    .push_data ({result_last, result_keep, {lane23_result & {32{result_keep[23]}}, lane22_result &
-        {32{result_keep[22]}}, lane21_result & {32{result_keep[21]}}, lane20_result &
-        {32{result_keep[20]}}, lane19_result & {32{result_keep[19]}}, lane18_result &
-        {32{result_keep[18]}}, lane17_result & {32{result_keep[17]}}, lane16_result &
-        {32{result_keep[16]}}, lane15_result & {32{result_keep[15]}}, lane14_result &
-        {32{result_keep[14]}}, lane13_result & {32{result_keep[13]}}, lane12_result &
-        {32{result_keep[12]}}, lane11_result & {32{result_keep[11]}}, lane10_result &
-        {32{result_keep[10]}}, lane9_result & {32{result_keep[9]}}, lane8_result &
-        {32{result_keep[8]}}, lane7_result & {32{result_keep[7]}}, lane6_result &
-        {32{result_keep[6]}}, lane5_result & {32{result_keep[5]}}, lane4_result &
-        {32{result_keep[4]}}, lane3_result & {32{result_keep[3]}}, lane2_result &
-        {32{result_keep[2]}}, lane1_result & {32{result_keep[1]}}, lane0_result &
-        {32{result_keep[0]}}}}),
+    .push_data ({result_last, result_keep, lane_result & {{32{result_keep[23]}},
+        {32{result_keep[22]}}, {32{result_keep[21]}}, {32{result_keep[20]}}, {32{result_keep[19]}},
+        {32{result_keep[18]}}, {32{result_keep[17]}}, {32{result_keep[16]}}, {32{result_keep[15]}},
+        {32{result_keep[14]}}, {32{result_keep[13]}}, {32{result_keep[12]}}, {32{result_keep[11]}},
+        {32{result_keep[10]}}, {32{result_keep[9]}}, {32{result_keep[8]}}, {32{result_keep[7]}},
+        {32{result_keep[6]}}, {32{result_keep[5]}}, {32{result_keep[4]}}, {32{result_keep[3]}},
+        {32{result_keep[2]}}, {32{result_keep[1]}}, {32{result_keep[0]}}}}),
     .pop       (pop),
     .valid     (fifo_valid),
     .data      (fifo_data)
@@ -610,20 +155,19 @@ module vector_unit (
 
   always @(posedge clk) begin
     if (!rst_n) begin
-      in_flight <= 3'd0;
+      in_flight <= 2'd0;
     end else begin
       if (accept ^ pop) begin
-        in_flight <= accept ? (in_flight + 3'd1) : (in_flight - 3'd1);
+        in_flight <= accept ? (in_flight + 2'd1) : (in_flight - 2'd1);
       end
     end
   end
 
   // Counters and flags
-  wire [32:0] stat_vectors_sum = {1'd0, stat_vectors} + {32'd0, 1'b1};
-  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + {32'd0, 1'b1};
-  wire [32:0] stat_stall_out_sum = {1'd0, stat_stall_out} + {32'd0, 1'b1};
-  reg operation_not_built;
-  reg rounding_reserved;
+  wire [32:0] stat_vectors_sum = {1'd0, stat_vectors} + 33'd1;
+  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + 33'd1;
+  wire [32:0] stat_stall_out_sum = {1'd0, stat_stall_out} + 33'd1;
+  reg operation_not_built, rounding_reserved, lane_torn;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -632,6 +176,7 @@ module vector_unit (
       stat_stall_out <= 32'd0;
       operation_not_built <= 1'b0;
       rounding_reserved <= 1'b0;
+      lane_torn <= 1'b0;
     end else begin
       stat_vectors <= cfg_clear ? 32'd0 : accept ? (stat_vectors_sum[32] ? 32'hffffffff :
           stat_vectors_sum[31:0]) : stat_vectors;
@@ -644,16 +189,32 @@ module vector_unit (
           is_one_minus)))) & (~cfg_clear);
       rounding_reserved <= (rounding_reserved | (accept & (s_axis_vec_tuser[11:10] == 2'd3))) &
           (~cfg_clear);
+      lane_torn <= (lane_torn | (accept & (s_axis_vec_tkeep != {{8{kept_lanes[23]}},
+          {8{kept_lanes[22]}}, {8{kept_lanes[21]}}, {8{kept_lanes[20]}}, {8{kept_lanes[19]}},
+          {8{kept_lanes[18]}}, {8{kept_lanes[17]}}, {8{kept_lanes[16]}}, {8{kept_lanes[15]}},
+          {8{kept_lanes[14]}}, {8{kept_lanes[13]}}, {8{kept_lanes[12]}}, {8{kept_lanes[11]}},
+          {8{kept_lanes[10]}}, {8{kept_lanes[9]}}, {8{kept_lanes[8]}}, {8{kept_lanes[7]}},
+          {8{kept_lanes[6]}}, {8{kept_lanes[5]}}, {8{kept_lanes[4]}}, {8{kept_lanes[3]}},
+          {8{kept_lanes[2]}}, {8{kept_lanes[1]}}, {8{kept_lanes[0]}}}))) & (~cfg_clear);
     end
   end
 
   // Outputs
+  wire [23:0] results_kept = fifo_data[791:768];
+
   assign s_axis_vec_tready = rst_n & may_accept;
   assign m_axis_vec_tvalid = fifo_valid;
   assign m_axis_vec_tdata = fifo_data[767:0];
-  assign m_axis_vec_tkeep = fifo_data[791:768];
+  assign m_axis_vec_tkeep = {{4{results_kept[23]}}, {4{results_kept[22]}}, {4{results_kept[21]}},
+      {4{results_kept[20]}}, {4{results_kept[19]}}, {4{results_kept[18]}}, {4{results_kept[17]}},
+      {4{results_kept[16]}}, {4{results_kept[15]}}, {4{results_kept[14]}}, {4{results_kept[13]}},
+      {4{results_kept[12]}}, {4{results_kept[11]}}, {4{results_kept[10]}}, {4{results_kept[9]}},
+      {4{results_kept[8]}}, {4{results_kept[7]}}, {4{results_kept[6]}}, {4{results_kept[5]}},
+      {4{results_kept[4]}}, {4{results_kept[3]}}, {4{results_kept[2]}}, {4{results_kept[1]}},
+      {4{results_kept[0]}}};
   assign m_axis_vec_tlast = fifo_data[792];
-  assign stat_errors = {rounding_reserved, operation_not_built};
+  assign idle = ~(|in_flight);
+  assign stat_errors = {lane_torn, rounding_reserved, operation_not_built};
 endmodule
 
 `default_nettype wire

@@ -34,29 +34,25 @@ module gathering_unit (
   output reg  [31:0]  stat_stall_mft,      // stalls: MVoxel not loaded
   output reg  [31:0]  stat_stall_rit,      // stalls: no entry
   output reg  [31:0]  stat_entries,        // entries issued
-  output wire [7:0]   stat_errors          // sticky; docs/reference/gathering-unit.md names the bits
+  output wire         idle,                // nothing is received or in flight: cfg_* may change
+  // sticky; docs/reference/gathering-unit.md names the bits
+  output wire [8:0]   stat_errors
 );
 
-  localparam [3:0] GROUPS_IN_FLIGHT = 4'd8;  // FIFO depth
+  localparam [2:0] GROUPS_IN_FLIGHT = 3'd5;  // FIFO depth
   localparam [6:0] SEGMENTS_MOST = 7'd8;
 
   // Issue: registers
-  reg [3:0] in_flight;  // groups issued and not yet taken by the sink
+  reg [2:0] in_flight;  // groups issued and not yet taken by the sink
   wire credit = in_flight < GROUPS_IN_FLIGHT;
-  wire rit_p_valid;
-  wire rit_p_end;
+  wire rit_p_valid, rit_p_end, rit_is_empty, rit_s_axis_rit_tready, mft_s_axis_mft_tready,
+      mft_is_loaded, mft_is_empty, mft_overflow;
   wire [1:0] rit_p_keep;
-  wire [255:0] rit_p_row;
-  wire [255:0] rit_p_weight;
+  wire [255:0] rit_p_row, rit_p_weight;
   wire [31:0] rit_p_slot;
-  wire rit_s_axis_rit_tready;
   wire [2:0] rit_errors;
-  wire mft_s_axis_mft_tready;
-  wire mft_is_loaded;
   wire [15:0] mft_in_range;
-  wire [511:0] mft_feature0;
-  wire [511:0] mft_feature1;
-  wire mft_overflow;
+  wire [511:0] mft_feature0, mft_feature1;
   wire may_start = credit & mft_is_loaded;
   wire fire = rit_p_valid & may_start;  // a vertex is issued
   rit_buffer rit (
@@ -76,6 +72,7 @@ module gathering_unit (
     .p_row             (rit_p_row),
     .p_weight          (rit_p_weight),
     .p_slot            (rit_p_slot),
+    .is_empty          (rit_is_empty),
     .s_axis_rit_tready (rit_s_axis_rit_tready),
     .errors            (rit_errors)
   );
@@ -92,6 +89,7 @@ module gathering_unit (
     .done              (release_table),
     .s_axis_mft_tready (mft_s_axis_mft_tready),
     .is_loaded         (mft_is_loaded),
+    .is_empty          (mft_is_empty),
     .in_range          (mft_in_range),
     .feature0          (mft_feature0),
     .feature1          (mft_feature1),
@@ -100,8 +98,7 @@ module gathering_unit (
   wire group_start = fire;
 
   // Stage 1: features of the rows that were read
-  reg s1_valid;
-  reg s1_end;
+  reg s1_valid, s1_end;
   reg [1:0] s1_keep;
   reg [15:0] s1_in_range;
   reg [255:0] s1_weight;
@@ -120,16 +117,15 @@ module gathering_unit (
       if (fire) begin
         s1_end <= rit_p_end;
         s1_keep <= rit_p_keep;
-        s1_in_range <= mft_in_range;
-        s1_weight <= rit_p_weight;
-        s1_slot <= rit_p_slot;
+        s1_in_range <= mft_in_range & {{8{rit_p_keep[1]}}, {8{rit_p_keep[0]}}};
+        s1_weight <= rit_p_weight & {{128{rit_p_keep[1]}}, {128{rit_p_keep[0]}}};
+        s1_slot <= rit_p_slot & {{16{rit_p_keep[1]}}, {16{rit_p_keep[0]}}};
       end
     end
   end
 
   // Stages of the products
-  reg sum_valid;
-  reg sum_end;
+  reg sum_valid, sum_end;
   reg [1:0] sum_keep;
   reg [31:0] sum_slot;
 
@@ -153,201 +149,56 @@ module gathering_unit (
   wire [511:0] s1_features0 = mft_feature0 & {{64{s1_in_range[7]}}, {64{s1_in_range[6]}},
       {64{s1_in_range[5]}}, {64{s1_in_range[4]}}, {64{s1_in_range[3]}}, {64{s1_in_range[2]}},
       {64{s1_in_range[1]}}, {64{s1_in_range[0]}}};
-  wire [15:0] reducer0_0_result;
-  cell_reducer reducer0_0 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features0[15:0]),
-    .weight0  (s1_weight[15:0]),
-    .feature1 (s1_features0[79:64]),
-    .weight1  (s1_weight[31:16]),
-    .feature2 (s1_features0[143:128]),
-    .weight2  (s1_weight[47:32]),
-    .feature3 (s1_features0[207:192]),
-    .weight3  (s1_weight[63:48]),
-    .feature4 (s1_features0[271:256]),
-    .weight4  (s1_weight[79:64]),
-    .feature5 (s1_features0[335:320]),
-    .weight5  (s1_weight[95:80]),
-    .feature6 (s1_features0[399:384]),
-    .weight6  (s1_weight[111:96]),
-    .feature7 (s1_features0[463:448]),
-    .weight7  (s1_weight[127:112]),
-    .result   (reducer0_0_result)
-  );
-  wire [15:0] reducer0_1_result;
-  cell_reducer reducer0_1 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features0[31:16]),
-    .weight0  (s1_weight[15:0]),
-    .feature1 (s1_features0[95:80]),
-    .weight1  (s1_weight[31:16]),
-    .feature2 (s1_features0[159:144]),
-    .weight2  (s1_weight[47:32]),
-    .feature3 (s1_features0[223:208]),
-    .weight3  (s1_weight[63:48]),
-    .feature4 (s1_features0[287:272]),
-    .weight4  (s1_weight[79:64]),
-    .feature5 (s1_features0[351:336]),
-    .weight5  (s1_weight[95:80]),
-    .feature6 (s1_features0[415:400]),
-    .weight6  (s1_weight[111:96]),
-    .feature7 (s1_features0[479:464]),
-    .weight7  (s1_weight[127:112]),
-    .result   (reducer0_1_result)
-  );
-  wire [15:0] reducer0_2_result;
-  cell_reducer reducer0_2 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features0[47:32]),
-    .weight0  (s1_weight[15:0]),
-    .feature1 (s1_features0[111:96]),
-    .weight1  (s1_weight[31:16]),
-    .feature2 (s1_features0[175:160]),
-    .weight2  (s1_weight[47:32]),
-    .feature3 (s1_features0[239:224]),
-    .weight3  (s1_weight[63:48]),
-    .feature4 (s1_features0[303:288]),
-    .weight4  (s1_weight[79:64]),
-    .feature5 (s1_features0[367:352]),
-    .weight5  (s1_weight[95:80]),
-    .feature6 (s1_features0[431:416]),
-    .weight6  (s1_weight[111:96]),
-    .feature7 (s1_features0[495:480]),
-    .weight7  (s1_weight[127:112]),
-    .result   (reducer0_2_result)
-  );
-  wire [15:0] reducer0_3_result;
-  cell_reducer reducer0_3 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features0[63:48]),
-    .weight0  (s1_weight[15:0]),
-    .feature1 (s1_features0[127:112]),
-    .weight1  (s1_weight[31:16]),
-    .feature2 (s1_features0[191:176]),
-    .weight2  (s1_weight[47:32]),
-    .feature3 (s1_features0[255:240]),
-    .weight3  (s1_weight[63:48]),
-    .feature4 (s1_features0[319:304]),
-    .weight4  (s1_weight[79:64]),
-    .feature5 (s1_features0[383:368]),
-    .weight5  (s1_weight[95:80]),
-    .feature6 (s1_features0[447:432]),
-    .weight6  (s1_weight[111:96]),
-    .feature7 (s1_features0[511:496]),
-    .weight7  (s1_weight[127:112]),
-    .result   (reducer0_3_result)
-  );
   wire [511:0] s1_features1 = mft_feature1 & {{64{s1_in_range[15]}}, {64{s1_in_range[14]}},
       {64{s1_in_range[13]}}, {64{s1_in_range[12]}}, {64{s1_in_range[11]}}, {64{s1_in_range[10]}},
       {64{s1_in_range[9]}}, {64{s1_in_range[8]}}};
-  wire [15:0] reducer1_0_result;
-  cell_reducer reducer1_0 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features1[15:0]),
-    .weight0  (s1_weight[143:128]),
-    .feature1 (s1_features1[79:64]),
-    .weight1  (s1_weight[159:144]),
-    .feature2 (s1_features1[143:128]),
-    .weight2  (s1_weight[175:160]),
-    .feature3 (s1_features1[207:192]),
-    .weight3  (s1_weight[191:176]),
-    .feature4 (s1_features1[271:256]),
-    .weight4  (s1_weight[207:192]),
-    .feature5 (s1_features1[335:320]),
-    .weight5  (s1_weight[223:208]),
-    .feature6 (s1_features1[399:384]),
-    .weight6  (s1_weight[239:224]),
-    .feature7 (s1_features1[463:448]),
-    .weight7  (s1_weight[255:240]),
-    .result   (reducer1_0_result)
-  );
-  wire [15:0] reducer1_1_result;
-  cell_reducer reducer1_1 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features1[31:16]),
-    .weight0  (s1_weight[143:128]),
-    .feature1 (s1_features1[95:80]),
-    .weight1  (s1_weight[159:144]),
-    .feature2 (s1_features1[159:144]),
-    .weight2  (s1_weight[175:160]),
-    .feature3 (s1_features1[223:208]),
-    .weight3  (s1_weight[191:176]),
-    .feature4 (s1_features1[287:272]),
-    .weight4  (s1_weight[207:192]),
-    .feature5 (s1_features1[351:336]),
-    .weight5  (s1_weight[223:208]),
-    .feature6 (s1_features1[415:400]),
-    .weight6  (s1_weight[239:224]),
-    .feature7 (s1_features1[479:464]),
-    .weight7  (s1_weight[255:240]),
-    .result   (reducer1_1_result)
-  );
-  wire [15:0] reducer1_2_result;
-  cell_reducer reducer1_2 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features1[47:32]),
-    .weight0  (s1_weight[143:128]),
-    .feature1 (s1_features1[111:96]),
-    .weight1  (s1_weight[159:144]),
-    .feature2 (s1_features1[175:160]),
-    .weight2  (s1_weight[175:160]),
-    .feature3 (s1_features1[239:224]),
-    .weight3  (s1_weight[191:176]),
-    .feature4 (s1_features1[303:288]),
-    .weight4  (s1_weight[207:192]),
-    .feature5 (s1_features1[367:352]),
-    .weight5  (s1_weight[223:208]),
-    .feature6 (s1_features1[431:416]),
-    .weight6  (s1_weight[239:224]),
-    .feature7 (s1_features1[495:480]),
-    .weight7  (s1_weight[255:240]),
-    .result   (reducer1_2_result)
-  );
-  wire [15:0] reducer1_3_result;
-  cell_reducer reducer1_3 (
-    .clk      (clk),
-    .rst_n    (rst_n),
-    .valid    (s1_valid),
-    .sum      (sum_valid),
-    .feature0 (s1_features1[63:48]),
-    .weight0  (s1_weight[143:128]),
-    .feature1 (s1_features1[127:112]),
-    .weight1  (s1_weight[159:144]),
-    .feature2 (s1_features1[191:176]),
-    .weight2  (s1_weight[175:160]),
-    .feature3 (s1_features1[255:240]),
-    .weight3  (s1_weight[191:176]),
-    .feature4 (s1_features1[319:304]),
-    .weight4  (s1_weight[207:192]),
-    .feature5 (s1_features1[383:368]),
-    .weight5  (s1_weight[223:208]),
-    .feature6 (s1_features1[447:432]),
-    .weight6  (s1_weight[239:224]),
-    .feature7 (s1_features1[511:496]),
-    .weight7  (s1_weight[255:240]),
-    .result   (reducer1_3_result)
-  );
+  wire [127:0] s1_features1_0_joined = {s1_features1[63:0], s1_features0[63:0]};
+  wire [31:0] s1_weight_128_joined = {s1_weight[143:128], s1_weight[15:0]};
+  wire [127:0] s1_features1_64_joined = {s1_features1[127:64], s1_features0[127:64]};
+  wire [31:0] s1_weight_144_joined = {s1_weight[159:144], s1_weight[31:16]};
+  wire [127:0] s1_features1_128_joined = {s1_features1[191:128], s1_features0[191:128]};
+  wire [31:0] s1_weight_160_joined = {s1_weight[175:160], s1_weight[47:32]};
+  wire [127:0] s1_features1_192_joined = {s1_features1[255:192], s1_features0[255:192]};
+  wire [31:0] s1_weight_176_joined = {s1_weight[191:176], s1_weight[63:48]};
+  wire [127:0] s1_features1_256_joined = {s1_features1[319:256], s1_features0[319:256]};
+  wire [31:0] s1_weight_192_joined = {s1_weight[207:192], s1_weight[79:64]};
+  wire [127:0] s1_features1_320_joined = {s1_features1[383:320], s1_features0[383:320]};
+  wire [31:0] s1_weight_208_joined = {s1_weight[223:208], s1_weight[95:80]};
+  wire [127:0] s1_features1_384_joined = {s1_features1[447:384], s1_features0[447:384]};
+  wire [31:0] s1_weight_224_joined = {s1_weight[239:224], s1_weight[111:96]};
+  wire [127:0] s1_features1_448_joined = {s1_features1[511:448], s1_features0[511:448]};
+  wire [31:0] s1_weight_240_joined = {s1_weight[255:240], s1_weight[127:112]};
+  wire [127:0] reduced_result;
+  genvar port, lane;
+  generate
+    for (port = 0; port < 2; port = port + 1) begin : reduced_of_port
+      for (lane = 0; lane < 4; lane = lane + 1) begin : reduced
+        cell_reducer cell_reducer (
+          .clk      (clk),
+          .rst_n    (rst_n),
+          .valid    (s1_valid),
+          .sum      (sum_valid),
+          .feature0 (s1_features1_0_joined[16 * (4 * port + lane) +: 16]),
+          .weight0  (s1_weight_128_joined[16 * port +: 16]),
+          .feature1 (s1_features1_64_joined[16 * (4 * port + lane) +: 16]),
+          .weight1  (s1_weight_144_joined[16 * port +: 16]),
+          .feature2 (s1_features1_128_joined[16 * (4 * port + lane) +: 16]),
+          .weight2  (s1_weight_160_joined[16 * port +: 16]),
+          .feature3 (s1_features1_192_joined[16 * (4 * port + lane) +: 16]),
+          .weight3  (s1_weight_176_joined[16 * port +: 16]),
+          .feature4 (s1_features1_256_joined[16 * (4 * port + lane) +: 16]),
+          .weight4  (s1_weight_192_joined[16 * port +: 16]),
+          .feature5 (s1_features1_320_joined[16 * (4 * port + lane) +: 16]),
+          .weight5  (s1_weight_208_joined[16 * port +: 16]),
+          .feature6 (s1_features1_384_joined[16 * (4 * port + lane) +: 16]),
+          .weight6  (s1_weight_224_joined[16 * port +: 16]),
+          .feature7 (s1_features1_448_joined[16 * (4 * port + lane) +: 16]),
+          .weight7  (s1_weight_240_joined[16 * port +: 16]),
+          .result   (reduced_result[16 * (4 * port + lane) +: 16])
+        );
+      end
+    end
+  endgenerate
 
   // Results into the FIFO
   reg s2_push;
@@ -355,35 +206,34 @@ module gathering_unit (
   reg s2_end;
   reg [1:0] s2_keep;
   reg [31:0] s2_slot;
-  reg [3:0] offered;  // results in the FIFO
-  assign m_axis_feat_tvalid = |offered;
-  wire pop = m_axis_feat_tvalid & m_axis_feat_tready;
-  wire unused_results_valid;
+  wire results_valid;
   wire [162:0] results_data;
+  wire pop = results_valid & m_axis_feat_tready;
   feature_fifo results (
     .clk       (clk),
     .rst_n     (rst_n),
     .push      (s2_push),
-    .push_data ({s2_end, s2_keep, s2_slot, {reducer1_3_result, reducer1_2_result, reducer1_1_result,
-        reducer1_0_result, reducer0_3_result, reducer0_2_result, reducer0_1_result,
-        reducer0_0_result}}),
+    .push_data ({s2_end, s2_keep, s2_slot, reduced_result}),
     .pop       (pop),
-    .valid     (unused_results_valid),
+    .valid     (results_valid),
     .data      (results_data)
   );
   wire group_done = fire;
+  assign idle = ~((|in_flight) | (~(rit_is_empty & mft_is_empty)));
+  wire [8:0] settings = {cfg_segments, cfg_vertices};
+  reg [8:0] settings_before;
 
   always @(posedge clk) begin
     if (!rst_n) begin
-      in_flight <= 4'd0;
+      in_flight <= 3'd0;
       s2_push <= 1'b0;
       s2_end <= 1'b0;
       s2_keep <= 2'd0;
       s2_slot <= 32'd0;
-      offered <= 4'd0;
+      settings_before <= 9'd0;
     end else begin
       if (group_start ^ pop) begin
-        in_flight <= group_start ? (in_flight + 4'd1) : (in_flight - 4'd1);
+        in_flight <= group_start ? (in_flight + 3'd1) : (in_flight - 3'd1);
       end
       s2_push <= completes;
       if (completes) begin
@@ -391,22 +241,17 @@ module gathering_unit (
         s2_keep <= sum_keep;
         s2_slot <= sum_slot;
       end
-      if (s2_push ^ pop) begin
-        offered <= s2_push ? (offered + 4'd1) : (offered - 4'd1);
-      end
+      settings_before <= settings;
     end
   end
 
   // Errors
-  reg bad_setting;
-  reg mft_row_dropped;
-  reg rit_too_large;
-  reg gap_in_beat;
-  reg ragged_entries;
-  reg row_not_loaded;
+  reg setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
+      row_not_loaded;
 
   always @(posedge clk) begin
     if (!rst_n) begin
+      setting_moved <= 1'b0;
       bad_setting <= 1'b0;
       mft_row_dropped <= 1'b0;
       rit_too_large <= 1'b0;
@@ -414,6 +259,7 @@ module gathering_unit (
       ragged_entries <= 1'b0;
       row_not_loaded <= 1'b0;
     end else begin
+      setting_moved <= (setting_moved | ((settings != settings_before) & (~idle))) & (~cfg_clear);
       bad_setting <= (bad_setting | (s1_valid & ((~(cfg_vertices == 2'd3)) | (SEGMENTS_MOST <
           cfg_segments) | (cfg_segments == 7'd0)))) & (~cfg_clear);
       mft_row_dropped <= (mft_row_dropped | mft_overflow) & (~cfg_clear);
@@ -431,13 +277,13 @@ module gathering_unit (
   // Counters
   reg begun;
   wire stalled = begun & (~fire);
-  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + {32'd0, 1'b1};
+  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + 33'd1;
   reg [31:0] running_fifo;
-  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + {32'd0, 1'b1};
+  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + 33'd1;
   reg [31:0] running_mft;
-  wire [32:0] running_mft_sum = {1'd0, running_mft} + {32'd0, 1'b1};
+  wire [32:0] running_mft_sum = {1'd0, running_mft} + 33'd1;
   reg [31:0] running_rit;
-  wire [32:0] running_rit_sum = {1'd0, running_rit} + {32'd0, 1'b1};
+  wire [32:0] running_rit_sum = {1'd0, running_rit} + 33'd1;
   wire [1:0] entries_of_group = {1'd0, rit_p_keep[0]} + {1'd0, rit_p_keep[1]};
   wire [32:0] stat_entries_sum = {1'd0, stat_entries} + {1'd0, {30'd0, entries_of_group}};
 
@@ -470,14 +316,15 @@ module gathering_unit (
     end
   end
 
+  assign m_axis_feat_tvalid = results_valid;
   assign m_axis_feat_tdata = results_data[127:0];
   assign m_axis_feat_tkeep = {{8{kept_ports[1]}}, {8{kept_ports[0]}}};
   assign m_axis_feat_tlast = results_data[162];
   assign m_axis_feat_tuser = results_data[159:128];
   assign s_axis_rit_tready = rst_n & rit_s_axis_rit_tready;
   assign s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
-  assign stat_errors = {bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
-      1'b0, 1'b0, row_not_loaded};
+  assign stat_errors = {setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat,
+      ragged_entries, 1'b0, 1'b0, row_not_loaded};
 endmodule
 
 `default_nettype wire

@@ -10,14 +10,17 @@ module mft (
   input  wire         clk,                // clock, rising edge
   input  wire         rst_n,              // synchronous reset, active low
   input  wire         s_axis_mft_tvalid,
-  input  wire [511:0] s_axis_mft_tdata,   // one row: vertices by parity, x lowest, channel 0 of each lowest
+  // one row: vertices by parity, x lowest, channel 0 of each lowest
+  input  wire [511:0] s_axis_mft_tdata,
   input  wire         s_axis_mft_tlast,   // ends the MVoxel's rows of this segment
   input  wire         read,               // reads the rows at the clock edge
-  input  wire [255:0] read_row,           // vertex of each port and group of banks: z, y and x of its place
+  // vertex of each port and group of banks: z, y and x of its place
+  input  wire [255:0] read_row,
   input  wire [1:0]   read_keep,          // ports that hold an entry
   input  wire         done,               // the half that is read is done with
   output wire         s_axis_mft_tready,
   output wire         is_loaded,          // the half to read holds its MVoxel
+  output wire         is_empty,           // no half is loaded, and none is partly written
   output wire [15:0]  in_range,           // ports and groups of banks whose vertex was loaded
   output wire [511:0] feature0,           // features of the rows read last, channel 0 lowest
   output wire [511:0] feature1,           // features of the rows read last, channel 0 lowest
@@ -27,12 +30,8 @@ module mft (
   localparam [6:0] MVOXEL_ROWS = 7'd64;
 
   // State of each half
-  reg loaded_0;
-  reg loaded_1;
-  reg [6:0] rows_0;
-  reg [6:0] rows_1;
-  reg write_half;
-  reg read_half;
+  reg loaded_0, loaded_1, write_half, read_half;
+  reg [6:0] rows_0, rows_1;
 
   // Writer
   reg [6:0] write_row;
@@ -92,584 +91,171 @@ module mft (
       read_row_part[2:1]};
   wire row0_0_in_range = ({4'd0, row0_0} < {10'd0, read_count}) & ({read_row_part[6],
       read_row_part[3], read_row_part[0]} == 3'd0);
+  wire [5:0] address0_0 = row0_0[5:0];
   wire read0_0 = read & read_keep[0] & row0_0_in_range;
-  wire [6:0] address0_0 = {read_half, row0_0[5:0]};
   wire [15:0] read_row_part_2 = read_row[31:16];
   wire [12:0] row0_1 = {read_row_part_2[15:9], read_row_part_2[8:7], read_row_part_2[5:4],
       read_row_part_2[2:1]};
   wire row0_1_in_range = ({4'd0, row0_1} < {10'd0, read_count}) & ({read_row_part_2[6],
       read_row_part_2[3], read_row_part_2[0]} == 3'd1);
+  wire [5:0] address0_1 = row0_1[5:0];
   wire read0_1 = read & read_keep[0] & row0_1_in_range;
-  wire [6:0] address0_1 = {read_half, row0_1[5:0]};
   wire [15:0] read_row_part_3 = read_row[47:32];
   wire [12:0] row0_2 = {read_row_part_3[15:9], read_row_part_3[8:7], read_row_part_3[5:4],
       read_row_part_3[2:1]};
   wire row0_2_in_range = ({4'd0, row0_2} < {10'd0, read_count}) & ({read_row_part_3[6],
       read_row_part_3[3], read_row_part_3[0]} == 3'd2);
+  wire [5:0] address0_2 = row0_2[5:0];
   wire read0_2 = read & read_keep[0] & row0_2_in_range;
-  wire [6:0] address0_2 = {read_half, row0_2[5:0]};
   wire [15:0] read_row_part_4 = read_row[63:48];
   wire [12:0] row0_3 = {read_row_part_4[15:9], read_row_part_4[8:7], read_row_part_4[5:4],
       read_row_part_4[2:1]};
   wire row0_3_in_range = ({4'd0, row0_3} < {10'd0, read_count}) & ({read_row_part_4[6],
       read_row_part_4[3], read_row_part_4[0]} == 3'd3);
+  wire [5:0] address0_3 = row0_3[5:0];
   wire read0_3 = read & read_keep[0] & row0_3_in_range;
-  wire [6:0] address0_3 = {read_half, row0_3[5:0]};
   wire [15:0] read_row_part_5 = read_row[79:64];
   wire [12:0] row0_4 = {read_row_part_5[15:9], read_row_part_5[8:7], read_row_part_5[5:4],
       read_row_part_5[2:1]};
   wire row0_4_in_range = ({4'd0, row0_4} < {10'd0, read_count}) & ({read_row_part_5[6],
       read_row_part_5[3], read_row_part_5[0]} == 3'd4);
+  wire [5:0] address0_4 = row0_4[5:0];
   wire read0_4 = read & read_keep[0] & row0_4_in_range;
-  wire [6:0] address0_4 = {read_half, row0_4[5:0]};
   wire [15:0] read_row_part_6 = read_row[95:80];
   wire [12:0] row0_5 = {read_row_part_6[15:9], read_row_part_6[8:7], read_row_part_6[5:4],
       read_row_part_6[2:1]};
   wire row0_5_in_range = ({4'd0, row0_5} < {10'd0, read_count}) & ({read_row_part_6[6],
       read_row_part_6[3], read_row_part_6[0]} == 3'd5);
+  wire [5:0] address0_5 = row0_5[5:0];
   wire read0_5 = read & read_keep[0] & row0_5_in_range;
-  wire [6:0] address0_5 = {read_half, row0_5[5:0]};
   wire [15:0] read_row_part_7 = read_row[111:96];
   wire [12:0] row0_6 = {read_row_part_7[15:9], read_row_part_7[8:7], read_row_part_7[5:4],
       read_row_part_7[2:1]};
   wire row0_6_in_range = ({4'd0, row0_6} < {10'd0, read_count}) & ({read_row_part_7[6],
       read_row_part_7[3], read_row_part_7[0]} == 3'd6);
+  wire [5:0] address0_6 = row0_6[5:0];
   wire read0_6 = read & read_keep[0] & row0_6_in_range;
-  wire [6:0] address0_6 = {read_half, row0_6[5:0]};
   wire [15:0] read_row_part_8 = read_row[127:112];
   wire [12:0] row0_7 = {read_row_part_8[15:9], read_row_part_8[8:7], read_row_part_8[5:4],
       read_row_part_8[2:1]};
   wire row0_7_in_range = ({4'd0, row0_7} < {10'd0, read_count}) & ({read_row_part_8[6],
       read_row_part_8[3], read_row_part_8[0]} == 3'd7);
+  wire [5:0] address0_7 = row0_7[5:0];
   wire read0_7 = read & read_keep[0] & row0_7_in_range;
-  wire [6:0] address0_7 = {read_half, row0_7[5:0]};
   wire [15:0] read_row_part_9 = read_row[143:128];
   wire [12:0] row1_0 = {read_row_part_9[15:9], read_row_part_9[8:7], read_row_part_9[5:4],
       read_row_part_9[2:1]};
   wire row1_0_in_range = ({4'd0, row1_0} < {10'd0, read_count}) & ({read_row_part_9[6],
       read_row_part_9[3], read_row_part_9[0]} == 3'd0);
+  wire [5:0] address1_0 = row1_0[5:0];
   wire read1_0 = read & read_keep[1] & row1_0_in_range;
-  wire [6:0] address1_0 = {read_half, row1_0[5:0]};
   wire [15:0] read_row_part_10 = read_row[159:144];
   wire [12:0] row1_1 = {read_row_part_10[15:9], read_row_part_10[8:7], read_row_part_10[5:4],
       read_row_part_10[2:1]};
   wire row1_1_in_range = ({4'd0, row1_1} < {10'd0, read_count}) & ({read_row_part_10[6],
       read_row_part_10[3], read_row_part_10[0]} == 3'd1);
+  wire [5:0] address1_1 = row1_1[5:0];
   wire read1_1 = read & read_keep[1] & row1_1_in_range;
-  wire [6:0] address1_1 = {read_half, row1_1[5:0]};
   wire [15:0] read_row_part_11 = read_row[175:160];
   wire [12:0] row1_2 = {read_row_part_11[15:9], read_row_part_11[8:7], read_row_part_11[5:4],
       read_row_part_11[2:1]};
   wire row1_2_in_range = ({4'd0, row1_2} < {10'd0, read_count}) & ({read_row_part_11[6],
       read_row_part_11[3], read_row_part_11[0]} == 3'd2);
+  wire [5:0] address1_2 = row1_2[5:0];
   wire read1_2 = read & read_keep[1] & row1_2_in_range;
-  wire [6:0] address1_2 = {read_half, row1_2[5:0]};
   wire [15:0] read_row_part_12 = read_row[191:176];
   wire [12:0] row1_3 = {read_row_part_12[15:9], read_row_part_12[8:7], read_row_part_12[5:4],
       read_row_part_12[2:1]};
   wire row1_3_in_range = ({4'd0, row1_3} < {10'd0, read_count}) & ({read_row_part_12[6],
       read_row_part_12[3], read_row_part_12[0]} == 3'd3);
+  wire [5:0] address1_3 = row1_3[5:0];
   wire read1_3 = read & read_keep[1] & row1_3_in_range;
-  wire [6:0] address1_3 = {read_half, row1_3[5:0]};
   wire [15:0] read_row_part_13 = read_row[207:192];
   wire [12:0] row1_4 = {read_row_part_13[15:9], read_row_part_13[8:7], read_row_part_13[5:4],
       read_row_part_13[2:1]};
   wire row1_4_in_range = ({4'd0, row1_4} < {10'd0, read_count}) & ({read_row_part_13[6],
       read_row_part_13[3], read_row_part_13[0]} == 3'd4);
+  wire [5:0] address1_4 = row1_4[5:0];
   wire read1_4 = read & read_keep[1] & row1_4_in_range;
-  wire [6:0] address1_4 = {read_half, row1_4[5:0]};
   wire [15:0] read_row_part_14 = read_row[223:208];
   wire [12:0] row1_5 = {read_row_part_14[15:9], read_row_part_14[8:7], read_row_part_14[5:4],
       read_row_part_14[2:1]};
   wire row1_5_in_range = ({4'd0, row1_5} < {10'd0, read_count}) & ({read_row_part_14[6],
       read_row_part_14[3], read_row_part_14[0]} == 3'd5);
+  wire [5:0] address1_5 = row1_5[5:0];
   wire read1_5 = read & read_keep[1] & row1_5_in_range;
-  wire [6:0] address1_5 = {read_half, row1_5[5:0]};
   wire [15:0] read_row_part_15 = read_row[239:224];
   wire [12:0] row1_6 = {read_row_part_15[15:9], read_row_part_15[8:7], read_row_part_15[5:4],
       read_row_part_15[2:1]};
   wire row1_6_in_range = ({4'd0, row1_6} < {10'd0, read_count}) & ({read_row_part_15[6],
       read_row_part_15[3], read_row_part_15[0]} == 3'd6);
+  wire [5:0] address1_6 = row1_6[5:0];
   wire read1_6 = read & read_keep[1] & row1_6_in_range;
-  wire [6:0] address1_6 = {read_half, row1_6[5:0]};
   wire [15:0] read_row_part_16 = read_row[255:240];
   wire [12:0] row1_7 = {read_row_part_16[15:9], read_row_part_16[8:7], read_row_part_16[5:4],
       read_row_part_16[2:1]};
   wire row1_7_in_range = ({4'd0, row1_7} < {10'd0, read_count}) & ({read_row_part_16[6],
       read_row_part_16[3], read_row_part_16[0]} == 3'd7);
+  wire [5:0] address1_7 = row1_7[5:0];
   wire read1_7 = read & read_keep[1] & row1_7_in_range;
-  wire [6:0] address1_7 = {read_half, row1_7[5:0]};
-  wire [6:0] write_address = {write_half, write_row[5:0]};
+  wire [5:0] write_address = write_row[5:0];
+  wire [1:0] loaded = {loaded_1, loaded_0};
+  reg half_of_words;  // half of the words read last
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      half_of_words <= 1'b0;
+    end else begin
+      if (read) begin
+        half_of_words <= read_half;
+      end
+    end
+  end
 
   // Banks, one a parity and channel
-  wire [15:0] bank0_rdata0;
-  wire [15:0] bank0_rdata1;
-  mft_bank bank0 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[15:0]),
-    .re0    (read0_0),
-    .raddr0 (address0_0),
-    .rdata0 (bank0_rdata0),
-    .re1    (read1_0),
-    .raddr1 (address1_0),
-    .rdata1 (bank0_rdata1)
-  );
-  wire [15:0] bank1_rdata0;
-  wire [15:0] bank1_rdata1;
-  mft_bank bank1 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[31:16]),
-    .re0    (read0_0),
-    .raddr0 (address0_0),
-    .rdata0 (bank1_rdata0),
-    .re1    (read1_0),
-    .raddr1 (address1_0),
-    .rdata1 (bank1_rdata1)
-  );
-  wire [15:0] bank2_rdata0;
-  wire [15:0] bank2_rdata1;
-  mft_bank bank2 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[47:32]),
-    .re0    (read0_0),
-    .raddr0 (address0_0),
-    .rdata0 (bank2_rdata0),
-    .re1    (read1_0),
-    .raddr1 (address1_0),
-    .rdata1 (bank2_rdata1)
-  );
-  wire [15:0] bank3_rdata0;
-  wire [15:0] bank3_rdata1;
-  mft_bank bank3 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[63:48]),
-    .re0    (read0_0),
-    .raddr0 (address0_0),
-    .rdata0 (bank3_rdata0),
-    .re1    (read1_0),
-    .raddr1 (address1_0),
-    .rdata1 (bank3_rdata1)
-  );
-  wire [15:0] bank4_rdata0;
-  wire [15:0] bank4_rdata1;
-  mft_bank bank4 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[79:64]),
-    .re0    (read0_1),
-    .raddr0 (address0_1),
-    .rdata0 (bank4_rdata0),
-    .re1    (read1_1),
-    .raddr1 (address1_1),
-    .rdata1 (bank4_rdata1)
-  );
-  wire [15:0] bank5_rdata0;
-  wire [15:0] bank5_rdata1;
-  mft_bank bank5 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[95:80]),
-    .re0    (read0_1),
-    .raddr0 (address0_1),
-    .rdata0 (bank5_rdata0),
-    .re1    (read1_1),
-    .raddr1 (address1_1),
-    .rdata1 (bank5_rdata1)
-  );
-  wire [15:0] bank6_rdata0;
-  wire [15:0] bank6_rdata1;
-  mft_bank bank6 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[111:96]),
-    .re0    (read0_1),
-    .raddr0 (address0_1),
-    .rdata0 (bank6_rdata0),
-    .re1    (read1_1),
-    .raddr1 (address1_1),
-    .rdata1 (bank6_rdata1)
-  );
-  wire [15:0] bank7_rdata0;
-  wire [15:0] bank7_rdata1;
-  mft_bank bank7 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[127:112]),
-    .re0    (read0_1),
-    .raddr0 (address0_1),
-    .rdata0 (bank7_rdata0),
-    .re1    (read1_1),
-    .raddr1 (address1_1),
-    .rdata1 (bank7_rdata1)
-  );
-  wire [15:0] bank8_rdata0;
-  wire [15:0] bank8_rdata1;
-  mft_bank bank8 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[143:128]),
-    .re0    (read0_2),
-    .raddr0 (address0_2),
-    .rdata0 (bank8_rdata0),
-    .re1    (read1_2),
-    .raddr1 (address1_2),
-    .rdata1 (bank8_rdata1)
-  );
-  wire [15:0] bank9_rdata0;
-  wire [15:0] bank9_rdata1;
-  mft_bank bank9 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[159:144]),
-    .re0    (read0_2),
-    .raddr0 (address0_2),
-    .rdata0 (bank9_rdata0),
-    .re1    (read1_2),
-    .raddr1 (address1_2),
-    .rdata1 (bank9_rdata1)
-  );
-  wire [15:0] bank10_rdata0;
-  wire [15:0] bank10_rdata1;
-  mft_bank bank10 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[175:160]),
-    .re0    (read0_2),
-    .raddr0 (address0_2),
-    .rdata0 (bank10_rdata0),
-    .re1    (read1_2),
-    .raddr1 (address1_2),
-    .rdata1 (bank10_rdata1)
-  );
-  wire [15:0] bank11_rdata0;
-  wire [15:0] bank11_rdata1;
-  mft_bank bank11 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[191:176]),
-    .re0    (read0_2),
-    .raddr0 (address0_2),
-    .rdata0 (bank11_rdata0),
-    .re1    (read1_2),
-    .raddr1 (address1_2),
-    .rdata1 (bank11_rdata1)
-  );
-  wire [15:0] bank12_rdata0;
-  wire [15:0] bank12_rdata1;
-  mft_bank bank12 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[207:192]),
-    .re0    (read0_3),
-    .raddr0 (address0_3),
-    .rdata0 (bank12_rdata0),
-    .re1    (read1_3),
-    .raddr1 (address1_3),
-    .rdata1 (bank12_rdata1)
-  );
-  wire [15:0] bank13_rdata0;
-  wire [15:0] bank13_rdata1;
-  mft_bank bank13 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[223:208]),
-    .re0    (read0_3),
-    .raddr0 (address0_3),
-    .rdata0 (bank13_rdata0),
-    .re1    (read1_3),
-    .raddr1 (address1_3),
-    .rdata1 (bank13_rdata1)
-  );
-  wire [15:0] bank14_rdata0;
-  wire [15:0] bank14_rdata1;
-  mft_bank bank14 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[239:224]),
-    .re0    (read0_3),
-    .raddr0 (address0_3),
-    .rdata0 (bank14_rdata0),
-    .re1    (read1_3),
-    .raddr1 (address1_3),
-    .rdata1 (bank14_rdata1)
-  );
-  wire [15:0] bank15_rdata0;
-  wire [15:0] bank15_rdata1;
-  mft_bank bank15 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[255:240]),
-    .re0    (read0_3),
-    .raddr0 (address0_3),
-    .rdata0 (bank15_rdata0),
-    .re1    (read1_3),
-    .raddr1 (address1_3),
-    .rdata1 (bank15_rdata1)
-  );
-  wire [15:0] bank16_rdata0;
-  wire [15:0] bank16_rdata1;
-  mft_bank bank16 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[271:256]),
-    .re0    (read0_4),
-    .raddr0 (address0_4),
-    .rdata0 (bank16_rdata0),
-    .re1    (read1_4),
-    .raddr1 (address1_4),
-    .rdata1 (bank16_rdata1)
-  );
-  wire [15:0] bank17_rdata0;
-  wire [15:0] bank17_rdata1;
-  mft_bank bank17 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[287:272]),
-    .re0    (read0_4),
-    .raddr0 (address0_4),
-    .rdata0 (bank17_rdata0),
-    .re1    (read1_4),
-    .raddr1 (address1_4),
-    .rdata1 (bank17_rdata1)
-  );
-  wire [15:0] bank18_rdata0;
-  wire [15:0] bank18_rdata1;
-  mft_bank bank18 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[303:288]),
-    .re0    (read0_4),
-    .raddr0 (address0_4),
-    .rdata0 (bank18_rdata0),
-    .re1    (read1_4),
-    .raddr1 (address1_4),
-    .rdata1 (bank18_rdata1)
-  );
-  wire [15:0] bank19_rdata0;
-  wire [15:0] bank19_rdata1;
-  mft_bank bank19 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[319:304]),
-    .re0    (read0_4),
-    .raddr0 (address0_4),
-    .rdata0 (bank19_rdata0),
-    .re1    (read1_4),
-    .raddr1 (address1_4),
-    .rdata1 (bank19_rdata1)
-  );
-  wire [15:0] bank20_rdata0;
-  wire [15:0] bank20_rdata1;
-  mft_bank bank20 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[335:320]),
-    .re0    (read0_5),
-    .raddr0 (address0_5),
-    .rdata0 (bank20_rdata0),
-    .re1    (read1_5),
-    .raddr1 (address1_5),
-    .rdata1 (bank20_rdata1)
-  );
-  wire [15:0] bank21_rdata0;
-  wire [15:0] bank21_rdata1;
-  mft_bank bank21 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[351:336]),
-    .re0    (read0_5),
-    .raddr0 (address0_5),
-    .rdata0 (bank21_rdata0),
-    .re1    (read1_5),
-    .raddr1 (address1_5),
-    .rdata1 (bank21_rdata1)
-  );
-  wire [15:0] bank22_rdata0;
-  wire [15:0] bank22_rdata1;
-  mft_bank bank22 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[367:352]),
-    .re0    (read0_5),
-    .raddr0 (address0_5),
-    .rdata0 (bank22_rdata0),
-    .re1    (read1_5),
-    .raddr1 (address1_5),
-    .rdata1 (bank22_rdata1)
-  );
-  wire [15:0] bank23_rdata0;
-  wire [15:0] bank23_rdata1;
-  mft_bank bank23 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[383:368]),
-    .re0    (read0_5),
-    .raddr0 (address0_5),
-    .rdata0 (bank23_rdata0),
-    .re1    (read1_5),
-    .raddr1 (address1_5),
-    .rdata1 (bank23_rdata1)
-  );
-  wire [15:0] bank24_rdata0;
-  wire [15:0] bank24_rdata1;
-  mft_bank bank24 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[399:384]),
-    .re0    (read0_6),
-    .raddr0 (address0_6),
-    .rdata0 (bank24_rdata0),
-    .re1    (read1_6),
-    .raddr1 (address1_6),
-    .rdata1 (bank24_rdata1)
-  );
-  wire [15:0] bank25_rdata0;
-  wire [15:0] bank25_rdata1;
-  mft_bank bank25 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[415:400]),
-    .re0    (read0_6),
-    .raddr0 (address0_6),
-    .rdata0 (bank25_rdata0),
-    .re1    (read1_6),
-    .raddr1 (address1_6),
-    .rdata1 (bank25_rdata1)
-  );
-  wire [15:0] bank26_rdata0;
-  wire [15:0] bank26_rdata1;
-  mft_bank bank26 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[431:416]),
-    .re0    (read0_6),
-    .raddr0 (address0_6),
-    .rdata0 (bank26_rdata0),
-    .re1    (read1_6),
-    .raddr1 (address1_6),
-    .rdata1 (bank26_rdata1)
-  );
-  wire [15:0] bank27_rdata0;
-  wire [15:0] bank27_rdata1;
-  mft_bank bank27 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[447:432]),
-    .re0    (read0_6),
-    .raddr0 (address0_6),
-    .rdata0 (bank27_rdata0),
-    .re1    (read1_6),
-    .raddr1 (address1_6),
-    .rdata1 (bank27_rdata1)
-  );
-  wire [15:0] bank28_rdata0;
-  wire [15:0] bank28_rdata1;
-  mft_bank bank28 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[463:448]),
-    .re0    (read0_7),
-    .raddr0 (address0_7),
-    .rdata0 (bank28_rdata0),
-    .re1    (read1_7),
-    .raddr1 (address1_7),
-    .rdata1 (bank28_rdata1)
-  );
-  wire [15:0] bank29_rdata0;
-  wire [15:0] bank29_rdata1;
-  mft_bank bank29 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[479:464]),
-    .re0    (read0_7),
-    .raddr0 (address0_7),
-    .rdata0 (bank29_rdata0),
-    .re1    (read1_7),
-    .raddr1 (address1_7),
-    .rdata1 (bank29_rdata1)
-  );
-  wire [15:0] bank30_rdata0;
-  wire [15:0] bank30_rdata1;
-  mft_bank bank30 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[495:480]),
-    .re0    (read0_7),
-    .raddr0 (address0_7),
-    .rdata0 (bank30_rdata0),
-    .re1    (read1_7),
-    .raddr1 (address1_7),
-    .rdata1 (bank30_rdata1)
-  );
-  wire [15:0] bank31_rdata0;
-  wire [15:0] bank31_rdata1;
-  mft_bank bank31 (
-    .clk    (clk),
-    .we     (write),
-    .waddr  (write_address),
-    .wdata  (s_axis_mft_tdata[511:496]),
-    .re0    (read0_7),
-    .raddr0 (address0_7),
-    .rdata0 (bank31_rdata0),
-    .re1    (read1_7),
-    .raddr1 (address1_7),
-    .rdata1 (bank31_rdata1)
-  );
+  wire [7:0] read0_7_joined = {read0_7, read0_6, read0_5, read0_4, read0_3, read0_2, read0_1,
+      read0_0};
+  wire [47:0] address0_7_joined = {address0_7, address0_6, address0_5, address0_4, address0_3,
+      address0_2, address0_1, address0_0};
+  wire [7:0] read1_7_joined = {read1_7, read1_6, read1_5, read1_4, read1_3, read1_2, read1_1,
+      read1_0};
+  wire [47:0] address1_7_joined = {address1_7, address1_6, address1_5, address1_4, address1_3,
+      address1_2, address1_1, address1_0};
+  wire [511:0] bank_rdata0, bank_rdata1;
+  genvar group, lane;
+  generate
+    for (group = 0; group < 8; group = group + 1) begin : bank_of_group
+      for (lane = 0; lane < 4; lane = lane + 1) begin : bank
+        mft_halves mft_halves (
+          .clk           (clk),
+          .we            (write),
+          .write_half    (write_half),
+          .waddr         (write_address),
+          .wdata         (s_axis_mft_tdata[16 * (4 * group + lane) +: 16]),
+          .read_half     (read_half),
+          .loaded        (loaded),
+          .half_of_words (half_of_words),
+          .re0           (read0_7_joined[group]),
+          .raddr0        (address0_7_joined[6 * group +: 6]),
+          .re1           (read1_7_joined[group]),
+          .raddr1        (address1_7_joined[6 * group +: 6]),
+          .rdata0        (bank_rdata0[16 * (4 * group + lane) +: 16]),
+          .rdata1        (bank_rdata1[16 * (4 * group + lane) +: 16])
+        );
+      end
+    end
+  endgenerate
 
   // Outputs
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
+  assign is_empty = ~(loaded_0 | loaded_1 | (|write_row));
   assign in_range = {row1_7_in_range, row1_6_in_range, row1_5_in_range, row1_4_in_range,
       row1_3_in_range, row1_2_in_range, row1_1_in_range, row1_0_in_range, row0_7_in_range,
       row0_6_in_range, row0_5_in_range, row0_4_in_range, row0_3_in_range, row0_2_in_range,
       row0_1_in_range, row0_0_in_range};
-  assign feature0 = {bank31_rdata0, bank30_rdata0, bank29_rdata0, bank28_rdata0, bank27_rdata0,
-      bank26_rdata0, bank25_rdata0, bank24_rdata0, bank23_rdata0, bank22_rdata0, bank21_rdata0,
-      bank20_rdata0, bank19_rdata0, bank18_rdata0, bank17_rdata0, bank16_rdata0, bank15_rdata0,
-      bank14_rdata0, bank13_rdata0, bank12_rdata0, bank11_rdata0, bank10_rdata0, bank9_rdata0,
-      bank8_rdata0, bank7_rdata0, bank6_rdata0, bank5_rdata0, bank4_rdata0, bank3_rdata0,
-      bank2_rdata0, bank1_rdata0, bank0_rdata0};
-  assign feature1 = {bank31_rdata1, bank30_rdata1, bank29_rdata1, bank28_rdata1, bank27_rdata1,
-      bank26_rdata1, bank25_rdata1, bank24_rdata1, bank23_rdata1, bank22_rdata1, bank21_rdata1,
-      bank20_rdata1, bank19_rdata1, bank18_rdata1, bank17_rdata1, bank16_rdata1, bank15_rdata1,
-      bank14_rdata1, bank13_rdata1, bank12_rdata1, bank11_rdata1, bank10_rdata1, bank9_rdata1,
-      bank8_rdata1, bank7_rdata1, bank6_rdata1, bank5_rdata1, bank4_rdata1, bank3_rdata1,
-      bank2_rdata1, bank1_rdata1, bank0_rdata1};
+  assign feature0 = bank_rdata0;
+  assign feature1 = bank_rdata1;
   assign overflow = write_accept & (~write_room);
 endmodule
 

@@ -23,26 +23,20 @@ module rit_buffer (
   output wire [255:0] p_row,              // one a port and group of banks
   output wire [255:0] p_weight,           // one a port and group of banks
   output wire [31:0]  p_slot,             // slots
+  output wire         is_empty,           // nothing is received that is not issued
   output wire         s_axis_rit_tready,
-  output wire [2:0]   errors              // {too large to keep, bytes or tuser not as they must be, ragged entries}
+  // {too large to keep, bytes or tuser not as they must be, ragged entries}
+  output wire [2:0]   errors
 );
 
   localparam [2:0] LAST_BEAT_OF_ROW = 3'd5;
   localparam [5:0] LAST_ROW = 6'd63;  // of a half
 
   // Each half, as the writer leaves it: what lies before (end_row, end_group) can be read
-  reg closed_0;
-  reg closed_1;
-  reg [6:0] end_row_0;
-  reg [6:0] end_row_1;
-  reg [2:0] end_group_0;
-  reg [2:0] end_group_1;
-  reg ends_mvoxel_0;
-  reg ends_mvoxel_1;
-  reg streamed_0;
-  reg streamed_1;
-  reg [1:0] last_keep_0;
-  reg [1:0] last_keep_1;
+  reg closed_0, closed_1, ends_mvoxel_0, ends_mvoxel_1, streamed_0, streamed_1;
+  reg [6:0] end_row_0, end_row_1;
+  reg [2:0] end_group_0, end_group_1;
+  reg [1:0] last_keep_0, last_keep_1;
 
   // Reader: the next vertex to read
   reg read_half;
@@ -50,16 +44,9 @@ module rit_buffer (
   reg [2:0] read_group;
   reg [6:0] read_segment;
   reg read_start_half;  // half in which the MVoxel begins
-  reg q_valid;
+  reg q_valid, q_end, e_valid, e_end, f_valid, f_end;
   reg [2:0] q_group;
-  reg q_end;
-  reg [1:0] q_keep;
-  reg e_valid;
-  reg e_end;
-  reg [1:0] e_keep;
-  reg f_valid;
-  reg f_end;
-  reg [1:0] f_keep;
+  reg [1:0] q_keep, e_keep, f_keep;
   wire p_free = (~p_valid) | p_take;
   wire p_fill = p_free & f_valid;
   wire f_free = (~f_valid) | p_free;
@@ -156,231 +143,33 @@ module rit_buffer (
   wire write_ready = ~(write_half ? closed_1 : closed_0);
   wire some_bytes = |s_axis_rit_tkeep;
   wire write_accept = s_axis_rit_tvalid & write_ready & (some_bytes | s_axis_rit_tlast);
-  wire at_least_4 = (write_phase == 3'd0) ? s_axis_rit_tkeep[6] : 1'b1;
-  wire at_least_8 = (write_phase == 3'd0) ? s_axis_rit_tkeep[14] : 1'b1;
-  reg at_least_12;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_12 = 1'b0;
-      3'd1: at_least_12 = s_axis_rit_tkeep[6];
-      default: at_least_12 = 1'b1;
-    endcase
-  end
-  reg at_least_16;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_16 = 1'b0;
-      3'd1: at_least_16 = s_axis_rit_tkeep[14];
-      default: at_least_16 = 1'b1;
-    endcase
-  end
-  reg at_least_20;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_20 = 1'b0;
-      3'd1: at_least_20 = 1'b0;
-      3'd2: at_least_20 = s_axis_rit_tkeep[6];
-      default: at_least_20 = 1'b1;
-    endcase
-  end
-  reg at_least_24;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_24 = 1'b0;
-      3'd1: at_least_24 = 1'b0;
-      3'd2: at_least_24 = s_axis_rit_tkeep[14];
-      default: at_least_24 = 1'b1;
-    endcase
-  end
-  reg at_least_28;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_28 = 1'b0;
-      3'd1: at_least_28 = 1'b0;
-      3'd2: at_least_28 = 1'b0;
-      3'd3: at_least_28 = s_axis_rit_tkeep[6];
-      default: at_least_28 = 1'b1;
-    endcase
-  end
-  reg at_least_32;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_32 = 1'b0;
-      3'd1: at_least_32 = 1'b0;
-      3'd2: at_least_32 = 1'b0;
-      3'd3: at_least_32 = s_axis_rit_tkeep[14];
-      default: at_least_32 = 1'b1;
-    endcase
-  end
-  reg at_least_36;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_36 = 1'b0;
-      3'd1: at_least_36 = 1'b0;
-      3'd2: at_least_36 = 1'b0;
-      3'd3: at_least_36 = 1'b0;
-      3'd4: at_least_36 = s_axis_rit_tkeep[6];
-      default: at_least_36 = 1'b1;
-    endcase
-  end
-  reg at_least_40;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_40 = 1'b0;
-      3'd1: at_least_40 = 1'b0;
-      3'd2: at_least_40 = 1'b0;
-      3'd3: at_least_40 = 1'b0;
-      3'd4: at_least_40 = s_axis_rit_tkeep[14];
-      default: at_least_40 = 1'b1;
-    endcase
-  end
-  reg at_least_44;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_44 = 1'b0;
-      3'd1: at_least_44 = 1'b0;
-      3'd2: at_least_44 = 1'b0;
-      3'd3: at_least_44 = 1'b0;
-      3'd4: at_least_44 = 1'b0;
-      default: at_least_44 = s_axis_rit_tkeep[6];
-    endcase
-  end
-  reg at_least_48;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_48 = 1'b0;
-      3'd1: at_least_48 = 1'b0;
-      3'd2: at_least_48 = 1'b0;
-      3'd3: at_least_48 = 1'b0;
-      3'd4: at_least_48 = 1'b0;
-      default: at_least_48 = s_axis_rit_tkeep[14];
-    endcase
-  end
-  wire [2:0] full_groups_v8 = {2'd0, at_least_8} + {2'd0, at_least_16} + {2'd0, at_least_24} +
-      {2'd0, at_least_32} + {2'd0, at_least_40} + {2'd0, at_least_48};
-  wire [2:0] all_groups_v8 = {2'd0, at_least_4} + {2'd0, at_least_12} + {2'd0, at_least_20} + {2'd0,
-      at_least_28} + {2'd0, at_least_36} + {2'd0, at_least_44};
-  wire [1:0] keep_v8 = {(at_least_8 & (~at_least_12)) | (at_least_16 & (~at_least_20)) |
-      (at_least_24 & (~at_least_28)) | (at_least_32 & (~at_least_36)) | (at_least_40 &
-      (~at_least_44)) | at_least_48, (at_least_4 & (~at_least_12)) | (at_least_12 & (~at_least_20))
-      | (at_least_20 & (~at_least_28)) | (at_least_28 & (~at_least_36)) | (at_least_36 &
-      (~at_least_44)) | at_least_44};
-  wire at_least_5 = (write_phase == 3'd0) ? s_axis_rit_tkeep[8] : 1'b1;
-  wire exactly_4 = at_least_4 & (~at_least_5);
-  reg at_least_9;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_9 = 1'b0;
-      3'd1: at_least_9 = s_axis_rit_tkeep[0];
-      default: at_least_9 = 1'b1;
-    endcase
-  end
-  wire exactly_8 = at_least_8 & (~at_least_9);
-  reg at_least_13;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_13 = 1'b0;
-      3'd1: at_least_13 = s_axis_rit_tkeep[8];
-      default: at_least_13 = 1'b1;
-    endcase
-  end
-  wire exactly_12 = at_least_12 & (~at_least_13);
-  reg at_least_17;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_17 = 1'b0;
-      3'd1: at_least_17 = 1'b0;
-      3'd2: at_least_17 = s_axis_rit_tkeep[0];
-      default: at_least_17 = 1'b1;
-    endcase
-  end
-  wire exactly_16 = at_least_16 & (~at_least_17);
-  reg at_least_21;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_21 = 1'b0;
-      3'd1: at_least_21 = 1'b0;
-      3'd2: at_least_21 = s_axis_rit_tkeep[8];
-      default: at_least_21 = 1'b1;
-    endcase
-  end
-  wire exactly_20 = at_least_20 & (~at_least_21);
-  reg at_least_25;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_25 = 1'b0;
-      3'd1: at_least_25 = 1'b0;
-      3'd2: at_least_25 = 1'b0;
-      3'd3: at_least_25 = s_axis_rit_tkeep[0];
-      default: at_least_25 = 1'b1;
-    endcase
-  end
-  wire exactly_24 = at_least_24 & (~at_least_25);
-  reg at_least_29;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_29 = 1'b0;
-      3'd1: at_least_29 = 1'b0;
-      3'd2: at_least_29 = 1'b0;
-      3'd3: at_least_29 = s_axis_rit_tkeep[8];
-      default: at_least_29 = 1'b1;
-    endcase
-  end
-  wire exactly_28 = at_least_28 & (~at_least_29);
-  reg at_least_33;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_33 = 1'b0;
-      3'd1: at_least_33 = 1'b0;
-      3'd2: at_least_33 = 1'b0;
-      3'd3: at_least_33 = 1'b0;
-      3'd4: at_least_33 = s_axis_rit_tkeep[0];
-      default: at_least_33 = 1'b1;
-    endcase
-  end
-  wire exactly_32 = at_least_32 & (~at_least_33);
-  reg at_least_37;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_37 = 1'b0;
-      3'd1: at_least_37 = 1'b0;
-      3'd2: at_least_37 = 1'b0;
-      3'd3: at_least_37 = 1'b0;
-      3'd4: at_least_37 = s_axis_rit_tkeep[8];
-      default: at_least_37 = 1'b1;
-    endcase
-  end
-  wire exactly_36 = at_least_36 & (~at_least_37);
-  reg at_least_41;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_41 = 1'b0;
-      3'd1: at_least_41 = 1'b0;
-      3'd2: at_least_41 = 1'b0;
-      3'd3: at_least_41 = 1'b0;
-      3'd4: at_least_41 = 1'b0;
-      default: at_least_41 = s_axis_rit_tkeep[0];
-    endcase
-  end
-  wire exactly_40 = at_least_40 & (~at_least_41);
-  reg at_least_45;
-  always @(*) begin
-    case (write_phase)
-      3'd0: at_least_45 = 1'b0;
-      3'd1: at_least_45 = 1'b0;
-      3'd2: at_least_45 = 1'b0;
-      3'd3: at_least_45 = 1'b0;
-      3'd4: at_least_45 = 1'b0;
-      default: at_least_45 = s_axis_rit_tkeep[8];
-    endcase
-  end
-  wire exactly_44 = at_least_44 & (~at_least_45);
-  wire whole_v8 = exactly_4 | exactly_8 | exactly_12 | exactly_16 | exactly_20 | exactly_24 |
-      exactly_28 | exactly_32 | exactly_36 | exactly_40 | exactly_44 | at_least_48;
-  wire [2:0] full_groups = full_groups_v8;
-  wire [2:0] all_groups = all_groups_v8;
-  wire [1:0] keep_of_last_group = keep_v8;
-  wire whole_entries = whole_v8;
+  wire [7:0] beat_kept = {s_axis_rit_tkeep[14], s_axis_rit_tkeep[12], s_axis_rit_tkeep[10],
+      s_axis_rit_tkeep[8], s_axis_rit_tkeep[6], s_axis_rit_tkeep[4], s_axis_rit_tkeep[2],
+      s_axis_rit_tkeep[0]};
+  wire [7:0] kept_of_beat_5 = beat_kept & {8{write_phase == 3'd5}};
+  wire [7:0] kept_of_beat_4 = (beat_kept & {8{write_phase == 3'd4}}) | {8{3'd4 < write_phase}};
+  wire [7:0] kept_of_beat_3 = (beat_kept & {8{write_phase == 3'd3}}) | {8{3'd3 < write_phase}};
+  wire [7:0] kept_of_beat_2 = (beat_kept & {8{write_phase == 3'd2}}) | {8{3'd2 < write_phase}};
+  wire [7:0] kept_of_beat_1 = (beat_kept & {8{write_phase == 3'd1}}) | {8{3'd1 < write_phase}};
+  wire [7:0] kept_of_beat_0 = (beat_kept & {8{write_phase == 3'd0}}) | {8{3'd0 < write_phase}};
+  wire [47:0] row_kept = {kept_of_beat_5, kept_of_beat_4, kept_of_beat_3, kept_of_beat_2,
+      kept_of_beat_1, kept_of_beat_0};
+  wire [47:0] row_last = row_kept & (~{1'b0, row_kept[47:1]});
+  wire [2:0] full_groups_v8 = {2'd0, row_kept[7]} + {2'd0, row_kept[15]} + {2'd0, row_kept[23]} +
+      {2'd0, row_kept[31]} + {2'd0, row_kept[39]} + {2'd0, row_kept[47]};
+  wire [2:0] all_groups_v8 = {2'd0, row_kept[3]} + {2'd0, row_kept[11]} + {2'd0, row_kept[19]} +
+      {2'd0, row_kept[27]} + {2'd0, row_kept[35]} + {2'd0, row_kept[43]};
+  wire [1:0] keep_v8 = {(row_kept[7] & (~row_kept[11])) | (row_kept[15] & (~row_kept[19])) |
+      (row_kept[23] & (~row_kept[27])) | (row_kept[31] & (~row_kept[35])) | (row_kept[39] &
+      (~row_kept[43])) | row_kept[47], (row_kept[3] & (~row_kept[11])) | (row_kept[11] &
+      (~row_kept[19])) | (row_kept[19] & (~row_kept[27])) | (row_kept[27] & (~row_kept[35])) |
+      (row_kept[35] & (~row_kept[43])) | row_kept[43]};
+  wire whole_v8 = |(row_last & 48'h888888888888);
+  wire [8:0] completed = {whole_v8, keep_v8, all_groups_v8, full_groups_v8};
+  wire [2:0] full_groups = completed[2:0];
+  wire [2:0] all_groups = completed[5:3];
+  wire [1:0] keep_of_last_group = completed[7:6];
+  wire whole_entries = completed[8];
   wire write_phase_is_0 = write_phase == 3'd0;
   wire write_row_or_write_second = (|write_row) | write_second;
   // the MVoxel has brought entries already
@@ -466,516 +255,49 @@ module rit_buffer (
     end
   end
 
-  // Banks: a row is read with vertex 0 of a group and held for the others
-  wire [15:0] bank0_rdata;
-  rit_bank bank0 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank0_rdata)
-  );
-  wire [15:0] bank1_rdata;
-  rit_bank bank1 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank1_rdata)
-  );
-  wire [15:0] bank2_rdata;
-  rit_bank bank2 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank2_rdata)
-  );
-  wire [15:0] bank3_rdata;
-  rit_bank bank3 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank3_rdata)
-  );
-  wire [15:0] bank4_rdata;
-  rit_bank bank4 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank4_rdata)
-  );
-  wire [15:0] bank5_rdata;
-  rit_bank bank5 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank5_rdata)
-  );
-  wire [15:0] bank6_rdata;
-  rit_bank bank6 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank6_rdata)
-  );
-  wire [15:0] bank7_rdata;
-  rit_bank bank7 (
-    .clk   (clk),
-    .we    (write_phase_0),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank7_rdata)
-  );
-  wire [15:0] bank8_rdata;
-  rit_bank bank8 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank8_rdata)
-  );
-  wire [15:0] bank9_rdata;
-  rit_bank bank9 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank9_rdata)
-  );
-  wire [15:0] bank10_rdata;
-  rit_bank bank10 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank10_rdata)
-  );
-  wire [15:0] bank11_rdata;
-  rit_bank bank11 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank11_rdata)
-  );
-  wire [15:0] bank12_rdata;
-  rit_bank bank12 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank12_rdata)
-  );
-  wire [15:0] bank13_rdata;
-  rit_bank bank13 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank13_rdata)
-  );
-  wire [15:0] bank14_rdata;
-  rit_bank bank14 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank14_rdata)
-  );
-  wire [15:0] bank15_rdata;
-  rit_bank bank15 (
-    .clk   (clk),
-    .we    (write_phase_1),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank15_rdata)
-  );
-  wire [15:0] bank16_rdata;
-  rit_bank bank16 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank16_rdata)
-  );
-  wire [15:0] bank17_rdata;
-  rit_bank bank17 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank17_rdata)
-  );
-  wire [15:0] bank18_rdata;
-  rit_bank bank18 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank18_rdata)
-  );
-  wire [15:0] bank19_rdata;
-  rit_bank bank19 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank19_rdata)
-  );
-  wire [15:0] bank20_rdata;
-  rit_bank bank20 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank20_rdata)
-  );
-  wire [15:0] bank21_rdata;
-  rit_bank bank21 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank21_rdata)
-  );
-  wire [15:0] bank22_rdata;
-  rit_bank bank22 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank22_rdata)
-  );
-  wire [15:0] bank23_rdata;
-  rit_bank bank23 (
-    .clk   (clk),
-    .we    (write_phase_2),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank23_rdata)
-  );
-  wire [15:0] bank24_rdata;
-  rit_bank bank24 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank24_rdata)
-  );
-  wire [15:0] bank25_rdata;
-  rit_bank bank25 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank25_rdata)
-  );
-  wire [15:0] bank26_rdata;
-  rit_bank bank26 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank26_rdata)
-  );
-  wire [15:0] bank27_rdata;
-  rit_bank bank27 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank27_rdata)
-  );
-  wire [15:0] bank28_rdata;
-  rit_bank bank28 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank28_rdata)
-  );
-  wire [15:0] bank29_rdata;
-  rit_bank bank29 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank29_rdata)
-  );
-  wire [15:0] bank30_rdata;
-  rit_bank bank30 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank30_rdata)
-  );
-  wire [15:0] bank31_rdata;
-  rit_bank bank31 (
-    .clk   (clk),
-    .we    (write_phase_3),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank31_rdata)
-  );
-  wire [15:0] bank32_rdata;
-  rit_bank bank32 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank32_rdata)
-  );
-  wire [15:0] bank33_rdata;
-  rit_bank bank33 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank33_rdata)
-  );
-  wire [15:0] bank34_rdata;
-  rit_bank bank34 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank34_rdata)
-  );
-  wire [15:0] bank35_rdata;
-  rit_bank bank35 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank35_rdata)
-  );
-  wire [15:0] bank36_rdata;
-  rit_bank bank36 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank36_rdata)
-  );
-  wire [15:0] bank37_rdata;
-  rit_bank bank37 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank37_rdata)
-  );
-  wire [15:0] bank38_rdata;
-  rit_bank bank38 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank38_rdata)
-  );
-  wire [15:0] bank39_rdata;
-  rit_bank bank39 (
-    .clk   (clk),
-    .we    (write_phase_4),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank39_rdata)
-  );
-  wire [15:0] bank40_rdata;
-  rit_bank bank40 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[15:0]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank40_rdata)
-  );
-  wire [15:0] bank41_rdata;
-  rit_bank bank41 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[31:16]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank41_rdata)
-  );
-  wire [15:0] bank42_rdata;
-  rit_bank bank42 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[47:32]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank42_rdata)
-  );
-  wire [15:0] bank43_rdata;
-  rit_bank bank43 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[63:48]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank43_rdata)
-  );
-  wire [15:0] bank44_rdata;
-  rit_bank bank44 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[79:64]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank44_rdata)
-  );
-  wire [15:0] bank45_rdata;
-  rit_bank bank45 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[95:80]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank45_rdata)
-  );
-  wire [15:0] bank46_rdata;
-  rit_bank bank46 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[111:96]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank46_rdata)
-  );
-  wire [15:0] bank47_rdata;
-  rit_bank bank47 (
-    .clk   (clk),
-    .we    (write_phase_5),
-    .waddr (write_address),
-    .wdata (s_axis_rit_tdata[127:112]),
-    .re    (read_fire),
-    .raddr (read_address),
-    .rdata (bank47_rdata)
-  );
+  // Banks, one a beat of a row: read with vertex 0 of a group and held for the others
+  wire [5:0] write_phase_5_joined = {write_phase_5, write_phase_4, write_phase_3, write_phase_2,
+      write_phase_1, write_phase_0};
+  wire [767:0] bank_rdata;
+  genvar beat;
+  generate
+    for (beat = 0; beat < 6; beat = beat + 1) begin : bank
+      rit_bank rit_bank (
+        .clk   (clk),
+        .we    (write_phase_5_joined[beat]),
+        .waddr (write_address),
+        .wdata (s_axis_rit_tdata),
+        .re    (read_fire),
+        .raddr (read_address),
+        .rdata (bank_rdata[128 * beat +: 128])
+      );
+    end
+  endgenerate
 
   // Stages to P: row, weight and slot, picked or made, and registered
   reg [63:0] entry0;
   always @(*) begin
     case (q_group)
-      3'd0: entry0 = {bank3_rdata, bank2_rdata, bank1_rdata, bank0_rdata};
-      3'd1: entry0 = {bank11_rdata, bank10_rdata, bank9_rdata, bank8_rdata};
-      3'd2: entry0 = {bank19_rdata, bank18_rdata, bank17_rdata, bank16_rdata};
-      3'd3: entry0 = {bank27_rdata, bank26_rdata, bank25_rdata, bank24_rdata};
-      3'd4: entry0 = {bank35_rdata, bank34_rdata, bank33_rdata, bank32_rdata};
-      default: entry0 = {bank43_rdata, bank42_rdata, bank41_rdata, bank40_rdata};
+      3'd0: entry0 = {bank_rdata[63:48], bank_rdata[47:32], bank_rdata[31:16], bank_rdata[15:0]};
+      3'd1: entry0 = {bank_rdata[191:176], bank_rdata[175:160], bank_rdata[159:144],
+          bank_rdata[143:128]};
+      3'd2: entry0 = {bank_rdata[319:304], bank_rdata[303:288], bank_rdata[287:272],
+          bank_rdata[271:256]};
+      3'd3: entry0 = {bank_rdata[447:432], bank_rdata[431:416], bank_rdata[415:400],
+          bank_rdata[399:384]};
+      3'd4: entry0 = {bank_rdata[575:560], bank_rdata[559:544], bank_rdata[543:528],
+          bank_rdata[527:512]};
+      default: entry0 = {bank_rdata[703:688], bank_rdata[687:672], bank_rdata[671:656],
+          bank_rdata[655:640]};
     endcase
   end
-  reg [12:0] e_fraction_x0;
-  reg [12:0] e_fraction_y0;
-  reg [12:0] e_fraction_z0;
-  reg [15:0] e_row0;
-  reg [15:0] e_slot0;
-  reg [15:0] f_slot0;
-  reg [12:0] f_fraction_x0;
+  reg [12:0] e_fraction_x0, e_fraction_y0, e_fraction_z0, f_fraction_x0;
+  reg [15:0] e_row0, e_slot0, f_slot0;
   wire odd_x0 = e_row0[0];
   wire odd_y0 = e_row0[3];
   wire odd_z0 = e_row0[6];
-  reg [2:0] f_next_x0;
-  reg [2:0] f_next_y0;
-  reg [2:0] f_next_z0;
-  reg [1:0] f_half_x0;
-  reg [1:0] f_half_y0;
-  reg [1:0] f_half_z0;
+  reg [2:0] f_next_x0, f_next_y0, f_next_z0;
+  reg [1:0] f_half_x0, f_half_y0, f_half_z0;
   reg [6:0] f_above0;
   wire [15:0] high_z0 = {{e_fraction_z0[12], e_fraction_z0[11:0] & {12{~e_fraction_z0[12]}}}, 3'd0};
   wire [15:0] low_z0 = 16'h8000 - high_z0;
@@ -1034,50 +356,33 @@ module rit_buffer (
   wire [15:0] low_x0_3 = f_sum3_0 - high_x0_3;
   wire [15:0] even_part_x0_3 = f_odd_x0 ? high_x0_3 : low_x0_3;
   wire [15:0] odd_part_x0_3 = f_odd_x0 ? low_x0_3 : high_x0_3;
-  reg [15:0] p_row0_0;
-  reg [15:0] p_row0_1;
-  reg [15:0] p_row0_2;
-  reg [15:0] p_row0_3;
-  reg [15:0] p_row0_4;
-  reg [15:0] p_row0_5;
-  reg [15:0] p_row0_6;
-  reg [15:0] p_row0_7;
-  reg [15:0] p_weight0_0;
-  reg [15:0] p_weight0_1;
-  reg [15:0] p_weight0_2;
-  reg [15:0] p_weight0_3;
-  reg [15:0] p_weight0_4;
-  reg [15:0] p_weight0_5;
-  reg [15:0] p_weight0_6;
-  reg [15:0] p_weight0_7;
-  reg [15:0] p_tag0;
+  reg [15:0] p_row0_0, p_row0_1, p_row0_2, p_row0_3, p_row0_4, p_row0_5, p_row0_6, p_row0_7,
+      p_weight0_0, p_weight0_1, p_weight0_2, p_weight0_3, p_weight0_4, p_weight0_5, p_weight0_6,
+      p_weight0_7, p_tag0;
   reg [63:0] entry1;
   always @(*) begin
     case (q_group)
-      3'd0: entry1 = {bank7_rdata, bank6_rdata, bank5_rdata, bank4_rdata};
-      3'd1: entry1 = {bank15_rdata, bank14_rdata, bank13_rdata, bank12_rdata};
-      3'd2: entry1 = {bank23_rdata, bank22_rdata, bank21_rdata, bank20_rdata};
-      3'd3: entry1 = {bank31_rdata, bank30_rdata, bank29_rdata, bank28_rdata};
-      3'd4: entry1 = {bank39_rdata, bank38_rdata, bank37_rdata, bank36_rdata};
-      default: entry1 = {bank47_rdata, bank46_rdata, bank45_rdata, bank44_rdata};
+      3'd0: entry1 = {bank_rdata[127:112], bank_rdata[111:96], bank_rdata[95:80],
+          bank_rdata[79:64]};
+      3'd1: entry1 = {bank_rdata[255:240], bank_rdata[239:224], bank_rdata[223:208],
+          bank_rdata[207:192]};
+      3'd2: entry1 = {bank_rdata[383:368], bank_rdata[367:352], bank_rdata[351:336],
+          bank_rdata[335:320]};
+      3'd3: entry1 = {bank_rdata[511:496], bank_rdata[495:480], bank_rdata[479:464],
+          bank_rdata[463:448]};
+      3'd4: entry1 = {bank_rdata[639:624], bank_rdata[623:608], bank_rdata[607:592],
+          bank_rdata[591:576]};
+      default: entry1 = {bank_rdata[767:752], bank_rdata[751:736], bank_rdata[735:720],
+          bank_rdata[719:704]};
     endcase
   end
-  reg [12:0] e_fraction_x1;
-  reg [12:0] e_fraction_y1;
-  reg [12:0] e_fraction_z1;
-  reg [15:0] e_row1;
-  reg [15:0] e_slot1;
-  reg [15:0] f_slot1;
-  reg [12:0] f_fraction_x1;
+  reg [12:0] e_fraction_x1, e_fraction_y1, e_fraction_z1, f_fraction_x1;
+  reg [15:0] e_row1, e_slot1, f_slot1;
   wire odd_x1 = e_row1[0];
   wire odd_y1 = e_row1[3];
   wire odd_z1 = e_row1[6];
-  reg [2:0] f_next_x1;
-  reg [2:0] f_next_y1;
-  reg [2:0] f_next_z1;
-  reg [1:0] f_half_x1;
-  reg [1:0] f_half_y1;
-  reg [1:0] f_half_z1;
+  reg [2:0] f_next_x1, f_next_y1, f_next_z1;
+  reg [1:0] f_half_x1, f_half_y1, f_half_z1;
   reg [6:0] f_above1;
   wire [15:0] high_z1 = {{e_fraction_z1[12], e_fraction_z1[11:0] & {12{~e_fraction_z1[12]}}}, 3'd0};
   wire [15:0] low_z1 = 16'h8000 - high_z1;
@@ -1136,23 +441,9 @@ module rit_buffer (
   wire [15:0] low_x1_3 = f_sum3_1 - high_x1_3;
   wire [15:0] even_part_x1_3 = f_odd_x1 ? high_x1_3 : low_x1_3;
   wire [15:0] odd_part_x1_3 = f_odd_x1 ? low_x1_3 : high_x1_3;
-  reg [15:0] p_row1_0;
-  reg [15:0] p_row1_1;
-  reg [15:0] p_row1_2;
-  reg [15:0] p_row1_3;
-  reg [15:0] p_row1_4;
-  reg [15:0] p_row1_5;
-  reg [15:0] p_row1_6;
-  reg [15:0] p_row1_7;
-  reg [15:0] p_weight1_0;
-  reg [15:0] p_weight1_1;
-  reg [15:0] p_weight1_2;
-  reg [15:0] p_weight1_3;
-  reg [15:0] p_weight1_4;
-  reg [15:0] p_weight1_5;
-  reg [15:0] p_weight1_6;
-  reg [15:0] p_weight1_7;
-  reg [15:0] p_tag1;
+  reg [15:0] p_row1_0, p_row1_1, p_row1_2, p_row1_3, p_row1_4, p_row1_5, p_row1_6, p_row1_7,
+      p_weight1_0, p_weight1_1, p_weight1_2, p_weight1_3, p_weight1_4, p_weight1_5, p_weight1_6,
+      p_weight1_7, p_tag1;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -1324,12 +615,14 @@ module rit_buffer (
     end
   end
 
+  // Stream and error outputs
   assign p_row = {p_row1_7, p_row1_6, p_row1_5, p_row1_4, p_row1_3, p_row1_2, p_row1_1, p_row1_0,
       p_row0_7, p_row0_6, p_row0_5, p_row0_4, p_row0_3, p_row0_2, p_row0_1, p_row0_0};
   assign p_weight = {p_weight1_7, p_weight1_6, p_weight1_5, p_weight1_4, p_weight1_3, p_weight1_2,
       p_weight1_1, p_weight1_0, p_weight0_7, p_weight0_6, p_weight0_5, p_weight0_4, p_weight0_3,
       p_weight0_2, p_weight0_1, p_weight0_0};
   assign p_slot = {p_tag1, p_tag0};
+  assign is_empty = ~(closed_0 | closed_1 | follows_beats | q_valid | e_valid | f_valid | p_valid);
   assign s_axis_rit_tready = write_ready;
   assign errors = {write_accept & ends_half & not_last & write_second & (~s_axis_rit_tuser) & (7'd1
       < cfg_segments), write_accept & ((~(s_axis_rit_tlast ? ((s_axis_rit_tkeep[0] ==

@@ -15,198 +15,30 @@ module exp_constants (
   output wire        digit0   // an exponent digit
 );
 
-  reg [22:0] sr_sub_0;
-  reg [4:0] sr_mul_0;
-  reg sr_digit_0;
-  reg [22:0] sr_sub_1;
-  reg [4:0] sr_mul_1;
-  reg sr_digit_1;
-  reg [22:0] sr_sub_2;
-  reg [4:0] sr_mul_2;
-  reg sr_digit_2;
-  reg [22:0] sr_sub_3;
-  reg [4:0] sr_mul_3;
-  reg sr_digit_3;
-  reg [22:0] sr_sub_4;
-  reg [4:0] sr_mul_4;
-  reg sr_digit_4;
-  reg [22:0] sr_sub_5;
-  reg [4:0] sr_mul_5;
-  reg sr_digit_5;
-  reg [22:0] sr_sub_6;
-  reg [4:0] sr_mul_6;
-  reg sr_digit_6;
-  reg [22:0] sr_sub_7;
-  reg [4:0] sr_mul_7;
-  reg sr_digit_7;
-  reg [22:0] sr_sub_8;
-  reg [4:0] sr_mul_8;
-  reg sr_digit_8;
-  reg [22:0] sr_sub_9;
-  reg [4:0] sr_mul_9;
-  reg sr_digit_9;
-  reg [22:0] sr_sub_10;
-  reg [4:0] sr_mul_10;
-  reg sr_digit_10;
-  reg [22:0] sr_sub_11;
-  reg [4:0] sr_mul_11;
-  reg sr_digit_11;
-  reg [22:0] sr_sub_12;
-  reg [4:0] sr_mul_12;
-  reg sr_digit_12;
-  reg [22:0] sr_sub_13;
-  reg [4:0] sr_mul_13;
-  reg sr_digit_13;
-  reg [22:0] sr_sub_14;
-  reg [4:0] sr_mul_14;
-  reg sr_digit_14;
-  reg [22:0] sr_sub_15;
-  reg [4:0] sr_mul_15;
-  reg sr_digit_15;
-  reg [22:0] sr_sub_16;
-  reg [4:0] sr_mul_16;
-  reg sr_digit_16;
-  reg [22:0] sr_sub_17;
-  reg [4:0] sr_mul_17;
-  reg sr_digit_17;
-  reg [22:0] sr_sub_18;
-  reg [4:0] sr_mul_18;
-  reg sr_digit_18;
-  reg [22:0] sr_sub_19;
-  reg [4:0] sr_mul_19;
-  reg sr_digit_19;
+  reg [459:0] sr_sub;  // the first lowest
+  reg [99:0] sr_mul;  // the first lowest
+  reg [19:0] sr_digit;  // the first lowest
 
   always @(posedge clk) begin
     if (!rst_n) begin
-      sr_sub_0 <= 23'h2c5c86;
-      sr_mul_0 <= 5'd0;
-      sr_digit_0 <= 1'b1;
-      sr_sub_1 <= 23'h162e43;
-      sr_mul_1 <= 5'd0;
-      sr_digit_1 <= 1'b1;
-      sr_sub_2 <= 23'hb1721;
-      sr_mul_2 <= 5'd0;
-      sr_digit_2 <= 1'b1;
-      sr_sub_3 <= 23'h58b91;
-      sr_mul_3 <= 5'd0;
-      sr_digit_3 <= 1'b1;
-      sr_sub_4 <= 23'h33e64;
-      sr_mul_4 <= 5'd1;
-      sr_digit_4 <= 1'b0;
-      sr_sub_5 <= 23'h1c8ff;
-      sr_mul_5 <= 5'd2;
-      sr_digit_5 <= 1'b0;
-      sr_sub_6 <= 23'hf138;
-      sr_mul_6 <= 5'd3;
-      sr_digit_6 <= 1'b0;
-      sr_sub_7 <= 23'h7c29;
-      sr_mul_7 <= 5'd4;
-      sr_digit_7 <= 1'b0;
-      sr_sub_8 <= 23'h3f05;
-      sr_mul_8 <= 5'd5;
-      sr_digit_8 <= 1'b0;
-      sr_sub_9 <= 23'd8129;
-      sr_mul_9 <= 5'd6;
-      sr_digit_9 <= 1'b0;
-      sr_sub_10 <= 23'd4080;
-      sr_mul_10 <= 5'd7;
-      sr_digit_10 <= 1'b0;
-      sr_sub_11 <= 23'd2044;
-      sr_mul_11 <= 5'd8;
-      sr_digit_11 <= 1'b0;
-      sr_sub_12 <= 23'd1023;
-      sr_mul_12 <= 5'd9;
-      sr_digit_12 <= 1'b0;
-      sr_sub_13 <= 23'd512;
-      sr_mul_13 <= 5'd10;
-      sr_digit_13 <= 1'b0;
-      sr_sub_14 <= 23'd256;
-      sr_mul_14 <= 5'd11;
-      sr_digit_14 <= 1'b0;
-      sr_sub_15 <= 23'd128;
-      sr_mul_15 <= 5'd12;
-      sr_digit_15 <= 1'b0;
-      sr_sub_16 <= 23'd64;
-      sr_mul_16 <= 5'd13;
-      sr_digit_16 <= 1'b0;
-      sr_sub_17 <= 23'd32;
-      sr_mul_17 <= 5'd14;
-      sr_digit_17 <= 1'b0;
-      sr_sub_18 <= 23'd16;
-      sr_mul_18 <= 5'd15;
-      sr_digit_18 <= 1'b0;
-      sr_sub_19 <= 23'd8;
-      sr_mul_19 <= 5'd16;
-      sr_digit_19 <= 1'b0;
+      sr_sub <= {23'd8, 23'd16, 23'd32, 23'd64, 23'd128, 23'd256, 23'd512, 23'd1023, 23'd2044,
+          23'd4080, 23'd8129, 23'h3f05, 23'h7c29, 23'hf138, 23'h1c8ff, 23'h33e64, 23'h58b91,
+          23'hb1721, 23'h162e43, 23'h2c5c86};
+      sr_mul <= {5'd16, 5'd15, 5'd14, 5'd13, 5'd12, 5'd11, 5'd10, 5'd9, 5'd8, 5'd7, 5'd6, 5'd5,
+          5'd4, 5'd3, 5'd2, 5'd1, 5'd0, 5'd0, 5'd0, 5'd0};
+      sr_digit <= 20'b00000000000000001111;
     end else begin
       if (rotate) begin
-        sr_sub_0 <= sr_sub_1;
-        sr_mul_0 <= sr_mul_1;
-        sr_digit_0 <= sr_digit_1;
-        sr_sub_1 <= sr_sub_2;
-        sr_mul_1 <= sr_mul_2;
-        sr_digit_1 <= sr_digit_2;
-        sr_sub_2 <= sr_sub_3;
-        sr_mul_2 <= sr_mul_3;
-        sr_digit_2 <= sr_digit_3;
-        sr_sub_3 <= sr_sub_4;
-        sr_mul_3 <= sr_mul_4;
-        sr_digit_3 <= sr_digit_4;
-        sr_sub_4 <= sr_sub_5;
-        sr_mul_4 <= sr_mul_5;
-        sr_digit_4 <= sr_digit_5;
-        sr_sub_5 <= sr_sub_6;
-        sr_mul_5 <= sr_mul_6;
-        sr_digit_5 <= sr_digit_6;
-        sr_sub_6 <= sr_sub_7;
-        sr_mul_6 <= sr_mul_7;
-        sr_digit_6 <= sr_digit_7;
-        sr_sub_7 <= sr_sub_8;
-        sr_mul_7 <= sr_mul_8;
-        sr_digit_7 <= sr_digit_8;
-        sr_sub_8 <= sr_sub_9;
-        sr_mul_8 <= sr_mul_9;
-        sr_digit_8 <= sr_digit_9;
-        sr_sub_9 <= sr_sub_10;
-        sr_mul_9 <= sr_mul_10;
-        sr_digit_9 <= sr_digit_10;
-        sr_sub_10 <= sr_sub_11;
-        sr_mul_10 <= sr_mul_11;
-        sr_digit_10 <= sr_digit_11;
-        sr_sub_11 <= sr_sub_12;
-        sr_mul_11 <= sr_mul_12;
-        sr_digit_11 <= sr_digit_12;
-        sr_sub_12 <= sr_sub_13;
-        sr_mul_12 <= sr_mul_13;
-        sr_digit_12 <= sr_digit_13;
-        sr_sub_13 <= sr_sub_14;
-        sr_mul_13 <= sr_mul_14;
-        sr_digit_13 <= sr_digit_14;
-        sr_sub_14 <= sr_sub_15;
-        sr_mul_14 <= sr_mul_15;
-        sr_digit_14 <= sr_digit_15;
-        sr_sub_15 <= sr_sub_16;
-        sr_mul_15 <= sr_mul_16;
-        sr_digit_15 <= sr_digit_16;
-        sr_sub_16 <= sr_sub_17;
-        sr_mul_16 <= sr_mul_17;
-        sr_digit_16 <= sr_digit_17;
-        sr_sub_17 <= sr_sub_18;
-        sr_mul_17 <= sr_mul_18;
-        sr_digit_17 <= sr_digit_18;
-        sr_sub_18 <= sr_sub_19;
-        sr_mul_18 <= sr_mul_19;
-        sr_digit_18 <= sr_digit_19;
-        sr_sub_19 <= sr_sub_0;
-        sr_mul_19 <= sr_mul_0;
-        sr_digit_19 <= sr_digit_0;
+        sr_sub <= {sr_sub[22:0], sr_sub[459:23]};
+        sr_mul <= {sr_mul[4:0], sr_mul[99:5]};
+        sr_digit <= {sr_digit[0], sr_digit[19:1]};
       end
     end
   end
 
-  assign sub0 = sr_sub_0;
-  assign mul0 = sr_mul_0;
-  assign digit0 = sr_digit_0;
+  assign sub0 = sr_sub[22:0];
+  assign mul0 = sr_mul[4:0];
+  assign digit0 = sr_digit[0];
 endmodule
 
 `default_nettype wire

@@ -33,31 +33,24 @@ module gathering_unit (
   output reg  [31:0]  stat_stall_mft,      // stalls: MVoxel not loaded
   output reg  [31:0]  stat_stall_rit,      // stalls: no entry
   output reg  [31:0]  stat_entries,        // entries issued
-  output wire [7:0]   stat_errors          // sticky; docs/reference/gathering-unit.md names the bits
+  output wire         idle,                // nothing is received or in flight: cfg_* may change
+  // sticky; docs/reference/gathering-unit.md names the bits
+  output wire [8:0]   stat_errors
 );
 
-  localparam [3:0] GROUPS_IN_FLIGHT = 4'd8;  // FIFO depth
+  localparam [2:0] GROUPS_IN_FLIGHT = 3'd4;  // FIFO depth
   localparam [18:0] WEIGHT_ONE = 19'h8000;  // what an entry's weights sum to
   localparam [6:0] SEGMENTS_MOST = 7'd8;
 
   // Issue: registers
-  reg [3:0] in_flight;  // groups issued and not yet taken by the sink
+  reg [2:0] in_flight;  // groups issued and not yet taken by the sink
   wire credit = in_flight < GROUPS_IN_FLIGHT;
-  wire rit_p_valid;
-  wire rit_p_first;
-  wire rit_p_last;
-  wire rit_p_end;
-  wire rit_p_keep;
-  wire [15:0] rit_p_row;
-  wire [15:0] rit_p_weight;
-  wire [15:0] rit_p_slot;
-  wire rit_s_axis_rit_tready;
+  wire rit_p_valid, rit_p_first, rit_p_last, rit_p_end, rit_p_keep, rit_is_empty,
+      rit_s_axis_rit_tready, mft_s_axis_mft_tready, mft_is_loaded, mft_is_empty, mft_in_range,
+      mft_overflow;
+  wire [15:0] rit_p_row, rit_p_weight, rit_p_slot;
   wire [2:0] rit_errors;
-  wire mft_s_axis_mft_tready;
-  wire mft_is_loaded;
-  wire mft_in_range;
   wire [127:0] mft_feature0;
-  wire mft_overflow;
   wire may_start = credit & mft_is_loaded;
   wire fire = rit_p_valid & ((~rit_p_first) | may_start);  // a vertex is issued
   rit_buffer rit (
@@ -79,6 +72,7 @@ module gathering_unit (
     .p_row             (rit_p_row),
     .p_weight          (rit_p_weight),
     .p_slot            (rit_p_slot),
+    .is_empty          (rit_is_empty),
     .s_axis_rit_tready (rit_s_axis_rit_tready),
     .errors            (rit_errors)
   );
@@ -95,6 +89,7 @@ module gathering_unit (
     .done              (release_table),
     .s_axis_mft_tready (mft_s_axis_mft_tready),
     .is_loaded         (mft_is_loaded),
+    .is_empty          (mft_is_empty),
     .in_range          (mft_in_range),
     .feature0          (mft_feature0),
     .overflow          (mft_overflow)
@@ -102,14 +97,8 @@ module gathering_unit (
   wire group_start = fire & rit_p_first;
 
   // Stage 1: features of the rows that were read
-  reg s1_valid;
-  reg s1_first;
-  reg s1_last;
-  reg s1_end;
-  reg s1_keep;
-  reg s1_in_range;
-  reg [15:0] s1_weight;
-  reg [15:0] s1_slot;
+  reg s1_valid, s1_first, s1_last, s1_end, s1_keep, s1_in_range;
+  reg [15:0] s1_weight, s1_slot;
   wire single_ids = cfg_vertices == 2'd0;
 
   always @(posedge clk) begin
@@ -129,131 +118,64 @@ module gathering_unit (
         s1_last <= rit_p_last;
         s1_end <= rit_p_end;
         s1_keep <= rit_p_keep;
-        s1_in_range <= mft_in_range;
-        s1_weight <= single_ids ? 16'h8000 : rit_p_weight;
-        s1_slot <= rit_p_slot;
+        s1_in_range <= mft_in_range & rit_p_keep;
+        s1_weight <= (single_ids ? 16'h8000 : rit_p_weight) & {16{rit_p_keep}};
+        s1_slot <= rit_p_slot & {16{rit_p_keep}};
       end
     end
   end
 
   // Reducers: one a channel and port
   wire [127:0] s1_features0 = mft_feature0 & {128{s1_in_range}};
-  wire [15:0] reducer0_0_result;
-  reducer reducer0_0 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[15:0]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_0_result)
-  );
-  wire [15:0] reducer0_1_result;
-  reducer reducer0_1 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[31:16]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_1_result)
-  );
-  wire [15:0] reducer0_2_result;
-  reducer reducer0_2 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[47:32]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_2_result)
-  );
-  wire [15:0] reducer0_3_result;
-  reducer reducer0_3 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[63:48]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_3_result)
-  );
-  wire [15:0] reducer0_4_result;
-  reducer reducer0_4 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[79:64]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_4_result)
-  );
-  wire [15:0] reducer0_5_result;
-  reducer reducer0_5 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[95:80]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_5_result)
-  );
-  wire [15:0] reducer0_6_result;
-  reducer reducer0_6 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[111:96]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_6_result)
-  );
-  wire [15:0] reducer0_7_result;
-  reducer reducer0_7 (
-    .clk     (clk),
-    .rst_n   (rst_n),
-    .valid   (s1_valid),
-    .feature (s1_features0[127:112]),
-    .first   (s1_first),
-    .weight  (s1_weight),
-    .result  (reducer0_7_result)
-  );
+  wire [127:0] reduced_result;
+  genvar lane;
+  generate
+    for (lane = 0; lane < 8; lane = lane + 1) begin : reduced
+      reducer reducer (
+        .clk     (clk),
+        .rst_n   (rst_n),
+        .valid   (s1_valid),
+        .feature (s1_features0[16 * lane +: 16]),
+        .first   (s1_first),
+        .weight  (s1_weight),
+        .result  (reduced_result[16 * lane +: 16])
+      );
+    end
+  endgenerate
 
   // Results into the FIFO
   reg s2_push;
   wire completes = s1_valid & s1_last;
-  reg s2_end;
-  reg s2_keep;
+  reg s2_end, s2_keep;
   reg [15:0] s2_slot;
-  reg [3:0] offered;  // results in the FIFO
-  assign m_axis_feat_tvalid = |offered;
-  wire pop = m_axis_feat_tvalid & m_axis_feat_tready;
-  wire unused_results_valid;
+  wire results_valid;
   wire [145:0] results_data;
+  wire pop = results_valid & m_axis_feat_tready;
   feature_fifo results (
     .clk       (clk),
     .rst_n     (rst_n),
     .push      (s2_push),
-    .push_data ({s2_end, s2_keep, s2_slot, {reducer0_7_result, reducer0_6_result, reducer0_5_result,
-        reducer0_4_result, reducer0_3_result, reducer0_2_result, reducer0_1_result,
-        reducer0_0_result}}),
+    .push_data ({s2_end, s2_keep, s2_slot, reduced_result}),
     .pop       (pop),
-    .valid     (unused_results_valid),
+    .valid     (results_valid),
     .data      (results_data)
   );
   wire group_done = fire & rit_p_last;
+  assign idle = ~((|in_flight) | (~(rit_is_empty & mft_is_empty)));
+  wire [8:0] settings = {cfg_segments, cfg_vertices};
+  reg [8:0] settings_before;
 
   always @(posedge clk) begin
     if (!rst_n) begin
-      in_flight <= 4'd0;
+      in_flight <= 3'd0;
       s2_push <= 1'b0;
       s2_end <= 1'b0;
       s2_keep <= 1'b0;
       s2_slot <= 16'd0;
-      offered <= 4'd0;
+      settings_before <= 9'd0;
     end else begin
       if (group_start ^ pop) begin
-        in_flight <= group_start ? (in_flight + 4'd1) : (in_flight - 4'd1);
+        in_flight <= group_start ? (in_flight + 3'd1) : (in_flight - 3'd1);
       end
       s2_push <= completes;
       if (completes) begin
@@ -261,9 +183,7 @@ module gathering_unit (
         s2_keep <= s1_keep;
         s2_slot <= s1_slot;
       end
-      if (s2_push ^ pop) begin
-        offered <= s2_push ? (offered + 4'd1) : (offered - 4'd1);
-      end
+      settings_before <= settings;
     end
   end
 
@@ -272,17 +192,13 @@ module gathering_unit (
   wire [18:0] s1_weight_of_port0 = {3'd0, s1_weight};
   reg [18:0] weight_total0;
   wire [18:0] weight_sum0 = s1_first ? s1_weight_of_port0 : (weight_total0 + s1_weight_of_port0);
-  reg bad_setting;
-  reg mft_row_dropped;
-  reg rit_too_large;
-  reg gap_in_beat;
-  reg ragged_entries;
-  reg weights_off_one;
-  reg row_not_loaded;
+  reg setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
+      weights_off_one, row_not_loaded;
 
   always @(posedge clk) begin
     if (!rst_n) begin
       weight_total0 <= 19'd0;
+      setting_moved <= 1'b0;
       bad_setting <= 1'b0;
       mft_row_dropped <= 1'b0;
       rit_too_large <= 1'b0;
@@ -294,6 +210,7 @@ module gathering_unit (
       if (s1_valid) begin
         weight_total0 <= weight_sum0;
       end
+      setting_moved <= (setting_moved | ((settings != settings_before) & (~idle))) & (~cfg_clear);
       bad_setting <= (bad_setting | (s1_valid & ((SEGMENTS_MOST < cfg_segments) | (cfg_segments ==
           7'd0)))) & (~cfg_clear);
       mft_row_dropped <= (mft_row_dropped | mft_overflow) & (~cfg_clear);
@@ -312,13 +229,13 @@ module gathering_unit (
   // Counters
   reg begun;
   wire stalled = begun & (~fire);
-  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + {32'd0, 1'b1};
+  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + 33'd1;
   reg [31:0] running_fifo;
-  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + {32'd0, 1'b1};
+  wire [32:0] running_fifo_sum = {1'd0, running_fifo} + 33'd1;
   reg [31:0] running_mft;
-  wire [32:0] running_mft_sum = {1'd0, running_mft} + {32'd0, 1'b1};
+  wire [32:0] running_mft_sum = {1'd0, running_mft} + 33'd1;
   reg [31:0] running_rit;
-  wire [32:0] running_rit_sum = {1'd0, running_rit} + {32'd0, 1'b1};
+  wire [32:0] running_rit_sum = {1'd0, running_rit} + 33'd1;
   wire entries_of_group = rit_p_keep;
   wire [32:0] stat_entries_sum = {1'd0, stat_entries} + {1'd0, {31'd0, entries_of_group}};
 
@@ -351,14 +268,15 @@ module gathering_unit (
     end
   end
 
+  assign m_axis_feat_tvalid = results_valid;
   assign m_axis_feat_tdata = results_data[127:0];
   assign m_axis_feat_tkeep = {16{kept_ports}};
   assign m_axis_feat_tlast = results_data[145];
   assign m_axis_feat_tuser = results_data[143:128];
   assign s_axis_rit_tready = rst_n & rit_s_axis_rit_tready;
   assign s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
-  assign stat_errors = {bad_setting, mft_row_dropped, rit_too_large, gap_in_beat, ragged_entries,
-      weights_off_one, 1'b0, row_not_loaded};
+  assign stat_errors = {setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat,
+      ragged_entries, weights_off_one, 1'b0, row_not_loaded};
 endmodule
 
 `default_nettype wire

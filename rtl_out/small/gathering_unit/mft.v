@@ -18,6 +18,7 @@ module mft (
   input  wire         done,               // the half that is read is done with
   output wire         s_axis_mft_tready,
   output wire         is_loaded,          // the half to read holds its MVoxel
+  output wire         is_empty,           // no half is loaded, and none is partly written
   output wire         in_range,           // ports whose row was loaded
   output wire [127:0] feature0,           // features of the rows read last, channel 0 lowest
   output wire         overflow            // a row past the MVoxel's rows is dropped
@@ -26,12 +27,8 @@ module mft (
   localparam [9:0] MVOXEL_ROWS = 10'd512;
 
   // State of each half
-  reg loaded_0;
-  reg loaded_1;
-  reg [9:0] rows_0;
-  reg [9:0] rows_1;
-  reg write_half;
-  reg read_half;
+  reg loaded_0, loaded_1, write_half, read_half;
+  reg [9:0] rows_0, rows_1;
 
   // Writer
   reg [9:0] write_row;
@@ -88,98 +85,49 @@ module mft (
   // Reader
   wire [15:0] row0 = read_row;
   wire row0_in_range = {1'd0, row0} < {7'd0, read_count};
+  wire [8:0] address0 = row0[8:0];
   wire read0 = read & read_keep & row0_in_range;
-  wire [9:0] address0 = {read_half, row0[8:0]};
-  wire [9:0] write_address = {write_half, write_row[8:0]};
+  wire [8:0] write_address = write_row[8:0];
+  wire [1:0] loaded = {loaded_1, loaded_0};
+  reg half_of_words;  // half of the words read last
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      half_of_words <= 1'b0;
+    end else begin
+      if (read) begin
+        half_of_words <= read_half;
+      end
+    end
+  end
 
   // Banks, one a channel
-  wire [15:0] bank0_rdata;
-  mft_bank bank0 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[15:0]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank0_rdata)
-  );
-  wire [15:0] bank1_rdata;
-  mft_bank bank1 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[31:16]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank1_rdata)
-  );
-  wire [15:0] bank2_rdata;
-  mft_bank bank2 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[47:32]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank2_rdata)
-  );
-  wire [15:0] bank3_rdata;
-  mft_bank bank3 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[63:48]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank3_rdata)
-  );
-  wire [15:0] bank4_rdata;
-  mft_bank bank4 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[79:64]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank4_rdata)
-  );
-  wire [15:0] bank5_rdata;
-  mft_bank bank5 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[95:80]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank5_rdata)
-  );
-  wire [15:0] bank6_rdata;
-  mft_bank bank6 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[111:96]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank6_rdata)
-  );
-  wire [15:0] bank7_rdata;
-  mft_bank bank7 (
-    .clk   (clk),
-    .we    (write),
-    .waddr (write_address),
-    .wdata (s_axis_mft_tdata[127:112]),
-    .re    (read0),
-    .raddr (address0),
-    .rdata (bank7_rdata)
-  );
+  wire [127:0] bank_rdata;
+  genvar lane;
+  generate
+    for (lane = 0; lane < 8; lane = lane + 1) begin : bank
+      mft_halves mft_halves (
+        .clk           (clk),
+        .we            (write),
+        .write_half    (write_half),
+        .waddr         (write_address),
+        .wdata         (s_axis_mft_tdata[16 * lane +: 16]),
+        .read_half     (read_half),
+        .loaded        (loaded),
+        .half_of_words (half_of_words),
+        .re            (read0),
+        .raddr         (address0),
+        .rdata         (bank_rdata[16 * lane +: 16])
+      );
+    end
+  endgenerate
 
   // Outputs
   assign s_axis_mft_tready = write_ready;
   assign is_loaded = read_half ? loaded_1 : loaded_0;
+  assign is_empty = ~(loaded_0 | loaded_1 | (|write_row));
   assign in_range = row0_in_range;
-  assign feature0 = {bank7_rdata, bank6_rdata, bank5_rdata, bank4_rdata, bank3_rdata, bank2_rdata,
-      bank1_rdata, bank0_rdata};
+  assign feature0 = bank_rdata;
   assign overflow = write_accept & (~write_room);
 endmodule
 

@@ -430,19 +430,8 @@ module vector_lane (
   wire round_up = ((rounding == 2'd1) & shifted[0]) | ((rounding == 2'd2) & shifted[0] &
       ((|(exact[62:0] & dropped_bits[63:1])) | shifted[1]));
   wire [65:0] rounded_value = {floor[64], floor} + {65'd0, round_up};
-  reg [31:0] value_0;
-  reg [31:0] value_1;
-  reg [31:0] value_2;
-  reg [31:0] value_3;
-  reg [31:0] value_4;
-  reg [31:0] value_5;
-  reg [31:0] value_6;
-  reg [31:0] value_7;
-  reg [31:0] value_8;
-  reg [31:0] value_9;
-  reg [31:0] value_10;
-  reg [31:0] value_11;
-  reg [31:0] value_12;
+  reg [31:0] value_0, value_1, value_2, value_3, value_4, value_5, value_6, value_7, value_8,
+      value_9, value_10, value_11, value_12;
   // the result is R_accum 2^-exponent
   wire [4:0] exponent = (s_rescaled_13 ? 5'd24 : 5'd12) - {1'd0, s_digits_13};
   wire [20:0] accum_doubled = {s_accum_13, 1'b0};

@@ -12,19 +12,20 @@ module vector_unit (
   input  wire         cfg_clear,          // clears counters and flags
   input  wire         s_axis_vec_tvalid,  // operands
   input  wire [255:0] s_axis_vec_tdata,   // lane i: a in bits 64 i + 31 .. 64 i, b above
-  input  wire [3:0]   s_axis_vec_tkeep,   // lanes that hold elements
+  input  wire [31:0]  s_axis_vec_tkeep,   // of lanes that hold elements, all eight bytes or none
   input  wire         s_axis_vec_tlast,   // passed on
   input  wire [11:0]  s_axis_vec_tuser,   // operation 4, shift 6, rounding 2 bits
   input  wire         m_axis_vec_tready,
   output wire         s_axis_vec_tready,  // does not depend on tvalid; low in reset
   output wire         m_axis_vec_tvalid,  // results
   output wire [127:0] m_axis_vec_tdata,   // lane i in bits 32 i + 31 .. 32 i; lanes not kept are 0
-  output wire [3:0]   m_axis_vec_tkeep,
+  output wire [15:0]  m_axis_vec_tkeep,   // four bytes a lane
   output wire         m_axis_vec_tlast,
   output reg  [31:0]  stat_vectors,       // vectors accepted
   output reg  [31:0]  stat_busy,          // cycles in which a vector is accepted or stepped
   output reg  [31:0]  stat_stall_out,     // cycles in which only the lack of room refuses a vector
-  output wire [1:0]   stat_errors         // sticky: 1 reserved rounding code, 0 operation not built
+  output wire         idle,               // no vector is in flight
+  output wire [2:0]   stat_errors         // sticky: 2 torn lane, 1 reserved rounding, 0 not built
 );
 
   localparam [3:0] OP_PASS = 4'd0;
@@ -35,10 +36,13 @@ module vector_unit (
   localparam [3:0] OP_EXP = 4'd5;
   localparam [3:0] OP_ONE_MINUS_EXP = 4'd6;
 
+  wire [3:0] kept_lanes = {s_axis_vec_tkeep[24], s_axis_vec_tkeep[16], s_axis_vec_tkeep[8],
+      s_axis_vec_tkeep[0]};
+
   // Acceptance
   wire [3:0] code = s_axis_vec_tuser[3:0];
   reg [4:0] in_flight;  // vectors accepted and not yet taken by the sink
-  wire room = in_flight < 5'd19;
+  wire room = in_flight < 5'd18;
   wire may_accept = room;
   wire accept = s_axis_vec_tvalid & may_accept;
   wire is_power = code == OP_EXP;
@@ -46,76 +50,15 @@ module vector_unit (
   wire is_exp = is_power | is_one_minus;
 
   // Sequence of an exponential
-  reg result_valid;
-  reg valid_1;
-  reg is_exp_1;
-  reg one_minus_1;
-  reg [3:0] keep_1;
-  reg last_1;
-  reg valid_2;
-  reg is_exp_2;
-  reg one_minus_2;
-  reg [3:0] keep_2;
-  reg last_2;
-  reg valid_3;
-  reg is_exp_3;
-  reg one_minus_3;
-  reg [3:0] keep_3;
-  reg last_3;
-  reg valid_4;
-  reg is_exp_4;
-  reg one_minus_4;
-  reg [3:0] keep_4;
-  reg last_4;
-  reg valid_5;
-  reg is_exp_5;
-  reg one_minus_5;
-  reg [3:0] keep_5;
-  reg last_5;
-  reg valid_6;
-  reg is_exp_6;
-  reg one_minus_6;
-  reg [3:0] keep_6;
-  reg last_6;
-  reg valid_7;
-  reg is_exp_7;
-  reg one_minus_7;
-  reg [3:0] keep_7;
-  reg last_7;
-  reg valid_8;
-  reg is_exp_8;
-  reg one_minus_8;
-  reg [3:0] keep_8;
-  reg last_8;
-  reg valid_9;
-  reg is_exp_9;
-  reg one_minus_9;
-  reg [3:0] keep_9;
-  reg last_9;
-  reg valid_10;
-  reg is_exp_10;
-  reg one_minus_10;
-  reg [3:0] keep_10;
-  reg last_10;
-  reg valid_11;
-  reg is_exp_11;
-  reg one_minus_11;
-  reg [3:0] keep_11;
-  reg last_11;
-  reg valid_12;
-  reg is_exp_12;
-  reg one_minus_12;
-  reg [3:0] keep_12;
-  reg last_12;
-  reg valid_13;
-  reg is_exp_13;
-  reg one_minus_13;
-  reg [3:0] keep_13;
-  reg last_13;
-  reg result_is_exp;
-  reg result_one_minus;
-  reg [3:0] result_keep;
-  reg result_last;
+  reg result_valid, valid_1, is_exp_1, one_minus_1, last_1, valid_2, is_exp_2, one_minus_2, last_2,
+      valid_3, is_exp_3, one_minus_3, last_3, valid_4, is_exp_4, one_minus_4, last_4, valid_5,
+      is_exp_5, one_minus_5, last_5, valid_6, is_exp_6, one_minus_6, last_6, valid_7, is_exp_7,
+      one_minus_7, last_7, valid_8, is_exp_8, one_minus_8, last_8, valid_9, is_exp_9, one_minus_9,
+      last_9, valid_10, is_exp_10, one_minus_10, last_10, valid_11, is_exp_11, one_minus_11,
+      last_11, valid_12, is_exp_12, one_minus_12, last_12, valid_13, is_exp_13, one_minus_13,
+      last_13, result_is_exp, result_one_minus, result_last;
+  reg [3:0] keep_1, keep_2, keep_3, keep_4, keep_5, keep_6, keep_7, keep_8, keep_9, keep_10,
+      keep_11, keep_12, keep_13, result_keep;
   wire moving = valid_1 | valid_2 | valid_3 | valid_4 | valid_5 | valid_6 | valid_7 | valid_8 |
       valid_9 | valid_10 | valid_11 | valid_12 | valid_13;
   reg [5:0] shift_next;
@@ -200,7 +143,7 @@ module vector_unit (
       valid_1 <= accept;
       is_exp_1 <= is_exp;
       one_minus_1 <= is_one_minus;
-      keep_1 <= s_axis_vec_tkeep;
+      keep_1 <= kept_lanes;
       last_1 <= s_axis_vec_tlast;
       valid_2 <= valid_1;
       is_exp_2 <= is_exp_1;
@@ -272,66 +215,26 @@ module vector_unit (
   end
 
   // Lanes
-  wire [31:0] lane0_result;
-  vector_lane lane0 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (shift_next),
-    .rounding            (rounding_next),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[31:0]),
-    .b                   (s_axis_vec_tdata[63:32]),
-    .result              (lane0_result)
-  );
-  wire [31:0] lane1_result;
-  vector_lane lane1 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (shift_next),
-    .rounding            (rounding_next),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[95:64]),
-    .b                   (s_axis_vec_tdata[127:96]),
-    .result              (lane1_result)
-  );
-  wire [31:0] lane2_result;
-  vector_lane lane2 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (shift_next),
-    .rounding            (rounding_next),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[159:128]),
-    .b                   (s_axis_vec_tdata[191:160]),
-    .result              (lane2_result)
-  );
-  wire [31:0] lane3_result;
-  vector_lane lane3 (
-    .clk                 (clk),
-    .rst_n               (rst_n),
-    .accept              (accept),
-    .code                (code),
-    .one_minus           (is_one_minus),
-    .shift               (shift_next),
-    .rounding            (rounding_next),
-    .result_is_exp       (result_is_exp),
-    .result_is_one_minus (result_one_minus),
-    .a                   (s_axis_vec_tdata[223:192]),
-    .b                   (s_axis_vec_tdata[255:224]),
-    .result              (lane3_result)
-  );
+  wire [127:0] lane_result;
+  genvar i;
+  generate
+    for (i = 0; i < 4; i = i + 1) begin : lane
+      vector_lane vector_lane (
+        .clk                 (clk),
+        .rst_n               (rst_n),
+        .accept              (accept),
+        .code                (code),
+        .one_minus           (is_one_minus),
+        .shift               (shift_next),
+        .rounding            (rounding_next),
+        .result_is_exp       (result_is_exp),
+        .result_is_one_minus (result_one_minus),
+        .a                   (s_axis_vec_tdata[64 * i +: 32]),
+        .b                   (s_axis_vec_tdata[64 * i + 32 +: 32]),
+        .result              (lane_result[32 * i +: 32])
+      );
+    end
+  endgenerate
 
   // Results
   wire fifo_valid;
@@ -341,9 +244,8 @@ module vector_unit (
     .clk       (clk),
     .rst_n     (rst_n),
     .push      (result_valid),
-    .push_data ({result_last, result_keep, {lane3_result & {32{result_keep[3]}}, lane2_result &
-        {32{result_keep[2]}}, lane1_result & {32{result_keep[1]}}, lane0_result &
-        {32{result_keep[0]}}}}),
+    .push_data ({result_last, result_keep, lane_result & {{32{result_keep[3]}},
+        {32{result_keep[2]}}, {32{result_keep[1]}}, {32{result_keep[0]}}}}),
     .pop       (pop),
     .valid     (fifo_valid),
     .data      (fifo_data)
@@ -360,11 +262,10 @@ module vector_unit (
   end
 
   // Counters and flags
-  wire [32:0] stat_vectors_sum = {1'd0, stat_vectors} + {32'd0, 1'b1};
-  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + {32'd0, 1'b1};
-  wire [32:0] stat_stall_out_sum = {1'd0, stat_stall_out} + {32'd0, 1'b1};
-  reg operation_not_built;
-  reg rounding_reserved;
+  wire [32:0] stat_vectors_sum = {1'd0, stat_vectors} + 33'd1;
+  wire [32:0] stat_busy_sum = {1'd0, stat_busy} + 33'd1;
+  wire [32:0] stat_stall_out_sum = {1'd0, stat_stall_out} + 33'd1;
+  reg operation_not_built, rounding_reserved, lane_torn;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -373,6 +274,7 @@ module vector_unit (
       stat_stall_out <= 32'd0;
       operation_not_built <= 1'b0;
       rounding_reserved <= 1'b0;
+      lane_torn <= 1'b0;
     end else begin
       stat_vectors <= cfg_clear ? 32'd0 : accept ? (stat_vectors_sum[32] ? 32'hffffffff :
           stat_vectors_sum[31:0]) : stat_vectors;
@@ -385,16 +287,22 @@ module vector_unit (
           is_one_minus)))) & (~cfg_clear);
       rounding_reserved <= (rounding_reserved | (accept & (s_axis_vec_tuser[11:10] == 2'd3))) &
           (~cfg_clear);
+      lane_torn <= (lane_torn | (accept & (s_axis_vec_tkeep != {{8{kept_lanes[3]}},
+          {8{kept_lanes[2]}}, {8{kept_lanes[1]}}, {8{kept_lanes[0]}}}))) & (~cfg_clear);
     end
   end
 
   // Outputs
+  wire [3:0] results_kept = fifo_data[131:128];
+
   assign s_axis_vec_tready = rst_n & may_accept;
   assign m_axis_vec_tvalid = fifo_valid;
   assign m_axis_vec_tdata = fifo_data[127:0];
-  assign m_axis_vec_tkeep = fifo_data[131:128];
+  assign m_axis_vec_tkeep = {{4{results_kept[3]}}, {4{results_kept[2]}}, {4{results_kept[1]}},
+      {4{results_kept[0]}}};
   assign m_axis_vec_tlast = fifo_data[132];
-  assign stat_errors = {rounding_reserved, operation_not_built};
+  assign idle = ~(|in_flight);
+  assign stat_errors = {lane_torn, rounding_reserved, operation_not_built};
 endmodule
 
 `default_nettype wire

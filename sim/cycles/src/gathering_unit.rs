@@ -165,7 +165,7 @@ impl GatherModel {
         turns: Option<Turns>,
     ) -> Self {
         Self {
-            fifo_depth: u64::from(config.gu.fifo_depth),
+            fifo_depth: u64::from(config.feature_fifo_depth()),
             counter_max: u64::MAX >> (64 - config.gu.counter_bits),
             issues: config.issue_cycles(vertices),
             latency: u64::from(config.gather_pipeline().cycles()),
@@ -204,7 +204,7 @@ impl GatherModel {
 
     /// Whether the unit is empty, so that the settings may change.
     #[must_use]
-    pub(crate) fn is_idle(&self) -> bool {
+    pub fn is_idle(&self) -> bool {
         self.buffer.is_idle()
             && self.in_flight == 0
             && self.mft_loaded == [false; 2]

@@ -92,7 +92,7 @@ impl Layout {
     #[must_use]
     pub fn all(config: &Config) -> Vec<Self> {
         let fit = |mut config: Config| {
-            config.gu.fifo_depth = config.gu.fifo_depth.max(8);
+            config.gu.fifo_depth = config.gu.fifo_depth.map(|depth| depth.max(8));
             config.gu.segments = 64;
             config.rit.stream_bits = None;
             let breaches = rules::check(&config);

@@ -152,9 +152,8 @@ impl VectorModel {
     }
 
     /// Whether no vector is inside.
-    #[cfg(test)]
     #[must_use]
-    pub(crate) fn is_idle(&self) -> bool {
+    pub fn is_idle(&self) -> bool {
         self.inside.is_empty()
     }
 
@@ -275,6 +274,20 @@ mod tests {
         assert_eq!((taken[499], given[499]), (499, 520));
     }
 
+    /// The default depth is the fewest: a result is offered two cycles after its operands are taken,
+    /// and its place counts until the cycle after.
+    #[test]
+    fn three_places_lose_no_cycle_and_two_do() {
+        let last = |depth: u64| {
+            // The rules refuse two.
+            let mut unit = model("");
+            unit.timing.room = depth;
+            play(unit, &[OpCode::Pass; 300]).0[299]
+        };
+        assert_eq!((last(2), last(3), last(4)), (448, 299, 299));
+        assert_eq!(Config::default().vu.fifo_depth, 3);
+    }
+
     /// n(k) iterations after four digits, at least 6 clocks; 20 for k up to 2.
     #[test]
     fn an_early_out_takes_what_the_exponent_asks_for() {
@@ -336,7 +349,7 @@ mod tests {
 
     #[test]
     fn a_blocked_sink_stops_the_unit_after_its_room_and_is_counted() {
-        for (text, room) in [("", 4), ("[vu.exp]\npipelined = true", 25)] {
+        for (text, room) in [("", 3), ("[vu.exp]\npipelined = true", 24)] {
             let mut unit = model(text);
             let blocked = VectorInputs {
                 op: Some(0),

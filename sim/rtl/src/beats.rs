@@ -24,9 +24,9 @@ pub struct InputBeat {
 /// An output beat.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FeatureBeat {
-    /// `tdata`, low word first; only bits set in `mask` are defined.
+    /// `tdata`, low word first; 0 for ports without an entry.
     pub data: Vec<u32>,
-    /// Defined bits of `data`.
+    /// Bits that the port has in the words of `data`.
     pub mask: Vec<u32>,
     /// `tkeep`, low word first.
     pub keep: Vec<u32>,

@@ -114,8 +114,13 @@ impl<'a, T: Copy + Into<i32>> GatherCheck<'a, T> {
                 expected,
             )));
         }
-        for port in 0..g.kept {
-            let expected = work.tasks()[g.task].entries[g.entry + port].slot;
+        for port in 0..work.side() {
+            // A port without an entry has the slot 0.
+            let entries = &work.tasks()[g.task].entries;
+            let expected = match port < g.kept {
+                true => entries[g.entry + port].slot,
+                false => 0,
+            };
             let wide = work.slot_bits() == 32;
             let expected = if wide { expected } else { expected & 0xffff };
             same(slot(beat.user, port, work.slot_bits()), expected, |f, e| {
@@ -180,7 +185,7 @@ impl Expected {
     ) {
         let width = work.width();
         self.group = group;
-        for words in [&mut self.data, &mut self.mask, &mut self.keep] {
+        for words in [&mut self.data, &mut self.keep] {
             words.fill(0);
         }
         let low = group.low;
@@ -194,18 +199,17 @@ impl Expected {
                 let code: i32 = codes.next().map_or(0, |code| (*code).into());
                 if work.lane_bytes() == 4 {
                     self.data[lane] = code as u32;
-                    self.mask[lane] = u32::MAX;
                 } else {
                     self.data[lane / 2] |= u32::from(code as u16) << (16 * (lane % 2));
-                    self.mask[lane / 2] |= 0xffff << (16 * (lane % 2));
                 }
             }
             for bit in bytes * port..bytes * (port + 1) {
                 self.keep[bit / 32] |= 1 << (bit % 32);
             }
         }
-        for bit in 0..bytes * work.side() {
-            self.keep_mask[bit / 32] |= 1 << (bit % 32);
+        for byte in 0..bytes * work.side() {
+            self.keep_mask[byte / 32] |= 1 << (byte % 32);
+            self.mask[byte / 4] |= 0xff << (8 * (byte % 4));
         }
     }
 }

@@ -7,7 +7,7 @@ use potamoi_formats::units::VECTOR_UNIT;
 
 use super::mismatch::{Mismatch, first_difference, same};
 use super::model::RtlError;
-use super::vector_drive::{ResultSeen, Vector, VectorSeen, VectorWatch, Vectors};
+use super::vector_drive::{ResultSeen, Vector, VectorSeen, VectorWatch, Vectors, keep_lanes};
 
 /// Cycles between two calls of the progress function.
 const EVERY: u64 = 1 << 14;
@@ -38,17 +38,15 @@ impl<'a> VectorCheck<'a> {
         every: &'a mut dyn FnMut(u64),
     ) -> Result<Self, WorkError> {
         let lanes = vectors.lanes;
-        let mut keep = vec![0; lanes.div_ceil(32)];
-        for lane in 0..lanes {
-            keep[lane / 32] |= 1 << (lane % 32);
-        }
+        let mut keep = vec![0; lanes.div_ceil(8)];
+        keep_lanes(&mut keep, lanes, 4);
         Ok(Self {
             vectors,
             results,
             model: VectorModel::new(config)?,
             next: 0,
             data: vec![0; lanes],
-            keep: vec![0; lanes.div_ceil(32)],
+            keep: vec![0; lanes.div_ceil(8)],
             all: [vec![u32::MAX; lanes], keep],
             cycles: 0,
             every,
@@ -86,13 +84,14 @@ impl<'a> VectorCheck<'a> {
         let results = &self.results[vector.ordinal..vector.ordinal + count];
         for (i, result) in results.iter().enumerate() {
             self.data[i] = *result as u32;
-            self.keep[i / 32] |= 1 << (i % 32);
         }
+        keep_lanes(&mut self.keep, count, 4);
         same(u8::from(seen.last), u8::from(vector.last), |f, e| {
             self.differs(cycle, "m_axis_vec_tlast", f, e)
         })?;
-        if let Some(lane) = first_difference(seen.keep, None, &self.keep, &self.all[1]) {
-            let bit = |words: &[u32]| (words[lane / 32] >> (lane % 32) & 1).to_string();
+        if let Some(byte) = first_difference(seen.keep, None, &self.keep, &self.all[1]) {
+            let lane = byte / 4;
+            let bit = |words: &[u32]| (words[byte / 32] >> (byte % 32) & 1).to_string();
             let signal = format!("m_axis_vec_tkeep of lane {lane}");
             let (found, expected) = (bit(seen.keep), bit(&self.keep));
             return Err(Box::new(self.differs(cycle, &signal, found, expected)));

@@ -172,6 +172,13 @@ impl<P: Copy> Ports<P> {
     }
 }
 
+/// Sets the `tkeep` of the first lanes, with so many bytes a lane.
+pub(super) fn keep_lanes(keep: &mut [u32], lanes: usize, bytes: usize) {
+    for byte in 0..lanes * bytes {
+        keep[byte / 32] |= 1 << (byte % 32);
+    }
+}
+
 /// Port words: operands with their valid lanes, and results with theirs.
 struct VectorWords {
     operands: Vec<u32>,
@@ -203,8 +210,8 @@ impl VectorWords {
         for (i, (a, b)) in vector.a.iter().zip(vector.b).enumerate() {
             self.operands[2 * i] = *a as u32;
             self.operands[2 * i + 1] = *b as u32;
-            self.kept[i / 32] |= 1 << (i % 32);
         }
+        keep_lanes(&mut self.kept, vector.a.len(), 8);
         let [_, _, data, keep, last, user] = ports.input;
         engine.set_words(data, &self.operands)?;
         engine.set_words(keep, &self.kept)?;

@@ -88,8 +88,8 @@ fn gathering(config: &Config, out: &mut RuleBreaches) {
     out.range(
         "gu-fifo-depth",
         "gu.fifo_depth",
-        gu.fifo_depth,
-        config.gather_pipeline().cycles() + 1,
+        config.feature_fifo_depth(),
+        config.least_feature_fifo_depth(),
         1024,
         "fewer beats than the latency and one stall entries of one cycle even with a ready sink",
     );

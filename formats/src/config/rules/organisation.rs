@@ -131,13 +131,6 @@ fn feature_major(config: &Config, out: &mut RuleBreaches) {
             gu.ports
         ),
     );
-    out.require(
-        gu.fifo_depth > 4,
-        "feature-major-fifo-depth",
-        "gu.fifo_depth",
-        gu.fifo_depth,
-        "5 or more: fewer beats stall single-id entries even with a ready sink",
-    );
     let (rows, banks) = (config.mvoxel.rows, gu.banks.max(1));
     out.require(
         rows.is_multiple_of(banks) && rows / banks >= 2,

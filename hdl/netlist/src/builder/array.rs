@@ -150,7 +150,7 @@ impl ModuleBuilder {
         });
         let fed = Fed {
             node: only.unwrap_or(signal).id,
-            over: if values == 1 { vec![] } else { over },
+            over: over.into_iter().filter(|l| loops[*l] > 1).collect(),
             stride,
             base,
         };

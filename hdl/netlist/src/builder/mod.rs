@@ -47,6 +47,8 @@ impl ModuleBuilder {
                 sections: vec![String::new()],
                 unused: BTreeMap::new(),
                 clocked: false,
+                macro_hook: false,
+                no_read_during_write: false,
                 registers: false,
             },
             errors: vec![],
@@ -58,6 +60,19 @@ impl ModuleBuilder {
     /// Sets the description in the module's header.
     pub fn doc(&mut self, text: &str) {
         text.clone_into(&mut self.module.doc);
+    }
+
+    /// Lets the text take a macro of a memory compiler instead of the module's memory: where
+    /// `POTAMOI_MACROS` is defined, an instance of `NAME_macro` with the same ports stands in place
+    /// of the body.
+    pub fn macro_hook(&mut self) {
+        self.module.macro_hook = true;
+    }
+
+    /// States that what a read returns of a word that is written at the same edge does not matter: the
+    /// text marks the module's memories `no_rw_check`.
+    pub fn no_read_during_write(&mut self) {
+        self.module.no_read_during_write = true;
     }
 
     /// Starts a commented section of the printed body.

@@ -85,7 +85,11 @@ impl ModuleBuilder {
             );
             return self.zero(Ty { width, ..a.ty });
         }
-        self.node(Op::Extend(a.id), Ty { width, ..a.ty })
+        let wide = Ty { width, ..a.ty };
+        match self.constant(a).cloned() {
+            Some(value) => self.lit(value, wide),
+            None => self.node(Op::Extend(a.id), wide),
+        }
     }
 
     /// Drops high bits; the signedness is unchanged.

@@ -2,7 +2,7 @@
 
 use super::expr::indexed;
 use super::{Printer, spaced};
-use crate::repetition::{Array, Transposed};
+use crate::repetition::{Array, Transposed, label};
 
 impl Printer<'_> {
     /// Wires of the arrays' outputs and, once all that they read is declared, the arrays.
@@ -25,7 +25,7 @@ impl Printer<'_> {
             let name = self.array_output(array, *port, *node);
             if !self.is_own_port(*node) {
                 let width = self.module.nodes[*node].ty.width;
-                self.line(1, &format!("wire {}{name};", spaced(width)));
+                self.declare("wire", width, &name);
             }
         }
     }
@@ -41,7 +41,7 @@ impl Printer<'_> {
     }
 
     fn array(&mut self, array: &Array) {
-        let indent = self.open_loops(&array.name, &array.loops);
+        let indent = self.open_loops(&array.name, &array.printed_loops());
         self.elements(array, indent);
         self.close_loops(indent);
     }
@@ -57,12 +57,8 @@ impl Printer<'_> {
         }
         self.line(1, "generate");
         let mut indent = 2;
-        let innermost = loops.len() - 1;
         for (i, (variable, count)) in loops.iter().enumerate() {
-            let label = match i == innermost {
-                true => name.to_owned(),
-                false => format!("{name}_of_{variable}"),
-            };
+            let label = label(name, loops, i);
             let range =
                 format!("{variable} = 0; {variable} < {count}; {variable} = {variable} + 1");
             self.line(indent, &format!("for ({range}) begin : {label}"));
@@ -101,7 +97,8 @@ impl Printer<'_> {
         let mut connections = vec![];
         for (i, port) in child.ports.iter().enumerate() {
             let width = child.nodes[port.node].ty.width;
-            let all: Vec<usize> = (0..array.loops.len()).collect();
+            let all = (0..array.loops.len()).filter(|l| array.loops[*l].1 > 1);
+            let all: Vec<usize> = all.collect();
             let text = if port.output {
                 let of_port = array.outputs.iter().find(|(p, _)| *p == i);
                 let name = of_port.map(|(p, node)| self.array_output(array, *p, *node));
@@ -123,15 +120,12 @@ impl Printer<'_> {
     }
 }
 
-/// The value of one turn in a vector over some of the loops, at base, stride and width.
+/// The value of one turn in a vector over some of the loops with several turns, at base, stride and
+/// width.
 fn element(array: &Array, vector: &str, over: &[usize], at: (u32, u32, u32)) -> String {
     let Some((first, rest)) = over.split_first() else {
         return vector.to_owned();
     };
-    let all: u32 = over.iter().map(|l| array.loops[*l].1).product();
-    if all == 1 {
-        return vector.to_owned();
-    }
     let mut index = array.loops[*first].0.clone();
     for l in rest {
         let (variable, count) = &array.loops[*l];

@@ -11,7 +11,7 @@ impl Printer<'_> {
         if ids.is_empty() {
             return;
         }
-        self.text.push('\n');
+        self.gap();
         self.line(1, "always @(posedge clk) begin");
         self.line(2, "if (!rst_n) begin");
         for id in ids {
@@ -99,7 +99,7 @@ impl Printer<'_> {
         if lines.is_empty() {
             return;
         }
-        self.text.push('\n');
+        self.gap();
         self.line(1, "always @(posedge clk) begin");
         for l in lines {
             self.line(2, &l);

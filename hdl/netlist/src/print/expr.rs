@@ -322,6 +322,9 @@ pub(super) fn constant(value: &BigInt, node: &Node) -> String {
     let Some(width) = node.values.filter(|width| *width < node.ty.width) else {
         return literal(value, node.ty);
     };
+    if width == 1 {
+        return format!("{0}'b{value:0>0$b}", node.ty.width as usize);
+    }
     let mask = (BigInt::from(1) << width) - 1;
     let all = (0..node.ty.width / width).rev().map(|i| {
         let own = (value >> (i * width)) & &mask;

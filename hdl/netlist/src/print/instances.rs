@@ -1,6 +1,6 @@
 //! Instances of modules.
 
-use super::{Printer, spaced};
+use super::Printer;
 use crate::Module;
 use crate::node::Op;
 
@@ -30,10 +30,7 @@ impl Printer<'_> {
         for (i, port) in child.ports.iter().enumerate().filter(|(_, p)| p.output) {
             let (name, own) = self.instance_output(index, i);
             if !own {
-                self.line(
-                    1,
-                    &format!("wire {}{name};", spaced(child.nodes[port.node].ty.width)),
-                );
+                self.declare("wire", child.nodes[port.node].ty.width, &name);
             }
         }
     }

@@ -4,6 +4,7 @@ mod arrays;
 mod clocked;
 mod expr;
 mod instances;
+mod macro_hook;
 mod names;
 mod order;
 mod uses;
@@ -55,6 +56,15 @@ struct Printer<'a> {
     title: Option<String>,
     /// Loop variables that are declared.
     loop_variables: BTreeSet<String>,
+    /// What is declared without a comment, and not yet written.
+    declared: Vec<Declared>,
+}
+
+/// Names of one kind and width.
+struct Declared {
+    kind: &'static str,
+    width: u32,
+    names: Vec<String>,
 }
 
 impl<'a> Printer<'a> {
@@ -65,10 +75,42 @@ impl<'a> Printer<'a> {
             text: String::new(),
             title: None,
             loop_variables: BTreeSet::new(),
+            declared: vec![],
         }
     }
 
+    /// Declares a name without a comment. Names of one kind and width that follow each other share a
+    /// declaration.
+    fn declare(&mut self, kind: &'static str, width: u32, name: &str) {
+        let mut all = self.declared.iter_mut();
+        match all.find(|d| d.kind == kind && d.width == width) {
+            Some(own) => own.names.push(name.to_owned()),
+            None => self.declared.push(Declared {
+                kind,
+                width,
+                names: vec![name.to_owned()],
+            }),
+        }
+    }
+
+    /// Writes what is declared.
+    fn declarations(&mut self) {
+        for Declared { kind, width, names } in std::mem::take(&mut self.declared) {
+            let text = format!("{kind} {}{};", spaced(width), names.join(", "));
+            self.line(1, &text);
+        }
+    }
+
+    /// An empty line.
+    fn gap(&mut self) {
+        self.declarations();
+        self.text.push('\n');
+    }
+
     fn line(&mut self, indent: usize, text: &str) {
+        if !self.declared.is_empty() {
+            self.declarations();
+        }
         if let Some(title) = self.title.take() {
             if !self.text.ends_with("\n\n") {
                 self.text.push('\n');
@@ -83,8 +125,12 @@ impl<'a> Printer<'a> {
     fn print(mut self, header: &Header) -> String {
         self.header(header);
         self.ports();
-        self.localparams();
-        self.body();
+        if self.module.macro_hook {
+            self.with_macro();
+        } else {
+            self.localparams();
+            self.body();
+        }
         self.line(0, "endmodule");
         self.text.push_str("\n`default_nettype wire\n");
         self.text
@@ -151,16 +197,14 @@ impl<'a> Printer<'a> {
         for (i, (kind, bits, port, doc)) in rows.into_iter().enumerate() {
             let comma = if i + 1 < count { "," } else { "" };
             let port = format!("{port}{comma}");
+            let port = format!("{kind} {bits:<range$} {port:<name$}");
             let doc = if doc.is_empty() {
                 String::new()
             } else {
                 format!("  // {doc}")
             };
-            let _ = writeln!(
-                self.text,
-                "{}",
-                format!("  {kind} {bits:<range$} {port:<name$}{doc}").trim_end()
-            );
+            let text = wrap(format!("{port}{doc}").trim_end(), 1);
+            let _ = writeln!(self.text, "{}", text.trim_end());
         }
         self.text.push_str(");\n");
     }
@@ -178,7 +222,7 @@ impl<'a> Printer<'a> {
             })
             .collect();
         if !params.is_empty() {
-            self.text.push('\n');
+            self.gap();
         }
         for (id, node) in params {
             let Op::Lit(value) = &node.op else { continue };
@@ -222,7 +266,9 @@ impl<'a> Printer<'a> {
         match &node.op {
             Op::Input | Op::Lit(_) | Op::InstanceOut(..) => {}
             Op::Reg { .. } | Op::ReadSync(..) => {
-                if !own {
+                if !own && note.is_empty() {
+                    self.declare("reg", node.ty.width, &name);
+                } else if !own {
                     self.line(1, &format!("reg {width}{name};{note}"));
                 }
             }
@@ -276,7 +322,7 @@ impl<'a> Printer<'a> {
             .map(|p| format!("assign {} = {};", p.name, self.exprs.operand(p.node)))
             .collect();
         if !assigns.is_empty() {
-            self.text.push('\n');
+            self.gap();
         }
         for a in assigns {
             self.line(1, &a);
@@ -288,7 +334,7 @@ impl<'a> Printer<'a> {
         if parts.is_empty() {
             return;
         }
-        self.text.push('\n');
+        self.gap();
         let why: BTreeSet<_> = self
             .module
             .unused

@@ -52,6 +52,7 @@ impl Printer<'_> {
                 }
                 section = now;
                 if let Some(title) = self.module.sections.get(now) {
+                    self.declarations();
                     self.title = Some(title.clone());
                 }
             }
@@ -98,6 +99,9 @@ impl Printer<'_> {
                     memory.name,
                     memory.depth - 1
                 );
+                if self.module.no_read_during_write {
+                    self.line(1, "(* no_rw_check *)");
+                }
                 self.line(1, &text);
             }
         }

@@ -5,6 +5,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::alu::is_op;
+use super::lanes::repeated;
 use super::operation_kinds::OperationKinds;
 use super::sequence::{Offer, Order};
 use super::timing::Timing;
@@ -15,7 +16,10 @@ pub(super) struct Inputs {
     pub(super) clear: Signal,
     pub(super) valid: Signal,
     pub(super) data: Signal,
+    /// Lanes whose lowest byte is kept.
     pub(super) keep: Signal,
+    /// Whether a lane is kept in part.
+    pub(super) torn: Signal,
     pub(super) last: Signal,
     /// Operation (4 bits), shift (6) and rounding (2).
     user: Signal,
@@ -25,15 +29,31 @@ pub(super) struct Inputs {
 impl Inputs {
     pub(super) fn declare(m: &mut ModuleBuilder, lanes: u32) -> Self {
         let bit = Ty::bit();
+        let clear = m.input("cfg_clear", bit, "clears counters and flags");
+        let valid = m.input("s_axis_vec_tvalid", bit, "operands");
+        let data = m.input(
+            "s_axis_vec_tdata",
+            Ty::u(64 * lanes),
+            "lane i: a in bits 64 i + 31 .. 64 i, b above",
+        );
+        let bytes = m.input(
+            "s_axis_vec_tkeep",
+            Ty::u(8 * lanes),
+            "of lanes that hold elements, all eight bytes or none",
+        );
+        let lowest: Vec<_> = (0..lanes)
+            .rev()
+            .map(|lane| m.bit(bytes, 8 * lane))
+            .collect();
+        let kept = m.cat(&lowest);
+        let kept = m.name(kept, "kept_lanes");
+        let whole = repeated(m, kept, 8);
         Self {
-            clear: m.input("cfg_clear", bit, "clears counters and flags"),
-            valid: m.input("s_axis_vec_tvalid", bit, "operands"),
-            data: m.input(
-                "s_axis_vec_tdata",
-                Ty::u(64 * lanes),
-                "lane i: a in bits 64 i + 31 .. 64 i, b above",
-            ),
-            keep: m.input("s_axis_vec_tkeep", Ty::u(lanes), "lanes that hold elements"),
+            clear,
+            valid,
+            data,
+            keep: kept,
+            torn: m.ne(bytes, whole),
             last: m.input("s_axis_vec_tlast", bit, "passed on"),
             user: m.input(
                 "s_axis_vec_tuser",

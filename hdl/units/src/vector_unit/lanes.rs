@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal};
+use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal};
 
 use super::acceptance::{Acceptance, Inputs};
 use super::exponential;
@@ -131,7 +131,7 @@ impl LaneSignals<'_> {
     }
 }
 
-/// Results of all lanes, last first; 0 for lanes without operand. With early termination also
+/// Results of all lanes, the first lowest; 0 for lanes without operand. With early termination also
 /// whether each lane has steps left.
 pub(super) fn lanes(
     m: &mut ModuleBuilder,
@@ -139,26 +139,39 @@ pub(super) fn lanes(
     told: &LaneSignals<'_>,
     common: &[(String, Signal)],
     inputs: &Inputs,
-) -> (Signal, Vec<Signal>) {
+) -> (Signal, Option<Signal>) {
     m.section("Lanes");
-    let (mut results, mut more) = (vec![], vec![]);
-    for i in 0..told.config.vu.lanes {
-        let a = m.slice(inputs.data, 64 * i, 32);
-        let a = m.as_signed(a);
-        let b = m.slice(inputs.data, 64 * i + 32, 32);
-        let b = m.as_signed(b);
-        let mut io: Vec<(&str, Signal)> = common.iter().map(|(n, s)| (n.as_str(), *s)).collect();
-        io.extend([("a", a), ("b", b)]);
-        let inst = m.instance(&format!("lane{i}"), lane, &io);
-        let result = m.out(inst, "result");
-        let kept = m.bit(told.tag.keep, i);
-        if told.sequence.ending.is_some() {
-            let own = m.out(inst, "more");
-            more.push(m.and(own, kept));
-        }
-        let mask = m.repeat(kept, 32);
-        results.push(m.and(result, mask));
+    let count = told.config.vu.lanes;
+    let mut io: Vec<(&str, Feed<'_>)> = common
+        .iter()
+        .map(|(name, signal)| (name.as_str(), Feed::Shared(*signal)))
+        .collect();
+    for (name, base) in [("a", 0), ("b", 32)] {
+        let operand = Feed::Strided {
+            vector: inputs.data,
+            stride: 64,
+            base,
+        };
+        io.push((name, operand));
     }
-    results.reverse();
-    (m.cat(&results), more)
+    let all = m.array("lane", lane, &[("i", count)], &io);
+    let more = told.sequence.ending.is_some().then(|| {
+        let more = m.all_out(all, "more");
+        m.and(more, told.tag.keep)
+    });
+    let results = m.all_out(all, "result");
+    let bits = repeated(m, told.tag.keep, 32);
+    (m.and(results, bits), more)
+}
+
+/// Each bit of a vector so many times.
+pub(super) fn repeated(m: &mut ModuleBuilder, bits: Signal, times: u32) -> Signal {
+    let all: Vec<_> = (0..bits.width())
+        .rev()
+        .map(|i| {
+            let bit = m.bit(bits, i);
+            m.repeat(bit, times)
+        })
+        .collect();
+    m.cat(&all)
 }

@@ -30,12 +30,13 @@ impl Sequence {
         m: &mut ModuleBuilder,
         exp: &ExpConfig,
         phase: Signal,
-        more: &[Signal],
+        more: Option<Signal>,
     ) {
         let Some(ending) = self.ending else { return };
         let open = incomplete(m, exp, phase);
-        let more = m.any_of(more);
-        let goes_on = m.any_of(&[open, more, ending]);
+        let mut goes_on = vec![open, ending];
+        goes_on.extend(more.map(|lanes| m.any(lanes)));
+        let goes_on = m.any_of(&goes_on);
         let ends = m.not(goes_on);
         let ends = m.and(self.step, ends);
         m.set_next(ending, ends);

@@ -9,7 +9,7 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use super::acceptance::{Acceptance, Inputs};
 use super::exponential::form;
 use super::lane::lane;
-use super::lanes::{LaneSignals, lanes};
+use super::lanes::{LaneSignals, lanes, repeated};
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Sequence, passes, sequence};
@@ -67,7 +67,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let common = told.inputs(m)?;
     let (joined, more) = lanes(m, &lane_module, &told, &common, &inputs);
     if let Some(phase) = accepted.phase {
-        sequence.end(m, &config.vu.exp, phase, &more);
+        sequence.end(m, &config.vu.exp, phase, more);
     }
     let results = Results::build(m, &timing, &inputs, &accepted, &tag, joined)?;
     let counted = Counted::build(m, &inputs, &accepted, &sequence, &tag);
@@ -121,7 +121,9 @@ impl Results {
             "lane i in bits 32 i + 31 .. 32 i; lanes not kept are 0",
         );
         let kept = m.slice(self.out, width, lanes);
-        m.output("m_axis_vec_tkeep", kept, "");
+        let kept = m.name(kept, "results_kept");
+        let bytes = repeated(m, kept, 4);
+        m.output("m_axis_vec_tkeep", bytes, "four bytes a lane");
         let ends = m.bit(self.out, width + lanes);
         m.output("m_axis_vec_tlast", ends, "");
     }
@@ -132,7 +134,8 @@ struct Counted {
     vectors: Signal,
     busy: Signal,
     stall: Signal,
-    flags: [Signal; 2],
+    flags: [Signal; 3],
+    idle: Signal,
 }
 
 impl Counted {
@@ -160,11 +163,15 @@ impl Counted {
         let reserved = is(m, accepted.rounding, 3);
         let reserved = m.and(accept, reserved);
         let reserved = sticky(m, "rounding_reserved", clear, reserved);
+        let torn = m.and(accept, inputs.torn);
+        let torn = sticky(m, "lane_torn", clear, torn);
+        let flying = m.any(accepted.inside);
         Self {
             vectors,
             busy,
             stall,
-            flags: [reserved, unknown],
+            flags: [torn, reserved, unknown],
+            idle: m.not(flying),
         }
     }
 
@@ -180,11 +187,12 @@ impl Counted {
             self.stall,
             "cycles in which only the lack of room refuses a vector",
         );
+        m.output("idle", self.idle, "no vector is in flight");
         let flags = m.cat(&self.flags);
         m.output(
             "stat_errors",
             flags,
-            "sticky: 1 reserved rounding code, 0 operation not built",
+            "sticky: 2 torn lane, 1 reserved rounding, 0 not built",
         );
     }
 }

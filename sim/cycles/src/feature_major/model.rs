@@ -93,7 +93,7 @@ impl FeatureMajorModel {
         Ok(Self {
             groups: config.gu.lanes / config.gu.ports,
             banks: config.gu.banks,
-            fifo_depth: u64::from(config.gu.fifo_depth),
+            fifo_depth: u64::from(config.feature_fifo_depth()),
             counter_max: u64::MAX >> (64 - config.gu.counter_bits),
             vertices,
             segments,
@@ -119,9 +119,8 @@ impl FeatureMajorModel {
     }
 
     /// Whether nothing is held anywhere.
-    #[cfg(test)]
     #[must_use]
-    pub(crate) fn is_idle(&self) -> bool {
+    pub fn is_idle(&self) -> bool {
         self.buffer.is_idle()
             && !self.lanes.iter().any(|h| h.full)
             && self.fill_group == 0

@@ -205,7 +205,7 @@ proptest! {
         prop_assert!(c.cycles() - c.busy <= stall_cycles);
         for (i, g) in log.groups.iter().enumerate() {
             prop_assert!(g.accepted >= g.issued + u64::from(config.issue_cycles(vertices) + config.gather_pipeline().cycles()) - 1);
-            if let Some(ahead) = log.groups.get(i + config.gu.fifo_depth as usize) {
+            if let Some(ahead) = log.groups.get(i + config.feature_fifo_depth() as usize) {
                 prop_assert!(ahead.issued > g.accepted);
             }
         }

@@ -6,6 +6,7 @@
 //! ports and widths are those of the netlist; its expected values are the reference units' and the
 //! cycle models'.
 
+mod exponential;
 mod garbage;
 mod gather;
 mod gather_tasks;
@@ -39,11 +40,43 @@ use ports::UnitPorts;
 use suite::{Memories, Owes, Suite};
 use vector_operands::Batch;
 
+pub use exponential::exponential;
 pub use memory::MemoryFile;
 pub use suite::BenchFiles;
 
 /// Seed of the jobs of [`standalone`].
 const SEED: u64 = 1;
+
+/// Cycles of a job of [`standalone`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JobCycles {
+    /// Unit that does it.
+    pub unit: &'static str,
+    /// Its content in words.
+    pub title: String,
+    /// Cycles from the first offered beat to the last taken one, both included, without pauses.
+    pub cycles: u64,
+}
+
+/// Cycles of all jobs of [`standalone`] for both units. The bench of a unit compares them with those of
+/// the Verilog.
+///
+/// # Errors
+/// As [`standalone`].
+pub fn job_cycles(config: &Config) -> Result<Vec<JobCycles>, RtlError> {
+    let suites = [
+        (GATHERING_UNIT, edges_of_gathers(config)?),
+        (VECTOR_UNIT, edges_of_vectors(config)?),
+    ];
+    let jobs = suites.into_iter().flat_map(|(unit, suite)| {
+        suite.jobs.into_iter().map(move |job| JobCycles {
+            unit,
+            title: job.title,
+            cycles: job.cycles,
+        })
+    });
+    Ok(jobs.collect())
+}
 
 /// The folder `sim`: a Makefile, and for each of these units of the configuration a bench with
 /// small jobs at the units' edges. The units lie in `../gathering_unit` and `../vector_unit`.

@@ -202,24 +202,6 @@ pub(super) const IDLE: &str = r#"
   endtask
 "#;
 
-/// Bits of a field that belong to entries.
-pub(super) const KEPT: &str = r#"  // What a port without an entry gives is not defined.
-  wire [@BITS@-1:0] kept_@FIELD@;
-  genvar @FIELD@_bit;
-  generate
-    for (@FIELD@_bit = 0; @FIELD@_bit < @BITS@; @FIELD@_bit = @FIELD@_bit + 1) begin : of_@FIELD@
-      assign kept_@FIELD@[@FIELD@_bit] = wanted_tkeep[@FIELD@_bit * @KEEP@ / @BITS@];
-    end
-  endgenerate
-"#;
-
-pub(super) const COMPARE_KEPT: &str = r#"      if (!failed && (@OUT@_@FIELD@ & kept_@FIELD@) !== (wanted_@FIELD@ & kept_@FIELD@)) begin
-        found = @OUT@_@FIELD@ & kept_@FIELD@;
-        wanted = wanted_@FIELD@ & kept_@FIELD@;
-        differs("@FIELD@");
-      end
-"#;
-
 pub(super) const COUNTERS: &str = r#"
   // After a job: counters, flags, cycles, and beats that were not taken.
   task check_job;

@@ -146,20 +146,6 @@ impl<'a> Bench<'a> {
         }
         let word = format!("{0}_words[{0}_at < {count} ? {0}_at : 0]", output.name);
         self.cut("wanted", &output.fields, &word);
-        let keep = output.width("tkeep").to_string();
-        for (field, bits) in &output.fields {
-            if self.is_of_entries(field) {
-                let bits = bits.to_string();
-                let names = [("FIELD", &**field), ("BITS", &bits), ("KEEP", &keep)];
-                self.part(parts::KEPT, &names);
-            }
-        }
-    }
-
-    /// Whether a field of the output has a value for each entry, and none for other ports.
-    fn is_of_entries(&self, field: &str) -> bool {
-        let gathers = self.suite.ports.input("mft").is_some();
-        gathers && matches!(field, "tdata" | "tuser")
     }
 
     fn instance(&mut self) {
@@ -216,11 +202,7 @@ impl<'a> Bench<'a> {
         self.part(parts::FAIL, &[("WIDEST", &widest)]);
         self.part(parts::COMPARE, &[]);
         for (field, _) in &output.fields {
-            let part = match self.is_of_entries(field) {
-                true => parts::COMPARE_KEPT,
-                false => parts::COMPARE_FIELD,
-            };
-            self.part(part, &[("FIELD", field)]);
+            self.part(parts::COMPARE_FIELD, &[("FIELD", field)]);
         }
         self.add("    end\n  endtask\n");
         if self.suite.ports.idle {

@@ -99,7 +99,7 @@ pub(super) fn steady(config: &Config) -> Vec<&'static str> {
 }
 
 /// Cycles and counters by the stepwise model, with source and sink always ready.
-fn run(config: &Config, vectors: &Vectors<'_>) -> Result<(u64, [u64; 3]), RtlError> {
+pub(super) fn run(config: &Config, vectors: &Vectors<'_>) -> Result<(u64, [u64; 3]), RtlError> {
     let mut model = VectorModel::new(config)?;
     let mut next = vectors.list.iter().peekable();
     let (mut taken, mut cycles) = (0, 0);

@@ -37,7 +37,7 @@ impl Injection {
         let (gu, exp) = (&config.gu, &config.vu.exp);
         // High enough to be seen after rounding.
         let high = exp.engine().constant_bits.saturating_sub(3);
-        let first_factor = format!("sr_sub_{}", exp.engine().digits);
+        let first_factor = format!("sr_sub[{}]", exp.engine().digits);
         let (module, register, change) = match self {
             Self::Bit if gu.modes == Modes::Unstructured => {
                 ("feature_register", "held0", Change::Invert(0))
@@ -60,7 +60,7 @@ impl Injection {
             Self::Weight if config.is_parity() => ("rit_buffer", "p_weight0_0", Change::Invert(0)),
             Self::Weight => ("rit_buffer", "p_weight0", Change::Invert(0)),
             Self::Bubble => {
-                let taken = gu.fifo_depth.saturating_sub(1);
+                let taken = config.feature_fifo_depth().saturating_sub(1);
                 (GATHERING_UNIT, "in_flight", Change::Reset(taken.into()))
             }
             // Without steps there is the mantissa alone.

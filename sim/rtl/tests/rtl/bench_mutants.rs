@@ -50,8 +50,8 @@ const MUTANTS: &[Mutant] = &[
         "two lanes swapped",
         "gathering_unit.v",
         [
-            ".feature (s1_features0[15:0])",
-            ".feature (s1_features0[31:16])",
+            "s1_features0[16 * (8 * port + lane) +: 16]",
+            "s1_features0[16 * (8 * port + (lane ^ 1)) +: 16]",
         ],
         "m_axis_feat_tdata",
     ),
@@ -65,9 +65,33 @@ const MUTANTS: &[Mutant] = &[
         "m_axis_feat",
     ),
     mutant(
+        "one credit less",
+        "gathering_unit.v",
+        [
+            "in_flight < GROUPS_IN_FLIGHT",
+            "in_flight < GROUPS_IN_FLIGHT - 3'd1",
+        ],
+        "cycles, expected",
+    ),
+    mutant(
+        "idle although a table is loaded",
+        "gathering_unit.v",
+        ["~(rit_is_empty & mft_is_empty)", "~rit_is_empty"],
+        "idle is 1",
+    ),
+    mutant(
+        "the keep of a neighbouring lane",
+        "vector_unit.v",
+        [
+            "kept_lanes = {s_axis_vec_tkeep[24]",
+            "kept_lanes = {s_axis_vec_tkeep[16]",
+        ],
+        "FAIL: beat",
+    ),
+    mutant(
         "a FIFO one word shorter",
         "feature_fifo.v",
-        ["LAST_WORD = 3'd7", "LAST_WORD = 3'd6"],
+        ["LAST_WORD = 2'd3", "LAST_WORD = 2'd2"],
         "+gaps=60",
     ),
     mutant(
@@ -79,10 +103,7 @@ const MUTANTS: &[Mutant] = &[
     mutant(
         "a counter that counts twice",
         "gathering_unit.v",
-        [
-            "{1'd0, stat_busy} + {32'd0, 1'b1}",
-            "{1'd0, stat_busy} + {31'd0, 2'd2}",
-        ],
+        ["{1'd0, stat_busy} + 33'd1", "{1'd0, stat_busy} + 33'd2"],
         "stat_busy",
     ),
     mutant(
@@ -109,10 +130,7 @@ const MUTANTS: &[Mutant] = &[
     mutant(
         "the highest address bit lost",
         "mft.v",
-        [
-            "address0 = {read_half, row0[8:0]}",
-            "address0 = {read_half, 1'b0, row0[7:0]}",
-        ],
+        ["address0 = row0[8:0]", "address0 = {1'b0, row0[7:0]}"],
         "m_axis_feat_tdata",
     ),
     mutant(
@@ -151,7 +169,7 @@ const MUTANTS: &[Mutant] = &[
     mutant(
         "room for one vector more",
         "vector_unit.v",
-        ["room = in_flight < 5'd19", "room = in_flight < 5'd20"],
+        ["room = in_flight < 5'd18", "room = in_flight < 5'd19"],
         "m_axis_vec",
     ),
 ];

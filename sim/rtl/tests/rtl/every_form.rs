@@ -27,7 +27,7 @@ impl Unit {
         for port in module.ports().iter().filter(|p| !p.output) {
             unit.set(&port.name, 0);
         }
-        unit.set("s_axis_vec_tkeep", 1);
+        unit.set("s_axis_vec_tkeep", 0xff);
         unit.set("s_axis_vec_tuser", OpCode::Exp.code().into());
         unit.set("rst_n", 0);
         unit.run.clock().unwrap();

@@ -40,7 +40,7 @@ fn every_operation_is_its_reference_unit() {
         for port in &ports {
             set(&mut run, &port.name, 0);
         }
-        for (name, value) in [("s_axis_vec_tkeep", 1), ("m_axis_vec_tready", 1)] {
+        for (name, value) in [("s_axis_vec_tkeep", 0xff), ("m_axis_vec_tready", 1)] {
             set(&mut run, name, value);
         }
         run.clock().unwrap();

@@ -150,7 +150,7 @@ fn every_part_of_the_feature_major_unit_is_compared() {
         ),
         (top, "step_channel", Change::Invert(0), "m_axis_feat_tdata"),
         (top, "x_end", Change::Invert(0), "m_axis_feat_tlast"),
-        (top, "offered", one(), "m_axis_feat_tvalid"),
+        ("feature_fifo", "count", one(), "m_axis_feat_tvalid"),
         (top, "in_flight", Change::Reset(7.into()), "stat_"),
         (top, "lanes_full_0", one(), ""),
         ("mft", "write_channel", one(), ""),
@@ -186,7 +186,7 @@ fn every_port_of_the_gathering_unit_is_compared() {
         ),
         (top, "s2_keep", Change::Invert(1), "m_axis_feat_tkeep"),
         (top, "s2_end", Change::Invert(0), "m_axis_feat_tlast"),
-        (top, "offered", one(), "m_axis_feat_tvalid"),
+        ("feature_fifo", "count", one(), "m_axis_feat_tvalid"),
         ("rit_buffer", "closed_0", one(), "s_axis_rit_tready"),
         ("mft", "loaded_0", one(), "s_axis_mft_tready"),
         (top, "stat_busy", Change::Invert(3), "stat_busy"),
@@ -386,12 +386,17 @@ fn faults_in_every_form_of_exponential_are_found() {
     for (knobs, module, register, change) in [
         (early, lane, "r_running", Change::Invert(0)),
         (early, VECTOR_UNIT, "last_phase", Change::Invert(0)),
-        (early, "exp_constants", "sr_mul_5", Change::Invert(0)),
+        (early, "exp_constants", "sr_mul[5]", Change::Invert(0)),
         (pieces, lane, "s_power", Change::Invert(10)),
         (pieces, lane, "s_exponent", Change::Invert(0)),
         (pieces, lane, "s_accum", Change::Invert(16)),
-        (radix, "exp_constants", "sr_sub_two_3", Change::Invert(18)),
-        (radix, "exp_constants", "sr_sub_three_0", Change::Invert(20)),
+        (radix, "exp_constants", "sr_sub_two[3]", Change::Invert(18)),
+        (
+            radix,
+            "exp_constants",
+            "sr_sub_three[0]",
+            Change::Invert(20),
+        ),
         (radix, lane, "r_remain", Change::Invert(12)),
     ] {
         let text = format!("[vu]\nlanes = 3\n[vu.exp]\n{knobs}");

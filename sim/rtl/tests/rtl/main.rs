@@ -3,8 +3,10 @@
 
 mod bench_mutants;
 mod cells;
+mod cycle_budget;
 mod every_form;
 mod every_operation;
+mod exponential_alone;
 mod exponentials;
 mod faults;
 mod feature_major;

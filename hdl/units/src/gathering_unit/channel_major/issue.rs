@@ -92,7 +92,7 @@ impl Issue {
         inputs: &Inputs,
     ) -> Self {
         m.section("Issue: registers");
-        let depth = config.gu.fifo_depth;
+        let depth = config.feature_fifo_depth();
         let flight_ty = Ty::u(bits_for(depth));
         let in_flight = m.reg("in_flight", flight_ty, 0);
         m.note(in_flight, "groups issued and not yet taken by the sink");

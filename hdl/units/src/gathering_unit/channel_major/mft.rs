@@ -9,13 +9,14 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::row_position::RowPosition;
 use super::split_banks::SplitBanks;
-use crate::circuits::{bits_for, plus_one, ram, suffix};
+use crate::circuits::{bits_for, plus_one};
 use crate::gathering_unit::parity::block::block;
 use crate::gathering_unit::shared::table_halves::TableHalves;
+use crate::memory::{Size, halves, suffix};
 
 /// Builds `mft`.
 ///
@@ -35,26 +36,23 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
          each in an eighth of the banks: first the one that is even along x, y and z."
     });
     let inputs = Inputs::declare(m, config, split.is_some());
-    let halves = TableHalves::declare(m, Ty::u(bits_for(config.mft_rows())));
-    let written = write(m, config, &inputs, &halves);
-    let readable = halves.advance(m, written.done, written.rows_after, inputs.release);
+    let table = TableHalves::declare(m, Ty::u(bits_for(config.mft_rows())));
+    let written = write(m, config, &inputs, &table);
+    let readable = table.advance(m, written.done, written.rows_after, inputs.release);
     let reader = Reader {
         config,
         inputs: &inputs,
         count: readable.rows,
-        half: halves.read,
     };
     let (reads, enabled) = reader.reads(m, split.is_some());
-    let place = written.place(m, config, &halves);
-    let lanes: Vec<_> = (0..config.gu.banks)
-        .map(|b| m.slice(inputs.data, 16 * b, config.gu.feature_bits))
-        .collect();
+    let place = written.place(m, config, &table, inputs.read);
+    let lanes = packed(m, inputs.data, config.gu.feature_bits);
     let (words, turns) = match &split {
-        None => (whole_banks(m, config, &place, &lanes, &enabled)?, None),
+        None => (whole_banks(m, config, &place, lanes, &enabled)?, None),
         Some(split) => {
             let rows: Vec<_> = reads.iter().map(|read| (read.ok, read.index)).collect();
             let turns = split.turns(m, inputs.read, inputs.keep, &rows);
-            (split.banks(m, &place, &turns, &lanes), Some(turns))
+            (split.banks(m, &place, &turns, lanes), Some(turns))
         }
     };
     m.section("Outputs");
@@ -63,6 +61,13 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "is_loaded",
         readable.is_loaded,
         "the half to read holds its MVoxel",
+    );
+    let partly = m.any(written.row);
+    let empty = table.is_empty(m, &[partly]);
+    m.output(
+        "is_empty",
+        empty,
+        "no half is loaded, and none is partly written",
     );
     let in_range: Vec<_> = reads.iter().rev().map(|read| read.ok).collect();
     let joined = m.cat(&in_range);
@@ -80,11 +85,10 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let doc = "ports whose rows are read at the clock edge";
         m.output("granted", turns.granted, doc);
     }
-    for (p, parts) in words.iter().enumerate() {
-        let joined = m.cat(parts);
+    for (p, words) in words.iter().enumerate() {
         m.output(
             &format!("feature{p}"),
-            joined,
+            *words,
             "features of the rows read last, channel 0 lowest",
         );
     }
@@ -211,13 +215,35 @@ fn write(m: &mut ModuleBuilder, config: &Config, inputs: &Inputs, halves: &Table
 }
 
 impl Written {
-    fn place(&self, m: &mut ModuleBuilder, config: &Config, halves: &TableHalves) -> RowPosition {
+    fn place(
+        &self,
+        m: &mut ModuleBuilder,
+        config: &Config,
+        table: &TableHalves,
+        read: Signal,
+    ) -> RowPosition {
+        let row = m.slice(self.row, 0, bits_for(config.mft_rows() - 1));
         RowPosition {
-            halves: [halves.write, halves.read],
+            halves: [table.write, table.read],
+            loaded: table.loaded(m),
+            read_last: table.read_last(m, read),
             write: self.write,
-            row: m.slice(self.row, 0, bits_for(config.mft_rows() - 1)),
+            row: m.name(row, "write_address"),
         }
     }
+}
+
+/// The features of a beat without what fills its 16-bit lanes.
+fn packed(m: &mut ModuleBuilder, data: Signal, feature_bits: u32) -> Signal {
+    if feature_bits == 16 {
+        return data;
+    }
+    let lanes: Vec<_> = (0..data.width() / 16)
+        .rev()
+        .map(|b| m.slice(data, 16 * b, feature_bits))
+        .collect();
+    let lanes = m.cat(&lanes);
+    m.name(lanes, "write_data")
 }
 
 /// A row requested by a port from one group of banks.
@@ -234,7 +260,6 @@ struct Reader<'a> {
     inputs: &'a Inputs,
     /// Number of rows in the half to read.
     count: Signal,
-    half: Signal,
 }
 
 impl Reader<'_> {
@@ -255,8 +280,7 @@ impl Reader<'_> {
                 if !turns {
                     let en = m.all_of(&[self.inputs.read, kept, read.ok]);
                     let en = m.name(en, &format!("read{of}"));
-                    let address = m.cat(&[self.half, read.index]);
-                    enabled.push((en, m.name(address, &format!("address{of}"))));
+                    enabled.push((en, m.name(read.index, &format!("address{of}"))));
                 }
                 reads.push(read);
             }
@@ -291,50 +315,60 @@ impl Reader<'_> {
     }
 }
 
-/// Banks that every port reads; for each port the words of all banks, last first.
+/// Banks that every port reads; for each port the words of all banks.
 fn whole_banks(
     m: &mut ModuleBuilder,
     config: &Config,
     place: &RowPosition,
-    lanes: &[Signal],
+    lanes: Signal,
     reads: &[(Signal, Signal)],
-) -> Result<Vec<Vec<Signal>>, IrErrors> {
-    let (ports, rows) = (config.gu.ports, config.mft_rows());
-    let groups = config.vertices_a_row() as usize;
-    let depth = (1 << place.row.width()) + rows;
-    let bank = ram("mft_bank", depth, config.gu.feature_bits, ports)?;
-    let write_address = m.cat(&[place.halves[0], place.row]);
-    let write_address = m.name(write_address, "write_address");
+) -> Result<Vec<Signal>, IrErrors> {
+    let ports = config.gu.ports;
+    let groups = config.vertices_a_row();
+    let size = Size {
+        words: config.mft_rows(),
+        bits: config.gu.feature_bits,
+    };
+    let bank = halves("mft_halves", size, ports)?;
     m.section(if groups == 1 {
         "Banks, one a channel"
     } else {
         "Banks, one a parity and channel"
     });
-    let mut words = vec![vec![]; ports as usize];
     let names: Vec<_> = (0..ports)
-        .map(|p| {
-            let suffix = suffix(p, ports);
-            ["re", "raddr", "rdata"].map(|name| format!("{name}{suffix}"))
-        })
+        .map(|p| ["re", "raddr", "rdata"].map(|name| format!("{name}{}", suffix(p, ports))))
         .collect();
-    for (b, &lane) in lanes.iter().enumerate() {
-        let mut inputs = vec![
-            ("we", place.write),
-            ("waddr", write_address),
-            ("wdata", lane),
-        ];
-        let of_group = reads
+    let of_port = |m: &mut ModuleBuilder, p: u32, what: fn(&(Signal, Signal)) -> Signal| {
+        let of_groups = reads
             .iter()
-            .skip(b / (lanes.len() / groups))
-            .step_by(groups);
-        for ([re, raddr, _], (en, address)) in names.iter().zip(of_group) {
-            inputs.push((re, *en));
-            inputs.push((raddr, *address));
-        }
-        let inst = m.instance(&format!("bank{b}"), &bank, &inputs);
-        for ([.., rdata], words) in names.iter().zip(&mut words) {
-            words.insert(0, m.out(inst, rdata));
-        }
+            .skip((p * groups) as usize)
+            .take(groups as usize);
+        let parts: Vec<_> = of_groups.rev().map(what).collect();
+        m.cat(&parts)
+    };
+    let loops = [("group", groups), ("lane", config.gu.banks / groups)];
+    // One group of banks needs no loop of its own.
+    let (loops, along): (_, &[usize]) = match groups {
+        1 => (&loops[1..], &[]),
+        _ => (&loops[..], &[0]),
+    };
+    let feed = |signal: Signal| match along {
+        [] => Feed::Shared(signal),
+        _ => Feed::Along(along, signal),
+    };
+    let mut inputs = place.of_halves();
+    inputs.push(("we", Feed::Shared(place.write)));
+    inputs.push(("waddr", Feed::Shared(place.row)));
+    inputs.push(("wdata", Feed::Each(lanes)));
+    for (p, [re, raddr, _]) in (0..).zip(&names) {
+        let enable = of_port(m, p, |(enable, _)| *enable);
+        let address = of_port(m, p, |(_, address)| *address);
+        inputs.push((re, feed(enable)));
+        inputs.push((raddr, feed(address)));
     }
-    Ok(words)
+    let banks = m.array("bank", &bank, loops, &inputs);
+    Ok(names
+        .iter()
+        .map(|[.., rdata]| m.all_out(banks, rdata))
+        .collect())
 }

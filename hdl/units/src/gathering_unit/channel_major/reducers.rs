@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::{Config, Modes};
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal};
+use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal};
 
 use super::inputs::Inputs;
 use super::issue::Issue;
@@ -51,23 +51,39 @@ impl<'a> Reducers<'a> {
             Modes::Unstructured => "Features, one register a channel and port",
             _ => "Reducers: one a channel and port",
         });
-        let mut results = vec![];
-        for port in 0..gu.ports {
-            let features = self.features(m, inputs, issue, s1, port);
-            let groups = self.config.vertices_a_row();
-            let weights: Vec<_> = (0..groups)
-                .map(|g| m.slice(s1.weight, 16 * (port * groups + g), gu.weight_bits + 1))
-                .collect();
-            let enables = enables(m, s1, done, port);
-            for lane in 0..self.config.lanes_a_port() {
-                let features = self.of_lane(m, features, lane);
-                let mut inputs = enables.clone();
-                inputs.extend(self.operands(&features, &weights, done.first));
-                results.push(self.reducer(m, port, lane, &inputs));
-            }
+        let of_ports: Vec<_> = (0..gu.ports)
+            .map(|port| self.features(m, inputs, issue, s1, port))
+            .collect();
+        let mut inputs = enables(s1, done);
+        inputs.extend(self.operands(m, &of_ports, s1, done.first));
+        let loops = [("port", gu.ports), ("lane", self.config.lanes_a_port())];
+        let name = match gu.modes {
+            Modes::Unstructured => "held",
+            _ => "reduced",
+        };
+        let all = m.array(name, &self.module, &loops, &inputs);
+        let results = m.all_out(all, "result");
+        self.in_lanes(m, results)
+    }
+
+    /// Results in the stream's lanes of 16 or 32 bits.
+    fn in_lanes(&self, m: &mut ModuleBuilder, results: Signal) -> Signal {
+        let lane_bits = self.config.feature_lane_bits();
+        let count = self.config.gu.ports * self.config.lanes_a_port();
+        let bits = results.width() / count;
+        if bits == lane_bits {
+            return results;
         }
-        results.reverse();
-        m.cat(&results)
+        let lanes: Vec<_> = (0..count)
+            .rev()
+            .map(|lane| {
+                let result = m.slice(results, bits * lane, bits);
+                let result = m.as_signed(result);
+                let lane = m.extend(result, lane_bits);
+                m.as_unsigned(lane)
+            })
+            .collect();
+        m.cat(&lanes)
     }
 
     /// Features of a port in stage 1; 0 where the row is not loaded.
@@ -98,69 +114,55 @@ impl<'a> Reducers<'a> {
         m.name(features, &format!("s1_features{port}"))
     }
 
-    /// Feature of a channel, from each group of banks.
-    fn of_lane(&self, m: &mut ModuleBuilder, features: Signal, lane: u32) -> Vec<Signal> {
-        let (bits, lanes) = (self.config.gu.feature_bits, self.config.lanes_a_port());
-        (0..self.config.vertices_a_row())
-            .map(|g| {
-                let feature = m.slice(features, (g * lanes + lane) * bits, bits);
-                m.as_signed(feature)
-            })
-            .collect()
-    }
-
+    /// Features and weights, of each group of banks where a cell is read at once.
     fn operands(
         &self,
-        features: &[Signal],
-        weights: &[Signal],
+        m: &mut ModuleBuilder,
+        of_ports: &[Signal],
+        s1: &StageOne,
         first: Signal,
-    ) -> Vec<(&'static str, Signal)> {
-        if self.config.is_parity() {
-            let pairs = features.iter().zip(weights).enumerate();
-            return pairs
-                .flat_map(|(g, (feature, weight))| [(FEATURES[g], *feature), (WEIGHTS[g], *weight)])
+    ) -> Vec<(&'static str, Feed<'static>)> {
+        let gu = &self.config.gu;
+        let groups = self.config.vertices_a_row();
+        let bits = gu.feature_bits * self.config.lanes_a_port();
+        let mut all = vec![];
+        for g in 0..groups {
+            let (feature, weight) = match groups {
+                1 => ("feature", "weight"),
+                _ => (FEATURES[g as usize], WEIGHTS[g as usize]),
+            };
+            let features: Vec<_> = of_ports
+                .iter()
+                .rev()
+                .map(|of_port| m.slice(*of_port, g * bits, bits))
                 .collect();
+            let features = m.cat(&features);
+            all.push((feature, Feed::Each(features)));
+            if gu.modes != Modes::Unstructured {
+                let weights: Vec<_> = (0..gu.ports)
+                    .rev()
+                    .map(|port| m.slice(s1.weight, 16 * (port * groups + g), gu.weight_bits + 1))
+                    .collect();
+                let weights = m.cat(&weights);
+                all.push((weight, Feed::Along(&[0], weights)));
+            }
         }
-        let mut all = vec![("feature", features[0])];
-        if self.config.gu.modes != Modes::Unstructured {
-            all.extend([("first", first), ("weight", weights[0])]);
+        if gu.modes != Modes::Unstructured && !self.config.is_parity() {
+            all.push(("first", Feed::Shared(first)));
         }
         all
     }
-
-    fn reducer(
-        &self,
-        m: &mut ModuleBuilder,
-        port: u32,
-        lane: u32,
-        inputs: &[(&str, Signal)],
-    ) -> Signal {
-        let name = match self.config.gu.modes {
-            Modes::Unstructured => format!("register{port}_{lane}"),
-            _ => format!("reducer{port}_{lane}"),
-        };
-        let inst = m.instance(&name, &self.module, inputs);
-        let result = m.out(inst, "result");
-        let result = m.as_signed(result);
-        let lane = m.extend(result, self.config.feature_lane_bits());
-        m.as_unsigned(lane)
-    }
 }
 
-/// Enables of a port's reducers; each port has its own where ports take turns.
-fn enables(
-    m: &mut ModuleBuilder,
-    s1: &StageOne,
-    done: &Summed,
-    port: u32,
-) -> Vec<(&'static str, Signal)> {
-    let own = |m: &mut ModuleBuilder, arrives: Signal| match s1.turns {
-        None => arrives,
-        Some(_) => m.bit(arrives, port),
+/// Enables of the reducers; each port has its own where ports take turns.
+fn enables(s1: &StageOne, done: &Summed) -> Vec<(&'static str, Feed<'static>)> {
+    let of_ports = |arrives: Signal| match s1.turns {
+        None => Feed::Shared(arrives),
+        Some(_) => Feed::Along(&[0], arrives),
     };
-    let mut all = vec![("valid", own(m, s1.turns.unwrap_or(s1.valid)))];
+    let mut all = vec![("valid", of_ports(s1.turns.unwrap_or(s1.valid)))];
     for &(name, arrives) in &done.enables {
-        all.push((name, own(m, arrives)));
+        all.push((name, of_ports(arrives)));
     }
     all
 }

@@ -6,10 +6,11 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::row_position::RowPosition;
-use crate::circuits::{is, popcount, ram};
+use crate::circuits::{is, popcount};
+use crate::memory::{Size, halves};
 
 /// Rows that a part reads at once.
 const READS: u32 = 2;
@@ -36,11 +37,14 @@ pub(super) struct Turns {
 impl SplitBanks {
     pub(super) fn new(config: &Config, parts: u32) -> Result<Self, IrErrors> {
         let lines = config.mft_rows() / parts;
-        let depth = lines.next_power_of_two() + lines;
+        let size = Size {
+            words: lines,
+            bits: config.gu.feature_bits,
+        };
         Ok(Self {
             parts,
             ports: config.gu.ports,
-            part: ram("mft_part", depth, config.gu.feature_bits, READS)?,
+            part: halves("mft_halves", size, READS)?,
         })
     }
 
@@ -114,59 +118,73 @@ impl SplitBanks {
         }
     }
 
-    /// The banks; for each port the words of all banks, last first.
+    /// The banks; for each port the words of all banks.
     pub(super) fn banks(
         &self,
         m: &mut ModuleBuilder,
         place: &RowPosition,
         turns: &Turns,
-        lanes: &[Signal],
-    ) -> Vec<Vec<Signal>> {
+        lanes: Signal,
+    ) -> Vec<Signal> {
         let part_bits = self.parts.ilog2();
-        let [write_half, read_half] = place.halves;
         let to = m.slice(place.row, 0, part_bits);
         let line = m.slice(place.row, part_bits, place.row.width() - part_bits);
-        let write_address = m.cat(&[write_half, line]);
-        let write_address = m.name(write_address, "write_address");
-        let ways: Vec<_> = turns
-            .reads
-            .iter()
-            .enumerate()
-            .map(|(s, reads)| {
-                let here = is(m, to, s as u32);
+        let line = m.name(line, "write_line");
+        let writes: Vec<_> = (0..self.parts)
+            .rev()
+            .map(|s| {
+                let here = is(m, to, s);
                 let write = m.and(place.write, here);
-                let write = m.name(write, &format!("write{s}"));
-                let reads = [0, 1].map(|r| {
-                    let (enable, line) = reads[r];
-                    let address = m.cat(&[read_half, line]);
-                    (enable, m.name(address, &format!("address{s}_{r}")))
-                });
-                (write, reads)
+                m.name(write, &format!("write{s}"))
             })
             .collect();
+        let writes = m.cat(&writes);
+        let [low, high] = [0, 1].map(|r: usize| {
+            let reads = turns.reads.iter().rev().map(|reads| reads[r]);
+            let (enables, addresses): (Vec<_>, Vec<_>) = reads.unzip();
+            (m.cat(&enables), m.cat(&addresses))
+        });
         m.section("Banks, one a channel, in parts by row");
-        let mut words = vec![vec![]; self.ports as usize];
-        for (b, &lane) in lanes.iter().enumerate() {
-            let mut of_bank = vec![];
-            for (s, &(write, [low, high])) in ways.iter().enumerate() {
-                let inputs = [
-                    ("we", write),
-                    ("waddr", write_address),
-                    ("wdata", lane),
-                    ("re0", low.0),
-                    ("raddr0", low.1),
-                    ("re1", high.0),
-                    ("raddr1", high.1),
-                ];
-                let inst = m.instance(&format!("bank{b}_{s}"), &self.part, &inputs);
-                of_bank.extend(["rdata0", "rdata1"].map(|name| m.out(inst, name)));
-            }
-            for (p, (words, &source)) in words.iter_mut().zip(&turns.source).enumerate() {
-                let word = m.select(source, &of_bank);
-                words.insert(0, m.name(word, &format!("word{p}_{b}")));
-            }
-        }
-        words
+        let of_part: &[usize] = &[1];
+        let mut inputs = place.of_halves();
+        inputs.extend([
+            ("we", Feed::Along(of_part, writes)),
+            ("waddr", Feed::Shared(line)),
+            ("wdata", Feed::Along(&[0], lanes)),
+            ("re0", Feed::Along(of_part, low.0)),
+            ("raddr0", Feed::Along(of_part, low.1)),
+            ("re1", Feed::Along(of_part, high.0)),
+            ("raddr1", Feed::Along(of_part, high.1)),
+        ]);
+        let bits = self
+            .part
+            .ports()
+            .iter()
+            .find(|p| p.name == "wdata")
+            .map_or(1, |p| p.ty.width);
+        let count = lanes.width() / bits;
+        let loops = [("lane", count), ("part", self.parts)];
+        let banks = m.array("bank", &self.part, &loops, &inputs);
+        let words = ["rdata0", "rdata1"].map(|name| m.all_out(banks, name));
+        turns
+            .source
+            .iter()
+            .enumerate()
+            .map(|(p, &source)| {
+                let of_port: Vec<_> = (0..count)
+                    .rev()
+                    .map(|b| {
+                        let of_bank: Vec<_> = (0..self.parts)
+                            .flat_map(|s| [0, 1].map(|r| (r, bits * (b * self.parts + s))))
+                            .map(|(r, at)| m.slice(words[r as usize], at, bits))
+                            .collect();
+                        let word = m.select(source, &of_bank);
+                        m.name(word, &format!("word{p}_{b}"))
+                    })
+                    .collect();
+                m.cat(&of_port)
+            })
+            .collect()
     }
 }
 

@@ -50,11 +50,14 @@ impl StageOne {
         let weight = m.reg("s1_weight", Ty::u(16 * ports * groups), 0);
         let slot = m.reg("s1_slot", Ty::u(config.rit.slot_bits * ports), 0);
         m.set_next(valid, issue.fire);
+        // What a port without an entry reads is not known, and must not reach the stream.
+        let in_range = by_port(m, in_range, p.keep);
+        let slots = by_port(m, p.slot, p.keep);
         for (reg, value) in [
             (end, p.end),
             (keep, p.keep),
             (held_in_range, in_range),
-            (slot, p.slot),
+            (slot, slots),
         ] {
             m.set_next_if(reg, asks, value);
         }
@@ -64,13 +67,19 @@ impl StageOne {
         }
         let turns = issue.granted.map(|granted| {
             let reg = m.reg("s1_read", granted.ty(), 0);
-            m.note(reg, "ports whose rows were read");
-            m.set_next(reg, granted);
+            m.note(reg, "ports whose rows were read, or that have no entry");
+            // A port without an entry reduces its zeros with the others' last turn.
+            let void = m.not(p.keep);
+            let fires = m.repeat(issue.fire, void.width());
+            let void = m.and(void, fires);
+            let reads = m.or(granted, void);
+            m.set_next(reg, reads);
             reg
         });
         let single = is(m, vertices, 0);
         let single = m.name(single, "single_ids");
         let given = given_weight(m, config, single, p.weight);
+        let given = by_port(m, given, p.keep);
         m.set_next_if(weight, asks, given);
         let upper = issue.shared.as_ref().map(|shared| {
             let reg = m.reg("s1_upper_record", Ty::u(ports), 0);
@@ -107,6 +116,20 @@ impl StageOne {
         let outside = m.any_of(&outside);
         m.and(self.valid, outside)
     }
+}
+
+/// Values of the ports, 0 where a port has no entry.
+fn by_port(m: &mut ModuleBuilder, values: Signal, keep: Signal) -> Signal {
+    let ports = keep.width();
+    let masks: Vec<_> = (0..ports)
+        .rev()
+        .map(|p| {
+            let kept = m.bit(keep, p);
+            m.repeat(kept, values.width() / ports)
+        })
+        .collect();
+    let mask = m.cat(&masks);
+    m.and(values, mask)
 }
 
 /// Weights of the issued entries; a single id has weight 1.

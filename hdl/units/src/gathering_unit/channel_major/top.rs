@@ -11,6 +11,7 @@ use super::issue::{Below, Issue};
 use super::product_stages::{Summed, summed};
 use super::reducers::Reducers;
 use super::stage_one::StageOne;
+use crate::gathering_unit::shared::idle::{idle, setting_moved};
 use crate::gathering_unit::shared::report::{Stats, Watched, errors, outputs};
 use crate::gathering_unit::shared::streams::{Beat, FeatureStream, count_both};
 
@@ -33,6 +34,9 @@ pub(in crate::gathering_unit) fn channel_major(config: &Config) -> Result<Arc<Mo
     count_both(m, issue.in_flight, issue.group_start, stream.pop);
     let stats = stats(m, config, &issue);
     let below = [issue.rit, issue.table];
+    let idle = idle(m, issue.in_flight, below, &[]);
+    let mut settings = vec![inputs.io.vertices, inputs.io.segments];
+    settings.extend(inputs.two_records);
     let watched = Watched {
         valid: s1.valid,
         first: s1.first,
@@ -43,6 +47,7 @@ pub(in crate::gathering_unit) fn channel_major(config: &Config) -> Result<Arc<Mo
         single: s1.single,
         row_not_loaded: s1.row_not_loaded(m, config),
         bad_settings: vec![],
+        setting_moved: setting_moved(m, &settings, idle),
     };
     let errors = errors(m, config, &inputs.io, &watched, below);
     m.section("Outputs");
@@ -54,7 +59,7 @@ pub(in crate::gathering_unit) fn channel_major(config: &Config) -> Result<Arc<Mo
             "ports that hold an entry",
         ],
     );
-    outputs(m, config, &inputs.io, &stats, errors, below);
+    outputs(m, config, &inputs.io, &stats, (errors, idle), below);
     builder.finish()
 }
 

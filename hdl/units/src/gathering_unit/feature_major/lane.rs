@@ -6,8 +6,8 @@ use potamoi_formats::config::{Config, Modes};
 use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::shape::Shape;
-use crate::circuits::ram;
 use crate::gathering_unit::shared::reducer::reducer;
+use crate::memory::{Size, ram_1r1w};
 
 /// Words of a lane's entries: two halves of eight vertices.
 const ENTRY_WORDS: u32 = 16;
@@ -59,8 +59,20 @@ impl Below {
             _ => config.gu.weight_bits + 1,
         };
         Ok(Self {
-            entries: ram("lane_entries", ENTRY_WORDS, 16 + weight_bits, 1)?,
-            slots: ram("lane_slots", 2, config.rit.slot_bits, 1)?,
+            entries: ram_1r1w(
+                "lane_entries",
+                Size {
+                    words: ENTRY_WORDS,
+                    bits: 16 + weight_bits,
+                },
+            )?,
+            slots: ram_1r1w(
+                "lane_slots",
+                Size {
+                    words: 2,
+                    bits: config.rit.slot_bits,
+                },
+            )?,
             reducer: reducer(config)?,
             weight_bits,
         })
@@ -262,6 +274,13 @@ struct Reduced {
     kept: Signal,
 }
 
+/// A value of the lane's entry, 0 where it has none.
+fn of_entry(m: &mut ModuleBuilder, value: Signal, kept: Signal) -> Signal {
+    let bits = m.as_unsigned(value);
+    let mask = m.repeat(kept, bits.width());
+    m.and(bits, mask)
+}
+
 /// Stages X and S: input and result of the reducer.
 fn reduce(
     m: &mut ModuleBuilder,
@@ -292,9 +311,12 @@ fn reduce(
     let result = m.out(inst, "result");
     let slot = stage(m, "x_slot", words.slot, d_completes);
     let kept = stage(m, "x_kept", words.kept, d_completes);
+    let slot = stage(m, "s_slot", slot, x_completes);
+    let kept = stage(m, "s_kept", kept, x_completes);
     Reduced {
-        result,
-        slot: stage(m, "s_slot", slot, x_completes),
-        kept: stage(m, "s_kept", kept, x_completes),
+        // Without an entry the reducer holds an earlier sum, and the slot is not known.
+        result: of_entry(m, result, kept),
+        slot: of_entry(m, slot, kept),
+        kept,
     }
 }

@@ -18,7 +18,7 @@ pub(super) struct Loader {
     pub(super) writes: Vec<Signal>,
     /// For each group, whether its entries are complete, or void.
     pub(super) entries: Vec<Signal>,
-    full: [Signal; 2],
+    pub(super) full: [Signal; 2],
     ends: [Signal; 2],
     closes: Signal,
 }

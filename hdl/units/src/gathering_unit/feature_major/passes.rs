@@ -62,6 +62,11 @@ impl Passes {
         }
     }
 
+    /// Whether passes over the MVoxel are still to come.
+    pub(super) fn amid(&self, m: &mut ModuleBuilder) -> Signal {
+        m.any(self.segment)
+    }
+
     /// Advances to the next pass when `ends`.
     pub(super) fn advance(&self, m: &mut ModuleBuilder, ends: Signal) {
         let zero = m.lit(0, self.segment.ty());

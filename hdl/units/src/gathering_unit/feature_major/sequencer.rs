@@ -65,6 +65,11 @@ impl Sequencer {
         }
     }
 
+    /// Signs of work: a step to do, or passes that are still to come.
+    pub(super) fn busy(&self, m: &mut ModuleBuilder) -> [Signal; 2] {
+        [self.step.valid, self.passes.amid(m)]
+    }
+
     /// Reads the next step once the current one, if any, is `done`; `fire` issues a round of it.
     pub(super) fn advance(
         &self,

@@ -34,9 +34,4 @@ impl Shape {
     pub(super) fn rows_bits(&self) -> u32 {
         bits_for(self.rows)
     }
-
-    /// Width in bits of a word's address in a half of a bank: line, then channel.
-    pub(super) fn word_bits(&self) -> u32 {
-        self.line_bits + self.bank_bits
-    }
 }

@@ -4,12 +4,13 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::passes::{Passes, Settings};
 use super::shape::Shape;
-use crate::circuits::{bits_for, is, plus_one, popcount, ram};
+use crate::circuits::{bits_for, is, plus_one, popcount};
 use crate::gathering_unit::shared::table_halves::TableHalves;
+use crate::memory::{Size, halves};
 
 /// Builds `mft`. A beat carries one channel of B rows, one word for each bank; banks read
 /// independently.
@@ -19,7 +20,11 @@ use crate::gathering_unit::shared::table_halves::TableHalves;
 pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let shape = Shape::of(config);
     let bits = config.gu.feature_bits;
-    let bank = ram("mft_bank", (1 << shape.word_bits()) + shape.rows, bits, 1)?;
+    let size = Size {
+        words: shape.rows,
+        bits,
+    };
+    let bank = halves("mft_halves", size, 1)?;
     let mut builder = ModuleBuilder::new("mft");
     let m = &mut builder;
     m.doc(
@@ -27,32 +32,43 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
          rows b, b + B, b + 2B and so on.",
     );
     let inputs = Inputs::declare(m, &shape, bits);
-    let halves = TableHalves::declare(m, Ty::u(shape.rows_bits()));
-    let written = write(m, &shape, &inputs, &halves);
-    let readable = halves.advance(m, written.done, written.rows_after, inputs.release);
+    let table = TableHalves::declare(m, Ty::u(shape.rows_bits()));
+    let written = write(m, &shape, &inputs, &table);
+    let readable = table.advance(m, written.done, written.rows_after, inputs.release);
     m.section("Reader");
     let write_line = m.truncate(written.block, shape.line_bits);
-    let write_address = m.cat(&[halves.write, write_line, written.channel]);
+    let write_address = m.cat(&[write_line, written.channel]);
     let write_address = m.name(write_address, "write_address");
+    let some_read = m.any(inputs.read);
+    let half_of_words = table.read_last(m, some_read);
+    let loaded = table.loaded(m);
+    let mut addresses = vec![];
+    for b in (0..shape.banks).rev() {
+        let line = m.slice(inputs.lines, b * shape.line_bits, shape.line_bits);
+        addresses.extend([line, inputs.channel]);
+    }
+    let addresses = m.cat(&addresses);
+    let addresses = m.name(addresses, "addresses");
 
     m.section("Banks");
-    let mut words: Vec<Signal> = vec![];
-    for b in 0..shape.banks {
-        let lane = m.slice(inputs.data, 16 * b, bits);
-        let line = m.slice(inputs.lines, b * shape.line_bits, shape.line_bits);
-        let address = m.cat(&[halves.read, line, inputs.channel]);
-        let address = m.name(address, &format!("address{b}"));
-        let enable = m.bit(inputs.read, b);
-        let ports = [
-            ("we", written.write),
-            ("waddr", write_address),
-            ("wdata", lane),
-            ("re", enable),
-            ("raddr", address),
-        ];
-        let inst = m.instance(&format!("bank{b}"), &bank, &ports);
-        words.insert(0, m.out(inst, "rdata"));
-    }
+    let lanes: Vec<_> = (0..shape.banks)
+        .rev()
+        .map(|b| m.slice(inputs.data, 16 * b, bits))
+        .collect();
+    let lanes = m.cat(&lanes);
+    let ports = [
+        ("we", Feed::Shared(written.write)),
+        ("write_half", Feed::Shared(table.write)),
+        ("waddr", Feed::Shared(write_address)),
+        ("wdata", Feed::Each(lanes)),
+        ("read_half", Feed::Shared(table.read)),
+        ("loaded", Feed::Shared(loaded)),
+        ("half_of_words", Feed::Shared(half_of_words)),
+        ("re", Feed::Each(inputs.read)),
+        ("raddr", Feed::Each(addresses)),
+    ];
+    let banks = m.array("bank", &bank, &[("row", shape.banks)], &ports);
+    let words = m.all_out(banks, "rdata");
 
     m.section("Outputs");
     m.output("s_axis_mft_tready", written.ready, "");
@@ -61,8 +77,14 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
         readable.is_loaded,
         "the half to read holds its MVoxel",
     );
+    let partly = [written.channel, written.block].map(|position| m.any(position));
+    let empty = table.is_empty(m, &[partly[0], partly[1], written.amid]);
+    m.output(
+        "is_empty",
+        empty,
+        "no half is loaded, and none is partly written",
+    );
     m.output("rows", readable.rows, "rows that the half to read holds");
-    let words = m.cat(&words);
     m.output("words", words, "what each bank read last");
     m.output(
         "overflow",
@@ -124,6 +146,8 @@ struct Written {
     done: Signal,
     rows_after: Signal,
     overflow: Signal,
+    /// Segments of the MVoxel are still to come.
+    amid: Signal,
 }
 
 /// An accepted beat before its write.
@@ -205,6 +229,7 @@ fn write(m: &mut ModuleBuilder, shape: &Shape, inputs: &Inputs, halves: &TableHa
         done,
         rows_after,
         overflow: m.or(overflow, misshapen),
+        amid: passes.amid(m),
     }
 }
 

@@ -16,6 +16,7 @@ use super::shape::Shape;
 use super::table::table;
 use crate::circuits::{bits_for, is};
 use crate::gathering_unit::rit_buffer::{rit_buffer, weights};
+use crate::gathering_unit::shared::idle::{idle, setting_moved};
 use crate::gathering_unit::shared::ports::Ports;
 use crate::gathering_unit::shared::report::{Stats, Watched, errors, outputs};
 use crate::gathering_unit::shared::streams::{Beat, FeatureStream, count_both, rit_stream};
@@ -60,8 +61,11 @@ pub(in crate::gathering_unit) fn feature_major(config: &Config) -> Result<Arc<Mo
     let begins = m.name(begins, "beat_start");
     count_both(m, issue.in_flight, begins, stream.pop);
     let stats = stats(m, &issue, &lanes, round.done);
-    let watched = watched(m, &shape, &below, (&loader, &p, &lanes));
     let instances = [below.rit, below.table];
+    let mut busy = loader.full.to_vec();
+    busy.extend(issue.sequencer.busy(m));
+    let idle = idle(m, issue.in_flight, instances, &busy);
+    let watched = watched(m, &shape, &below, (&loader, &p, &lanes), idle);
     let errors = errors(m, config, &below.io, &watched, instances);
     m.section("Outputs");
     stream.outputs(
@@ -72,7 +76,7 @@ pub(in crate::gathering_unit) fn feature_major(config: &Config) -> Result<Arc<Mo
             "lanes that hold an entry",
         ],
     );
-    outputs(m, config, &below.io, &stats, errors, instances);
+    outputs(m, config, &below.io, &stats, (errors, idle), instances);
     builder.finish()
 }
 
@@ -190,7 +194,7 @@ struct Issue {
 impl Issue {
     fn build(m: &mut ModuleBuilder, config: &Config, shape: &Shape, below: &Below) -> Self {
         m.section("Steps: one a channel and vertex");
-        let depth = config.gu.fifo_depth;
+        let depth = config.feature_fifo_depth();
         let sequencer = Sequencer::declare(m, shape, below.settings);
         let step = sequencer.step;
         let in_flight = m.reg("in_flight", Ty::u(bits_for(depth)), 0);
@@ -421,6 +425,7 @@ fn watched(
     shape: &Shape,
     below: &Below,
     (loader, p, lanes): (&Loader, &Offered, &Lanes),
+    idle: Signal,
 ) -> Watched {
     let outside = lanes.out(m, "outside");
     let outside = joined(m, &outside);
@@ -437,6 +442,10 @@ fn watched(
         single: lanes.single,
         row_not_loaded: m.any(outside),
         bad_settings: vec![none, too_many],
+        setting_moved: {
+            let Settings { segments, channels } = below.settings;
+            setting_moved(m, &[below.io.vertices, segments, channels], idle)
+        },
     }
 }
 

@@ -1,20 +1,19 @@
-//! The RIT buffer: double buffered, in banks of 16 bits, so that M entries or ids are read in one
-//! cycle.
+//! The RIT buffer: double buffered, a row wide, so that M entries or ids are read in one cycle.
 //!
-//! A row holds M eight-vertex entries, which are 24 M halfwords, one for each bank. For every entry
-//! size, a beat of the stream fills whole banks of one row, so the write side needs no shifter:
-//! bank `k` always takes lane `k mod lanes`.
+//! A row holds M eight-vertex entries, which are 24 M halfwords. A beat of the stream is a part of a
+//! row for every entry size, so the write side needs no shifter: a row is a memory for each beat of
+//! it, and beat `k` of a row is a word of memory `k`.
 
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Ty};
 
 use super::reader_data::stage_data;
-use crate::circuits::ram;
 use crate::gathering_unit::shared::rit_reader::Reader;
 use crate::gathering_unit::shared::rit_shape::{Halves, Shape};
 use crate::gathering_unit::shared::rit_writer::Writer;
+use crate::memory::{Size, ram_1r1w};
 
 /// Builds `rit_buffer`.
 ///
@@ -22,7 +21,12 @@ use crate::gathering_unit::shared::rit_writer::Writer;
 /// The netlist's own checks; none for a configuration that keeps its rules.
 pub(crate) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let shape = Shape::of(config);
-    let bank = ram("rit_bank", shape.depth(), 16, 1)?;
+    let beat_bits = 16 * shape.lanes;
+    let size = Size {
+        words: shape.depth(),
+        bits: beat_bits,
+    };
+    let bank = ram_1r1w("rit_bank", size)?;
     let mut builder = ModuleBuilder::new("rit_buffer");
     let m = &mut builder;
     let taken = match (shape.whole_cells, shape.compact) {
@@ -54,7 +58,7 @@ pub(crate) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         valid: m.input("s_axis_rit_tvalid", bit, ""),
         data: m.input(
             "s_axis_rit_tdata",
-            Ty::u(shape.lanes * 16),
+            Ty::u(beat_bits),
             "packed entries, little-endian",
         ),
         keep: m.input(
@@ -79,25 +83,29 @@ pub(crate) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.section("Writer");
     let write = writer.build(m, &shape, &halves, vertices, segments, read.release);
 
-    m.section("Banks: a row is read with vertex 0 of a group and held for the others");
-    let mut words: Vec<Signal> = vec![];
-    for k in 0..shape.banks {
-        let lane = m.slice(writer.data, 16 * (k % shape.lanes), 16);
-        let inputs = [
-            ("we", write.enables[(k / shape.lanes) as usize]),
-            ("waddr", write.address),
-            ("wdata", lane),
-            ("re", read.row_enable),
-            ("raddr", read.address),
-        ];
-        let inst = m.instance(&format!("bank{k}"), &bank, &inputs);
-        words.push(m.out(inst, "rdata"));
-    }
+    m.section("Banks, one a beat of a row: read with vertex 0 of a group and held for the others");
+    let enables: Vec<_> = write.enables.iter().rev().copied().collect();
+    let enables = m.cat(&enables);
+    let inputs = [
+        ("we", Feed::Each(enables)),
+        ("waddr", Feed::Shared(write.address)),
+        ("wdata", Feed::Shared(writer.data)),
+        ("re", Feed::Shared(read.row_enable)),
+        ("raddr", Feed::Shared(read.address)),
+    ];
+    let banks = m.array("bank", &bank, &[("beat", shape.phases)], &inputs);
+    let row = m.all_out(banks, "rdata");
 
     m.section("Stages to P: row, weight and slot, picked or made, and registered");
-    stage_data(&reader, m, &shape, &read, vertices, &words);
+    stage_data(&reader, m, &shape, &read, vertices, row);
 
     m.section("Stream and error outputs");
+    let mut holds = halves.closed.to_vec();
+    holds.push(write.amid);
+    holds.extend(reader.stages().into_iter().map(|(_, stage)| stage.valid));
+    let holds = m.any_of(&holds);
+    let empty = m.not(holds);
+    m.output("is_empty", empty, "nothing is received that is not issued");
     m.output("s_axis_rit_tready", write.ready, "");
     m.output(
         "errors",

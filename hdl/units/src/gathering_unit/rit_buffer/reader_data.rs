@@ -28,7 +28,7 @@ pub(super) fn stage_data(
     shape: &Shape,
     read: &Read,
     vertices: Signal,
-    words: &[Signal],
+    row: Signal,
 ) {
     let (before, p, fill) = (reader.before_issue(), reader.issue, read.fill_issue);
     // The vertices whose tags make the slot.
@@ -40,12 +40,16 @@ pub(super) fn stage_data(
             [m.name(zero, "p_fill_vertex_0"), m.and(fill, is_one)]
         }
     };
+    let words: Vec<_> = match (shape.compact, shape.whole_cells) {
+        (false, false) => vec![],
+        _ => (0..shape.banks).map(|k| m.slice(row, 16 * k, 16)).collect(),
+    };
     let mut outputs: [Vec<Signal>; 3] = Default::default();
     for port in 0..shape.ports {
         let given = match (shape.compact, shape.whole_cells) {
-            (true, _) => of_compact(reader, m, shape, read, vertices, words, port),
-            (false, true) => whole_entry(m, shape, read, words, port),
-            (false, false) => vertex(reader, m, shape, read, vertices, words, port),
+            (true, _) => of_compact(reader, m, shape, read, vertices, &words, port),
+            (false, true) => whole_entry(m, shape, read, &words, port),
+            (false, false) => vertex(reader, m, shape, read, vertices, row, port),
         };
         let mut register = |name: &str, enable: Signal, value: Signal| {
             let reg = m.reg(name, HALF, 0);

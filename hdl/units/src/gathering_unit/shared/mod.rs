@@ -1,6 +1,7 @@
 //! Parts shared by several organisations of the unit.
 
 pub(super) mod compact_entry;
+pub(super) mod idle;
 pub(super) mod ports;
 pub(super) mod reducer;
 pub(super) mod report;

@@ -37,6 +37,8 @@ pub(crate) struct Watched {
     pub(crate) row_not_loaded: Signal,
     /// Violated settings of this organisation, beyond the common ones.
     pub(crate) bad_settings: Vec<Signal>,
+    /// A setting changes while the unit is not idle.
+    pub(crate) setting_moved: Signal,
 }
 
 /// Stalls are counted as they occur, and shown as of the last issue, so that idle cycles at the end
@@ -100,7 +102,7 @@ pub(crate) fn outputs(
     config: &Config,
     io: &Ports,
     stats: &Stats,
-    errors: Signal,
+    (errors, idle): (Signal, Signal),
     [rit, table]: [Instance; 2],
 ) {
     for (instance, name) in [(rit, "s_axis_rit_tready"), (table, "s_axis_mft_tready")] {
@@ -108,6 +110,11 @@ pub(crate) fn outputs(
         m.output_low_in_reset(name, ready, "");
     }
     statistics(m, config, io, stats);
+    m.output(
+        "idle",
+        idle,
+        "nothing is received or in flight: cfg_* may change",
+    );
     let doc = "sticky; docs/reference/gathering-unit.md names the bits";
     m.output("stat_errors", errors, doc);
 }
@@ -247,6 +254,7 @@ pub(crate) fn errors(
         ("rit_too_large", Some(large)),
         ("mft_row_dropped", Some(overflow)),
         ("bad_setting", Some(settings)),
+        ("setting_moved", Some(s1.setting_moved)),
     ]
     .into_iter()
     .map(|(name, set)| match set {

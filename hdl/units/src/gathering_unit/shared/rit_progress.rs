@@ -1,12 +1,11 @@
 //! Entries completed by a beat of the RIT stream.
 
-use std::collections::BTreeMap;
-
+use num_bigint::BigInt;
 use potamoi_formats::rit::Vertices;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::rit_shape::Shape;
-use crate::circuits::popcount;
+use crate::circuits::{is, popcount};
 
 /// Entries completed by a beat, for one entry size.
 pub(crate) struct Progress {
@@ -16,70 +15,66 @@ pub(crate) struct Progress {
     pub(crate) whole: Signal,
 }
 
-/// Ends of entries in the row, this beat included. Valid bytes are contiguous from byte 0, so that
-/// one bit of `keep` tells whether a halfword is valid: no sum is needed. Entries of several sizes
-/// end at common positions.
+/// Halfwords of the row that are valid, this beat included. Valid bytes are contiguous from byte 0,
+/// so that one bit tells whether the row has at least so many halfwords: no sum is needed.
 pub(crate) struct Position {
-    phase: Signal,
-    lanes: u32,
-    /// Whether each halfword of the beat is valid.
-    kept: Vec<Signal>,
-    phases: u32,
-    at_least: BTreeMap<u32, Signal>,
-    exactly: BTreeMap<u32, Signal>,
+    /// Whether each halfword of the row is valid.
+    kept: Signal,
+    /// Whether each halfword is the last valid one.
+    last: Signal,
 }
 
 impl Position {
     /// `kept` tells whether each halfword of the beat is valid.
-    pub(crate) fn new(shape: &Shape, phase: Signal, kept: Vec<Signal>) -> Self {
-        Self {
-            phase,
-            lanes: shape.lanes,
-            kept,
-            phases: shape.phases,
-            at_least: BTreeMap::new(),
-            exactly: BTreeMap::new(),
-        }
-    }
-
-    /// Whether the row holds at least so many halfwords, 1 and up.
-    fn reached(&self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
-        let last = halfwords - 1;
-        let options: Vec<_> = (0..self.phases)
-            .map(|phase| match last.checked_sub(phase * self.lanes) {
-                None => m.lit(1, Ty::bit()),
-                Some(lane) if lane < self.lanes => self.kept[lane as usize],
-                Some(_) => m.lit(0, Ty::bit()),
+    pub(crate) fn new(
+        m: &mut ModuleBuilder,
+        shape: &Shape,
+        phase: Signal,
+        kept: &[Signal],
+    ) -> Self {
+        let of_beat: Vec<_> = kept.iter().rev().copied().collect();
+        let of_beat = m.cat(&of_beat);
+        let of_beat = m.name(of_beat, "beat_kept");
+        let beats: Vec<_> = (0..shape.phases)
+            .rev()
+            .map(|beat| {
+                let here = is(m, phase, beat);
+                let here = m.repeat(here, shape.lanes);
+                let mut kept = m.and(of_beat, here);
+                if beat + 1 < shape.phases {
+                    let own = m.lit(beat, phase.ty());
+                    let over = m.gt(phase, own);
+                    let over = m.repeat(over, shape.lanes);
+                    kept = m.or(kept, over);
+                }
+                m.name(kept, &format!("kept_of_beat_{beat}"))
             })
             .collect();
-        m.select(self.phase, &options)
+        let kept = m.cat(&beats);
+        let kept = m.name(kept, "row_kept");
+        let none = m.lit(0, Ty::bit());
+        let above = m.slice(kept, 1, kept.width() - 1);
+        let above = m.cat(&[none, above]);
+        let ends = m.not(above);
+        let last = m.and(kept, ends);
+        Self {
+            kept,
+            last: m.name(last, "row_last"),
+        }
     }
 
-    fn at_least(&mut self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
-        if let Some(known) = self.at_least.get(&halfwords) {
-            return *known;
-        }
-        let reached = self.reached(m, halfwords);
-        let reached = m.name(reached, &format!("at_least_{halfwords}"));
-        self.at_least.insert(halfwords, reached);
-        reached
+    /// Whether the row has at least so many halfwords, 1 and up.
+    fn at_least(&self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
+        m.bit(self.kept, halfwords - 1)
     }
 
-    fn exactly(&mut self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
-        if let Some(known) = self.exactly.get(&halfwords) {
-            return *known;
-        }
-        let reached = self.at_least(m, halfwords);
-        let here = if halfwords == self.phases * self.lanes {
-            reached
-        } else {
-            let next = self.at_least(m, halfwords + 1);
-            let ends = m.not(next);
-            let here = m.and(reached, ends);
-            m.name(here, &format!("exactly_{halfwords}"))
-        };
-        self.exactly.insert(halfwords, here);
-        here
+    /// Whether the row has a multiple of so many halfwords, and some.
+    fn multiple_of(&self, m: &mut ModuleBuilder, halfwords: u32) -> Signal {
+        let width = self.last.width();
+        let places = (1..=width / halfwords).map(|n| BigInt::from(1) << (n * halfwords - 1));
+        let places = m.lit(places.sum::<BigInt>(), Ty::u(width));
+        let whole = m.and(self.last, places);
+        m.any(whole)
     }
 }
 
@@ -88,7 +83,7 @@ pub(crate) fn progress(
     m: &mut ModuleBuilder,
     shape: &Shape,
     vertices: Vertices,
-    position: &mut Position,
+    position: &Position,
 ) -> Progress {
     let size = shape.entry_halfwords(vertices);
     let groups = shape.groups(vertices);
@@ -121,10 +116,7 @@ pub(crate) fn progress(
     }
     let last_keep = m.cat(&keep);
     let last_keep = m.name(last_keep, &name("keep"));
-    let exact: Vec<_> = (1..=groups * shape.ports)
-        .map(|e| position.exactly(m, size * e))
-        .collect();
-    let whole = m.any_of(&exact);
+    let whole = position.multiple_of(m, size);
     let whole = m.name(whole, &name("whole"));
     Progress {
         full_groups,

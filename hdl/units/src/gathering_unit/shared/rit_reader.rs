@@ -132,7 +132,7 @@ impl Reader {
     }
 
     /// The stages, from Q to P.
-    fn stages(&self) -> Vec<(RitStage, Stage)> {
+    pub(crate) fn stages(&self) -> Vec<(RitStage, Stage)> {
         let mut all = vec![(RitStage::Banks, self.banks)];
         all.extend(&self.between);
         all.push((RitStage::Issue, self.issue));

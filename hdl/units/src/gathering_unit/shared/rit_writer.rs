@@ -22,6 +22,8 @@ pub(crate) struct Written {
     /// Write enable of the banks of each phase.
     pub(crate) enables: Vec<Signal>,
     pub(crate) address: Signal,
+    /// An MVoxel's stream has begun and not ended.
+    pub(crate) amid: Signal,
     /// Error flags: ragged entries, gap in a beat, too large to keep.
     pub(crate) errors: Signal,
 }
@@ -154,6 +156,7 @@ impl Writer {
             ready,
             enables,
             address,
+            amid: completed.goes_on,
             errors,
         }
     }
@@ -323,32 +326,29 @@ fn completed(
     kept: Vec<Signal>,
     some: Signal,
 ) -> Completed {
-    let mut position = Position::new(shape, at.phase, kept);
+    let position = Position::new(m, shape, at.phase, &kept);
     let built: Vec<(Vertices, Progress)> = shape
         .vertices
         .iter()
-        .map(|v| (*v, progress(m, shape, *v, &mut position)))
+        .map(|v| (*v, progress(m, shape, *v, &position)))
         .collect();
-    let pick = |m: &mut ModuleBuilder, name: &str, what: fn(&Progress) -> Signal| {
-        let s = shape.by_vertices(m, vertices, |_, v| {
-            built
-                .iter()
-                .find(|(b, _)| *b == v)
-                .map_or(what(&built[0].1), |(_, p)| what(p))
-        });
-        m.name(s, name)
+    let (groups, ports) = (shape.group_ty().width, shape.ports);
+    let of_size = shape.by_vertices(m, vertices, |m, v| {
+        let own = built.iter().find(|(b, _)| *b == v);
+        let own = own.map_or(&built[0].1, |(_, own)| own);
+        m.cat(&[own.whole, own.last_keep, own.all_groups, own.full_groups])
+    });
+    m.name(of_size, "completed");
+    let mut low = 0;
+    let mut next = |m: &mut ModuleBuilder, width: u32, name: &str| {
+        let field = m.slice(of_size, low, width);
+        low += width;
+        m.name(field, name)
     };
-    let full_groups = pick(m, "full_groups", |p| p.full_groups);
-    // A group of one port is never partly filled.
-    let (all_groups, last_keep) = if shape.ports == 1 {
-        (full_groups, m.lit(1, Ty::bit()))
-    } else {
-        (
-            pick(m, "all_groups", |p| p.all_groups),
-            pick(m, "keep_of_last_group", |p| p.last_keep),
-        )
-    };
-    let whole = pick(m, "whole_entries", |p| p.whole);
+    let full_groups = next(m, groups, "full_groups");
+    let all_groups = next(m, groups, "all_groups");
+    let last_keep = next(m, ports, "keep_of_last_group");
+    let whole = next(m, 1, "whole_entries");
     let begins_row = is(m, at.phase, 0);
     let later_row = m.any(at.row);
     let earlier = m.or(later_row, at.second);

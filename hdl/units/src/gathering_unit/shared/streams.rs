@@ -4,7 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::timing::GatherStage;
 use potamoi_netlist::{IrErrors, ModuleBuilder, Signal, Ty};
 
-use crate::circuits::{bits_for, fifo};
+use crate::circuits::fifo;
 
 /// An input port and its name.
 pub(crate) type Named = (&'static str, Signal);
@@ -60,11 +60,14 @@ impl FeatureStream {
         let word = m.cat(&[beat.end, beat.keep, beat.slot, beat.data]);
         // The register is one of the places.
         let registered = config.gather_pipeline().has(GatherStage::Output);
-        let depth = config.gu.fifo_depth - u32::from(registered);
+        let depth = config.feature_fifo_depth() - u32::from(registered);
         let module = fifo("feature_fifo", depth, word.width())?;
-        let held = m.reg("offered", Ty::u(bits_for(depth)), 0);
-        m.note(held, "results in the FIFO");
-        let some = m.any(held);
+        let inst = m.instance(
+            "results",
+            &module,
+            &[("push", beat.push), ("push_data", word)],
+        );
+        let some = m.out(inst, "valid");
         let (valid, take) = if registered {
             let valid = m.reg("out_valid", Ty::bit(), 0);
             let free = m.not(valid);
@@ -77,27 +80,18 @@ impl FeatureStream {
             m.set_next(valid, next);
             (valid, Some(take))
         } else {
-            (m.name(some, "m_axis_feat_tvalid"), None)
+            (some, None)
         };
         let pop = m.and(valid, ready);
         let pop = m.name(pop, "pop");
         let leaves_fifo = take.unwrap_or(pop);
-        let inst = m.instance(
-            "results",
-            &module,
-            &[
-                ("push", beat.push),
-                ("push_data", word),
-                ("pop", leaves_fifo),
-            ],
-        );
+        m.connect(inst, "pop", leaves_fifo);
         let mut out = m.out(inst, "data");
         if let Some(take) = take {
             let word = m.reg("out_word", word.ty(), 0);
             m.set_next_if(word, take, out);
             out = word;
         }
-        count_both(m, held, beat.push, leaves_fifo);
         Ok(Self {
             pop,
             valid,

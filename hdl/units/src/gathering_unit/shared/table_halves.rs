@@ -37,6 +37,28 @@ impl TableHalves {
         m.name(ready, "write_ready")
     }
 
+    /// Whether each half is loaded, half 0 lowest.
+    pub(crate) fn loaded(&self, m: &mut ModuleBuilder) -> Signal {
+        let loaded = m.cat(&[self.loaded[1], self.loaded[0]]);
+        m.name(loaded, "loaded")
+    }
+
+    /// The half that was read last.
+    pub(crate) fn read_last(&self, m: &mut ModuleBuilder, read: Signal) -> Signal {
+        let half = m.reg("half_of_words", Ty::bit(), 0);
+        m.note(half, "half of the words read last");
+        m.set_next_if(half, read, self.read);
+        half
+    }
+
+    /// Whether no half is loaded and none is partly written.
+    pub(crate) fn is_empty(&self, m: &mut ModuleBuilder, partly: &[Signal]) -> Signal {
+        let mut holds = self.loaded.to_vec();
+        holds.extend(partly);
+        let holds = m.any_of(&holds);
+        m.not(holds)
+    }
+
     /// Switches halves: the writer with `loads`, which stores the number of rows, and the reader
     /// with `release`.
     pub(crate) fn advance(

@@ -50,16 +50,16 @@ impl<'a> Passes<'a> {
     pub(super) fn new(config: &'a Config, op: OpCode, module: &'a Module) -> Option<Self> {
         let recurrence = Recurrence::new(config, op, module)?;
         let machine = &recurrence.unit.machine;
-        let start = machine.find("lane0.depth_remain")?;
+        let start = machine.find("lane_0.depth_remain")?;
         let Op::Binary(Binary::Sub, from, _) = machine.op(start) else {
             return None;
         };
         Some(Self {
             from: machine.beside(start, *from),
-            remain: machine.find("lane0.remain_now")?,
-            accum: machine.find("lane0.accum_now")?,
-            held: machine.find("lane0.r_accum")?,
-            sum: machine.find("lane0.softplus")?,
+            remain: machine.find("lane_0.remain_now")?,
+            accum: machine.find("lane_0.accum_now")?,
+            held: machine.find("lane_0.r_accum")?,
+            sum: machine.find("lane_0.softplus")?,
             recurrence,
         })
     }
@@ -215,7 +215,7 @@ impl<'a> Passes<'a> {
     fn step(&self, index: u32, log: &mut Logarithm) -> Option<()> {
         let unit = &self.recurrence.unit;
         let (machine, engine) = (&unit.machine, unit.config.vu.exp.engine());
-        let take = machine.find(&format!("lane0.take{index}"))?;
+        let take = machine.find(&format!("lane_0.take{index}"))?;
         let constant = self.constant(take, index)?;
         let takes = unit.yes(take);
         let is_digit = log.steps < engine.digits;
@@ -263,7 +263,7 @@ impl<'a> Passes<'a> {
             Op::Slice(of, low) if machine.ty(at(bit, of)).width == low + 1 => Some(at(bit, of)),
             _ => None,
         };
-        let grown = machine.find(&format!("lane0.accum_grown{index}"))?;
+        let grown = machine.find(&format!("lane_0.accum_grown{index}"))?;
         let before = top(at(past, before))?;
         let grows = machine.ty(grown) == machine.ty(before);
         let is_known = top(at(past, sum))? == grown && grows;

@@ -27,25 +27,25 @@ impl<'a> Pieces<'a> {
     pub(super) fn new(config: &'a Config, op: OpCode, module: &'a Module) -> Option<Self> {
         let exp = &config.vu.exp;
         let signals = [
-            "lane0.piece",
-            "lane0.piece_start",
-            "lane0.piece_slope",
-            "lane0.s_exponent",
+            "lane_0.piece",
+            "lane_0.piece_start",
+            "lane_0.piece_slope",
+            "lane_0.s_exponent",
         ];
-        let unit = Unit::new(config, op, module, &signals, &["lane0.power_of_two"])?;
+        let unit = Unit::new(config, op, module, &signals, &["lane_0.power_of_two"])?;
         let machine = &unit.machine;
         let scale = match exp.piece_widths().scale_bits {
-            Some(bits) => match machine.op(machine.find("lane0.LOG2_E")?) {
+            Some(bits) => match machine.op(machine.find("lane_0.LOG2_E")?) {
                 Op::Lit(value) => value.to_f64()? * 2f64.powi(-(bits as i32)),
                 _ => return None,
             },
             None => 1.0,
         };
         Some(Self {
-            piece: machine.find("lane0.piece")?,
-            start: machine.find("lane0.piece_start")?,
-            slope: machine.find("lane0.piece_slope")?,
-            exponent: machine.find("lane0.s_exponent")?,
+            piece: machine.find("lane_0.piece")?,
+            start: machine.find("lane_0.piece_start")?,
+            slope: machine.find("lane_0.piece_slope")?,
+            exponent: machine.find("lane_0.s_exponent")?,
             scale,
             logarithm: match exp.base {
                 ExpBase::E => 1.0,

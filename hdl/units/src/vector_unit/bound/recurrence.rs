@@ -50,11 +50,11 @@ impl<'a> Recurrence<'a> {
         let exp = &config.vu.exp;
         let last = exp.power_pipeline().turn() - 1;
         let remain = if exp.pipelined {
-            format!("lane0.s_remain_{last}")
+            format!("lane_0.s_remain_{last}")
         } else {
-            "lane0.r_remain".to_owned()
+            "lane_0.r_remain".to_owned()
         };
-        let signals = ["lane0.remain_start", &remain, "lane0.exponent"];
+        let signals = ["lane_0.remain_start", &remain, "lane_0.exponent"];
         let unit = Unit::new(config, op, module, &signals, &[])?;
         let machine = &unit.machine;
         let remain = machine.find(&remain)?;
@@ -63,11 +63,11 @@ impl<'a> Recurrence<'a> {
             _ => return None,
         };
         Some(Self {
-            start: machine.find("lane0.remain_start")?,
+            start: machine.find("lane_0.remain_start")?,
             remain,
-            exponent: machine.find("lane0.exponent")?,
+            exponent: machine.find("lane_0.exponent")?,
             steps,
-            tail: machine.find("lane0.tail"),
+            tail: machine.find("lane_0.tail"),
             unit,
         })
     }
@@ -191,7 +191,7 @@ impl<'a> Recurrence<'a> {
         };
         let (mut digit, mut off) = (BigInt::zero(), [0.0f64; 2]);
         for (d, name) in multiples(own).zip(names) {
-            let take = self.unit.machine.find(&format!("lane0.{name}{index}"))?;
+            let take = self.unit.machine.find(&format!("lane_0.{name}{index}"))?;
             let (take, constant) = self.compared(take)?;
             let takes = self.unit.yes(take);
             if takes == Some(false) {
@@ -223,7 +223,7 @@ impl<'a> Recurrence<'a> {
     /// Shift amount of the accumulator in a step.
     pub(super) fn amount(&self, index: u32) -> Option<u32> {
         let machine = &self.unit.machine;
-        let shifted = machine.find(&format!("lane0.accum_shifted{index}"))?;
+        let shifted = machine.find(&format!("lane_0.accum_shifted{index}"))?;
         match machine.op(shifted) {
             Op::Shr(_, amount) => self.unit.point(machine.beside(shifted, *amount))?.to_u32(),
             _ => None,

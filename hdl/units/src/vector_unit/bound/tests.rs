@@ -29,7 +29,7 @@ fn measured_of(op: OpCode, config: &Config, module: &Arc<Module>, apart: usize) 
     let others = [
         ("rst_n", 1),
         ("cfg_clear", 0),
-        ("s_axis_vec_tkeep", 1),
+        ("s_axis_vec_tkeep", 0xff),
         ("s_axis_vec_tlast", 0),
         ("s_axis_vec_tuser", u64::from(op.code())),
         ("m_axis_vec_tready", 1),
@@ -121,15 +121,15 @@ fn logistic_results_keep_to_their_bound(configs: &[Config]) {
 /// A constant is used by both exponential and logarithm.
 #[test]
 fn a_wrong_constant_is_in_the_bound_of_sigmoid_and_softplus() {
-    wrong_constants_are_in_the_bound(OpCode::Softplus, &[("sr_sub_6", 7)]);
-    wrong_constants_are_in_the_bound(OpCode::Sigmoid, &[("sr_mul_9", 0)]);
+    wrong_constants_are_in_the_bound(OpCode::Softplus, &[("sr_sub[6]", 7)]);
+    wrong_constants_are_in_the_bound(OpCode::Sigmoid, &[("sr_mul[9]", 0)]);
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn every_wrong_constant_is_in_the_bound_of_sigmoid_and_softplus() {
-    wrong_constants_are_in_the_bound(OpCode::Softplus, &[("sr_mul_9", 0)]);
-    wrong_constants_are_in_the_bound(OpCode::Sigmoid, &[("sr_sub_6", 7)]);
+    wrong_constants_are_in_the_bound(OpCode::Softplus, &[("sr_mul[9]", 0)]);
+    wrong_constants_are_in_the_bound(OpCode::Sigmoid, &[("sr_sub[6]", 7)]);
 }
 
 /// Registers of constants, and the bit that is inverted.
@@ -196,10 +196,10 @@ fn a_wrong_register_is_in_the_bound() {
     let module = vector_unit(&config).unwrap();
     let right = largest(&config, OpCode::Exp, &module).unwrap();
     for (register, bit) in [
-        ("sr_sub_6", 5),
-        ("sr_sub_0", 5),
-        ("sr_mul_9", 0),
-        ("sr_sub_15", 2),
+        ("sr_sub[6]", 5),
+        ("sr_sub[0]", 5),
+        ("sr_mul[9]", 0),
+        ("sr_sub[15]", 2),
     ] {
         let fault = Fault {
             module: "exp_constants".to_owned(),

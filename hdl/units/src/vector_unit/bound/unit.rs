@@ -27,8 +27,8 @@ impl<'a> Unit<'a> {
         parts: &[&str],
     ) -> Option<Self> {
         let result = match op {
-            OpCode::Softplus => "lane0.softplus_rounded",
-            _ => "lane0.rounded",
+            OpCode::Softplus => "lane_0.softplus_rounded",
+            _ => "lane_0.rounded",
         };
         let all = [signals, &["result_valid", result]].concat();
         let machine = IntervalInterpreter::new(module, &all, parts)?;
@@ -60,7 +60,7 @@ impl<'a> Unit<'a> {
         self.machine.set(self.data, Interval::new(low, high));
         for (name, value) in [
             ("cfg_clear", 0),
-            ("s_axis_vec_tkeep", 1),
+            ("s_axis_vec_tkeep", 0xff),
             ("s_axis_vec_tlast", 0),
             ("s_axis_vec_tuser", self.op.code()),
             ("m_axis_vec_tready", 1),

@@ -21,7 +21,7 @@ pub(in crate::vector_unit) fn exp_constants(
     widths: &Widths,
 ) -> Result<Arc<Module>, IrErrors> {
     let exp = &config.vu.exp;
-    let r = exp.iterations_per_clock as usize;
+    let r = exp.iterations_per_clock;
     let all = steps(own, exp, widths.remain.width);
     let mut builder = ModuleBuilder::new("exp_constants");
     let m = &mut builder;
@@ -46,26 +46,43 @@ pub(in crate::vector_unit) fn exp_constants(
         let digits = all.iter().map(|s| u8::from(s.digit).into());
         columns.push(("digit", "an exponent digit", Ty::bit(), digits.collect()));
     }
-    let mut registers = vec![vec![]; columns.len()];
-    for i in 0..all.len() {
-        for ((name, _, ty, values), column) in columns.iter().zip(&mut registers) {
-            column.push(m.reg(&format!("sr_{name}_{i}"), *ty, values[i].clone()));
+    for (name, doc, ty, values) in columns {
+        let width = ty.width * values.len() as u32;
+        let start = flat(&values, ty.width);
+        let register = m.reg(&format!("sr_{name}"), Ty::u(width), start.clone());
+        m.as_values(register, ty.width);
+        m.note(register, "the first lowest");
+        // All steps in one clock end at the start.
+        let mut next = register;
+        if r * ty.width < width {
+            let first = m.slice(register, 0, r * ty.width);
+            let others = m.slice(register, r * ty.width, width - r * ty.width);
+            next = m.cat(&[first, others]);
         }
-    }
-    for ((name, doc, ty, values), column) in columns.iter().zip(&registers) {
-        for (i, reg) in column.iter().enumerate() {
-            let mut next = column[(i + r) % column.len()];
-            if let Some(restart) = restart {
-                let first = m.lit(values[i].clone(), *ty);
-                next = m.mux(restart, first, next);
+        if let Some(restart) = restart {
+            let start = m.lit(start, Ty::u(width));
+            let start = m.as_values(start, ty.width);
+            next = m.mux(restart, start, next);
+        }
+        m.set_next_if(register, rotate, next);
+        for i in 0..r {
+            let mut value = m.slice(register, i * ty.width, ty.width);
+            if ty.signed {
+                value = m.as_signed(value);
             }
-            m.set_next_if(*reg, rotate, next);
-        }
-        for (i, reg) in column.iter().take(r).enumerate() {
-            m.output(&format!("{name}{i}"), *reg, doc);
+            m.output(&format!("{name}{i}"), value, doc);
         }
     }
     builder.finish()
+}
+
+/// Values of `width` bits side by side, the first lowest.
+fn flat(values: &[BigInt], width: u32) -> BigInt {
+    let mask = (BigInt::from(1) << width) - 1;
+    let all = values.iter().rev();
+    all.fold(BigInt::ZERO, |above, value| {
+        (above << width) + (value & &mask)
+    })
 }
 
 /// Name of the constants of digit d; the names of its ports end in the step's number.

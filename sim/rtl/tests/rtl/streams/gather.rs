@@ -223,6 +223,13 @@ impl Model {
         }
     }
 
+    fn is_idle(&self) -> bool {
+        match self {
+            Self::ChannelMajor(model) => model.is_idle(),
+            Self::FeatureMajor(model) => model.is_idle(),
+        }
+    }
+
     fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
         match self {
             Self::ChannelMajor(model) => model.step(inputs),
@@ -237,6 +244,11 @@ fn size(beat: &InputBeat) -> BeatSize {
         last: beat.last,
         again: beat.user,
     }
+}
+
+/// Whether a beat of the MFT stream has rows, or ends its MVoxel.
+fn counts(beat: &&InputBeat) -> bool {
+    beat.last || beat.keep.is_empty() || beat.keep.iter().any(|w| *w != 0)
 }
 
 /// Every bit and cycle, until all is taken or for so many clocks.
@@ -266,10 +278,11 @@ fn strict(
         }
         let at = |what: &str| format!("clock {cycle}: {what}");
         let clock = drive.drive(pins, random);
+        let idle = model.is_idle();
         let said = model.step(&GatherInputs {
             rit: clock.rit.map(size),
             // A beat without rows is none, unless it ends the MVoxel.
-            mft: clock.mft.map(|beat| beat.last),
+            mft: clock.mft.filter(counts).map(|beat| beat.last),
             feat_ready: clock.ready,
         });
         for (port, found, expected) in [
@@ -284,6 +297,7 @@ fn strict(
                 said.mft_ready,
             ),
             ("m_axis_feat_tvalid", clock.feat, said.feat.is_some()),
+            ("idle", pins.is("idle"), idle),
         ] {
             if found != expected {
                 return Err(at(&format!(
@@ -521,9 +535,9 @@ fn judged(
         };
     for cycle in 0.. {
         let clock = drive.drive(pins, random);
-        let flags = pins.get("stat_errors") as u8;
+        let flags = pins.get("stat_errors") as u16;
         // A spoilt beat may ask for several: one is enough.
-        if judge.flags != 0 && judge.flags & flags == 0 {
+        if judge.flags != 0 && u16::from(judge.flags) & flags == 0 {
             let asked = judge.flags;
             return Err(format!(
                 "clock {cycle}: flags {flags:#x}, the beats ask for {asked:#x}"

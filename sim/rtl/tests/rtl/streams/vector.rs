@@ -100,8 +100,10 @@ fn vector(
     }
 }
 
-fn bits(keep: &[bool]) -> Vec<u32> {
+/// `tkeep` of lanes of so many bytes.
+fn bits(keep: &[bool], bytes: usize) -> Vec<u32> {
     let word = |part: &[bool]| part.iter().rev().fold(0, |w, k| w << 1 | u32::from(*k));
+    let keep: Vec<bool> = keep.iter().flat_map(|k| vec![*k; bytes]).collect();
     keep.chunks(32).map(word).collect()
 }
 
@@ -109,7 +111,7 @@ fn offer(pins: &mut Pins, vector: Option<&Vector>) {
     pins.set("s_axis_vec_tvalid", u64::from(vector.is_some()));
     let Some(v) = vector else { return };
     pins.set_words("s_axis_vec_tdata", &v.data);
-    pins.set_words("s_axis_vec_tkeep", &bits(&v.keep));
+    pins.set_words("s_axis_vec_tkeep", &bits(&v.keep, 8));
     pins.set("s_axis_vec_tlast", u64::from(v.last));
     pins.set("s_axis_vec_tuser", v.user);
 }
@@ -174,6 +176,10 @@ fn run(
         offer(pins, next);
         pins.set("m_axis_vec_tready", u64::from(ready));
         pins.settle();
+        let idle = model.is_idle();
+        if flags == 0 && pins.is("idle") != idle {
+            return Err(at(format!("idle is {}, by the model {idle}", !idle)));
+        }
         let said = model.step(&VectorInputs {
             op: next.map(|v| (v.user & 15) as u8),
             exponent: next.map_or(0, |v| v.exponent),
@@ -194,7 +200,7 @@ fn run(
         if offers {
             let v = &vectors[taken];
             let keep = pins.words("m_axis_vec_tkeep");
-            if keep != bits(&v.keep) || pins.is("m_axis_vec_tlast") != v.last {
+            if keep != bits(&v.keep, 4) || pins.is("m_axis_vec_tlast") != v.last {
                 return Err(at(format!("vector {taken}: keep {keep:x?}, or tlast")));
             }
             let data = pins.words("m_axis_vec_tdata");

@@ -1,0 +1,53 @@
+//! `Makefile`: lint and simulation with free tools.
+
+use super::Package;
+
+const TEXT: &str = r#"#
+#   make lint                 Verilator, Icarus Verilog and Yosys, each without a waiver
+#   make lint-verilator       one of them; also lint-icarus, lint-yosys
+#   make sim [SIM=verilator]  the benches of the folder sim, whose Makefile has further options
+#
+# It needs make and the tools of the target, nothing else. A warning is a failure.
+
+UNITS  = @UNITS@
+PREFIX = @PREFIX@
+
+VERILATOR ?= verilator
+IVERILOG  ?= iverilog
+YOSYS     ?= yosys
+
+# Runs a command, and fails if it says anything.
+silent = said=$$($(1) 2>&1) && test -z "$$said" || { echo "$$said"; exit 1; }
+files  = $$(grep -v '^//' $$unit.f | tr '\n' ' ')
+top    = $(PREFIX)$$unit
+each   = @for unit in $(UNITS); do $(call silent,$(1)) ; done
+
+.PHONY: all lint lint-verilator lint-icarus lint-yosys sim clean
+all: lint sim
+
+lint: lint-verilator lint-icarus lint-yosys
+
+lint-verilator:
+	$(call each,$(VERILATOR) --lint-only -Wall --language 1364-2005 --top-module $(top) -f $$unit.f)
+
+lint-icarus:
+	$(call each,$(IVERILOG) -g2005 -Wall -tnull -s $(top) $(files))
+
+lint-yosys:
+	$(call each,$(YOSYS) -q -e '.*' -p "read_verilog $(files); hierarchy -check -top $(top); proc; check -assert")
+
+sim:
+	$(MAKE) -C sim
+
+clean:
+	$(MAKE) -C sim clean
+"#;
+
+pub(super) fn text(package: &Package) -> String {
+    let units: Vec<_> = package.units.iter().map(|unit| unit.name).collect();
+    let text = TEXT
+        .replace("@UNITS@", &units.join(" "))
+        .replace("@PREFIX@", &package.prefix);
+    let text: Vec<_> = text.lines().map(str::trim_end).collect();
+    package.head("#") + &text.join("\n") + "\n"
+}
