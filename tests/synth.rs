@@ -47,7 +47,7 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
         ),
         (
             &["--liberty", "tiny.lib", "--compare", "report.json"],
-            "format_version 1, expected 4",
+            "format_version 1, expected 5",
         ),
         (
             &["--liberty", "tiny.lib", "--node", "5"],
@@ -211,7 +211,9 @@ fn units_are_estimated_without_synthesis() {
         );
         for figure in ["area", "period", "zero_delay", "with_glitches"] {
             let rms = unit["errors"][figure]["rms"].as_f64().unwrap();
-            assert!((0.001..0.05).contains(&rms), "{figure}: {rms}");
+            // Lanes of vector units are mapped to periods that scatter more.
+            let most = if figure == "period" { 0.06 } else { 0.05 };
+            assert!((0.001..most).contains(&rms), "{figure}: {rms}");
         }
         assert!(unit["formulas"].as_array().unwrap().len() > 10);
         // What is scaled is printed beside what is not.
@@ -239,9 +241,9 @@ fn units_are_estimated_without_synthesis() {
     for line in [
         "energies are of samples of `lantern` with 8 vertices each",
         "energies are of the workload of `garden`",
-        "memory mft_bank: 32 of 1024 x 16 bit, not included",
-        "the period excludes paths from and to memories (of the preset `paper` 1241 ps with their \
-         access times and 1101 ps without, as synthesised)",
+        "memory mft_bank: 64 of 512 x 16 bit, not included",
+        "the period excludes paths from and to memories (of the preset `paper` 1185 ps with their \
+         access times and 1128 ps without, as synthesised)",
     ] {
         assert!(said.contains(line), "{said}");
     }

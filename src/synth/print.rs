@@ -47,13 +47,15 @@ pub(super) fn unit(made: &SynthesisedUnit) {
     say!("{table}");
     for memory in &report.memories {
         say!(
-            "memory {}: {} of {} x {} bit, {} write and {} read ports, not in the areas above",
+            "memory {}: {} of {} x {} bit, {}, not in the areas above",
             memory.module,
             memory.count,
             memory.words,
             memory.bits,
-            memory.writes,
-            memory.reads
+            match memory.read_writes {
+                0 => format!("{} write and {} read ports", memory.writes, memory.reads),
+                both => format!("{both} read-write ports"),
+            }
         );
     }
     for memory in &report.flop_memories {

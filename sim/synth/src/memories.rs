@@ -41,7 +41,7 @@ fn shape(own: &MemoryArea) -> Shape {
     Shape {
         words: own.words,
         bits: own.bits,
-        read_writes: 0,
+        read_writes: own.read_writes,
         writes: own.writes,
         reads: own.reads,
     }
@@ -148,7 +148,7 @@ mod tests {
             .unwrap();
         let (macros, others) = split(&module, unit);
         let macros = macros.iter().map(|m| {
-            let ports = (m.writes, m.reads);
+            let ports = (m.read_writes, m.writes, m.reads);
             format!(
                 "{} {} of {} x {} {ports:?}",
                 m.module, m.count, m.words, m.bits
@@ -170,24 +170,24 @@ mod tests {
         assert_eq!(
             macros,
             [
-                "mft_bank 32 of 1024 x 16 (1, 2)",
-                "rit_bank 48 of 128 x 16 (1, 1)"
+                "mft_bank 64 of 512 x 16 (2, 0, 0)",
+                "rit_bank 6 of 128 x 128 (0, 1, 1)"
             ]
         );
         assert_eq!(others.len(), 1);
-        assert_eq!(others[0].0, "feature_fifo 1 of 8 x 1059");
+        assert_eq!(others[0].0, "feature_fifo 1 of 4 x 1059");
         assert!(others[0].1.contains("without a clock"));
 
         let (macros, others) = of("paper", UnitKind::Vector);
         assert!(macros.is_empty());
-        assert_eq!(others[0].0, "result_fifo 1 of 4 x 793");
+        assert_eq!(others[0].0, "result_fifo 1 of 3 x 793");
 
         let (macros, others) = of("feature-major", UnitKind::Gathering);
         assert_eq!(
             macros,
             [
-                "mft_bank 16 of 1024 x 16 (1, 1)",
-                "rit_bank 48 of 128 x 16 (1, 1)"
+                "mft_bank 32 of 512 x 16 (1, 0, 0)",
+                "rit_bank 6 of 128 x 128 (0, 1, 1)"
             ]
         );
         let why = |name: &str| &others.iter().find(|(m, _)| m.starts_with(name)).unwrap().1;

@@ -35,6 +35,8 @@ pub struct MemoryArea {
     pub words: u64,
     /// Width of a word in bits.
     pub bits: u64,
+    /// Ports that write or read, one access a cycle each.
+    pub read_writes: u64,
     /// Write ports.
     pub writes: u64,
     /// Read ports.
@@ -48,6 +50,7 @@ impl From<MemoryMacro> for MemoryArea {
             count: own.count.into(),
             words: own.words.into(),
             bits: own.bits.into(),
+            read_writes: own.read_writes.into(),
             writes: own.writes.into(),
             reads: own.reads.into(),
         }

@@ -75,7 +75,7 @@ fn longest(said: &str, top: &str, modules: &BTreeMap<&str, &str>) -> Option<BTre
         let end = match name.rsplit_once('/') {
             None if kind == "(output)" => OUTPUTS,
             Some((cell, _pin)) => match cell.split_once('/') {
-                Some((instance, _)) => modules.get(instance)?,
+                Some((instance, _)) => module_of(instance, modules)?,
                 None => top,
             },
             None => return None,
@@ -87,6 +87,13 @@ fn longest(said: &str, top: &str, modules: &BTreeMap<&str, &str>) -> Option<BTre
     Some(found)
 }
 
+/// Module of an instance; one of an array is known by its scope.
+fn module_of<'a>(instance: &str, modules: &BTreeMap<&str, &'a str>) -> Option<&'a str> {
+    let scope = || instance.rsplit_once('.').map(|(scope, _)| scope);
+    let found = modules.get(instance);
+    found.or_else(|| modules.get(scope()?)).copied()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -95,14 +102,14 @@ mod tests {
     const SAID: &str = "max_delay/setup group clk\n\n\
         Endpoint                                Delay    Delay    Slack\n\
         ------------------------------------------------------\n\
-        r0/_7_/D (DFF)               980.000   900.000   80.000 (MET)\n\
+        r_of_p[1].r[0].sum/_7_/D (DFF)               980.000   900.000   80.000 (MET)\n\
         r1/_7_/D (DFF)               980.000  1000.000  -20.000 (VIOLATED)\n\
         sum[3]_reg/D (DFF)           980.000   500.000  480.000 (MET)\n\
         ready (output)              1000.000   600.000  400.000 (MET)\n";
 
     #[test]
     fn the_smallest_slack_of_every_module_counts() {
-        let modules = BTreeMap::from([("r0", "reducer"), ("r1", "reducer")]);
+        let modules = BTreeMap::from([("r_of_p[1].r[0]", "reducer"), ("r1", "reducer")]);
         let found = longest(SAID, "unit", &modules).unwrap();
         let expected = [("outputs", 400.0), ("reducer", -20.0), ("unit", 480.0)];
         let expected = expected.map(|(end, slack)| (end.to_owned(), slack));

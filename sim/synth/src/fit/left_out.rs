@@ -80,14 +80,6 @@ impl Spread {
 }
 
 impl LeftOut {
-    /// Largest root mean square, without leakage.
-    #[cfg(test)]
-    #[must_use]
-    pub(crate) fn largest_rms(&self) -> f64 {
-        let all = [self.area, self.period, self.zero_delay, self.with_glitches];
-        all.iter().fold(0.0, |most, spread| spread.rms.max(most))
-    }
-
     pub(super) fn measure(family: Family, points: &[&GridPoint]) -> Result<Self, SynthError> {
         let mut found = vec![];
         for (at, left_out) in points.iter().enumerate() {

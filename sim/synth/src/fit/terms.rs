@@ -45,7 +45,7 @@ impl Numbers {
             ports: config.gu.ports.into(),
             feature: config.gu.feature_bits.into(),
             weight: config.gu.weight_bits.into(),
-            depth: config.gu.fifo_depth.into(),
+            depth: config.feature_fifo_depth().into(),
             active: active_banks(config, channels),
             lanes: config.vu.lanes.into(),
             output: exp.output_bits.into(),

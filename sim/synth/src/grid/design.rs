@@ -140,11 +140,11 @@ fn fields(config: &Config) -> BTreeMap<String, Value> {
         }
     }
     let mut found = BTreeMap::new();
-    add(
-        "",
-        serde_json::to_value(config).unwrap_or_default(),
-        &mut found,
-    );
+    let mut config = config.clone();
+    // Not given, it is the least depth.
+    config.gu.fifo_depth = Some(config.feature_fifo_depth());
+    let config = serde_json::to_value(config).unwrap_or_default();
+    add("", config, &mut found);
     found
 }
 

@@ -143,7 +143,7 @@ fn what_is_wrong_is_named() {
     let changes: [(Change, &str); 14] = [
         (
             |v| v["format_version"] = 1.into(),
-            "format_version 1, expected 4",
+            "format_version 1, expected 5",
         ),
         (|v| v["command"] = "cost".into(), "command `cost`"),
         (

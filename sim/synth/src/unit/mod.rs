@@ -166,7 +166,7 @@ impl Sources {
             netlist: hash_of(&mapped.netlist),
             verilog: own,
             instances: instances
-                .map(|(name, module)| (name.to_owned(), module.to_owned()))
+                .map(|(name, module)| (name, module.to_owned()))
                 .collect(),
         };
         let netlist = mapped.netlist;

@@ -19,8 +19,6 @@ use potamoi_cycles::batch::Batch;
 /// Bytes of a word of the global feature buffer; weights in a word of the weight buffer.
 pub(super) const FEATURE_WORD: f64 = 16.0;
 pub(super) const WEIGHT_WORD: f64 = 48.0;
-/// Bytes of a word of a bank of the RIT buffer.
-const RIT_WORD: f64 = 2.0;
 
 /// Why no parameters can be used at all.
 #[derive(Debug, Error)]
@@ -260,7 +258,9 @@ impl Costs {
         let mut all = OnChip::default();
         if uses_gathering_unit && done.gather_cycles > 0 {
             all.gathering_pj = self.gathering_pj(done);
-            let rit_words = (done.rit_read_bytes as f64) / RIT_WORD;
+            // A word of the RIT buffer is a beat of its stream.
+            let rit_word = f64::from(self.config.rit_stream_bits()) / 8.0;
+            let rit_words = done.rit_read_bytes as f64 / rit_word;
             all.gathering_memories_pj = done.codes_read as f64 * self.mft.read_pj
                 + done.row_bytes as f64 / 2.0 * self.mft.write_pj
                 + rit_words * (self.rit.read_pj + self.rit.write_pj);

@@ -66,7 +66,7 @@ fn one_flipped_constant_changes_the_picture() {
     let flip = Fault {
         module: "exp_constants".to_owned(),
         // ln(1 + 2^-1), bit 12, woken from reset.
-        register: "sr_sub_4".to_owned(),
+        register: "sr_sub[4]".to_owned(),
         change: Change::Reset({
             let exp = &config.vu.exp;
             let bits = exp.engine().constant_bits;

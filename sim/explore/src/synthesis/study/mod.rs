@@ -199,9 +199,9 @@ fn beside(own: &Row, mac: &UnitReport, model: Model<'_>) -> Result<String, Explo
             own.published_um2("mft_bank") * 1e-6 + rit_cells,
         ),
         (
-            "MFT halves apart",
-            own.table_mm2(&all[1], model)? + rit,
-            published(&all[1..2]) + rit_cells,
+            "MFT halves in one bank",
+            own.table_mm2(&all[0], model)? + rit,
+            published(&all[..1]) + rit_cells,
         ),
     ];
     for (name, parts) in once(&own.config) {
