@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use potamoi_formats::config::ExpForm;
 
 use crate::args::Common;
 use crate::cache::CacheArgs;
@@ -81,6 +82,10 @@ pub(crate) struct EmitArgs {
     /// Hardware unit
     #[arg(long, value_enum, default_value_t = EmitUnit::Both)]
     pub(crate) unit: EmitUnit,
+    /// Form of the exponential with its usual settings, with --unit exp; a value of
+    /// vu.exp.form [default: the configuration's, with its settings]
+    #[arg(long, value_name = "NAME", value_parser = crate::emit_unit::form)]
+    pub(crate) form: Option<ExpForm>,
     /// Begin of the names of all modules, so that two configurations meet in one design [default:
     /// none]
     #[arg(long, value_name = "NAME")]

@@ -1,6 +1,7 @@
 //! `potamoi emit`: the Verilog of both units.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use clap::ValueEnum;
 use potamoi_analysis::{Hardware, LeftOut};
@@ -11,10 +12,13 @@ use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_rtl::bench;
 use potamoi_scene::Scene;
 use potamoi_units::emit::emit;
+use potamoi_units::memory_list::{ListedMemory, memory_list};
+use potamoi_units::package::Package;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::cli::EmitArgs;
+use crate::emit_exponential;
 use crate::emit_unit::EmitUnit;
 use crate::failure::Failure;
 use crate::scene;
@@ -26,7 +30,9 @@ const SIM: &str = "sim";
 const LONGEST_PREFIX: usize = 64;
 /// File of a configuration reduced to a scene.
 const CONFIGURATION: &str = "configuration.toml";
-/// Version of the JSON report.
+/// File of the memories.
+const MEMORIES: &str = "memory_list.json";
+/// Version of the JSON report and of the list of memories.
 const FORMAT_VERSION: u32 = 1;
 
 #[derive(Serialize)]
@@ -50,10 +56,28 @@ struct Report {
     not_checked: Vec<String>,
 }
 
+/// The list of memories, for a memory compiler.
+#[derive(Serialize)]
+struct Memories<'a> {
+    format_version: u32,
+    /// Hash of the configuration, 12 hexadecimal digits.
+    configuration: String,
+    memories: &'a [ListedMemory],
+}
+
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let asked = common.read_config()?;
     let prefix = checked_prefix(args)?;
+    if args.unit == EmitUnit::Exp {
+        return emit_exponential::run(common, args, &asked, prefix);
+    }
+    if let Some(form) = args.form {
+        return Err(Failure::Usage(format!(
+            "--form {} is of --unit exp alone: for other units set vu.exp.form in the configuration",
+            form.name()
+        )));
+    }
     refuse_own_configuration(common, args)?;
     let hardware = match &args.for_scene {
         Some(name) => {
@@ -64,22 +88,7 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         None => Hardware::whole(&asked),
     };
     let config = hardware.config;
-    let mut options = String::new();
-    if let Some(unit) = args
-        .unit
-        .to_possible_value()
-        .filter(|_| args.unit != EmitUnit::Both)
-    {
-        options += &format!(" --unit {}", unit.get_name());
-    }
-    if !prefix.is_empty() {
-        options += &format!(" --prefix {prefix}");
-    }
-    // A preset by name; any other file by its hash, so that its place changes no byte.
-    let command = match common.preset() {
-        Some(name) if config == asked => format!("potamoi --config {name} emit{options}"),
-        _ => format!("potamoi --config FILE emit{options}, FILE having that hash"),
-    };
+    let command = command_of(common, args, config == asked);
     let units: Vec<&'static str> = [
         (
             GATHERING_UNIT,
@@ -100,9 +109,7 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .any(|unit| path.starts_with(&format!("{unit}/")))
     });
     let mut all = made.clone();
-    for (name, text) in bench::standalone(&config, &units, prefix)? {
-        all.insert(format!("{SIM}/{name}"), text);
-    }
+    let memories = companions(&config, prefix, &command, &units, &mut all)?;
     if args.for_scene.is_some() {
         all.insert(CONFIGURATION.to_owned(), text_of(&config)?);
     }
@@ -130,11 +137,54 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             .collect(),
         not_checked: scene::left_open_of_files(),
     };
-    print(&report, &made, &stale, args);
+    print(&report, &made, &memories, &stale, args);
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// The command that writes the same files, without the folder. A preset by name; any other file by its
+/// hash, so that its place changes no byte.
+fn command_of(common: &Common, args: &EmitArgs, is_whole: bool) -> String {
+    let mut options = String::new();
+    let unit = args.unit.to_possible_value();
+    if let Some(unit) = unit.filter(|_| args.unit != EmitUnit::Both) {
+        options += &format!(" --unit {}", unit.get_name());
+    }
+    if let Some(prefix) = args.prefix.as_ref().filter(|prefix| !prefix.is_empty()) {
+        options += &format!(" --prefix {prefix}");
+    }
+    match common.preset() {
+        Some(name) if is_whole => format!("potamoi --config {name} emit{options}"),
+        _ => format!("potamoi --config FILE emit{options}, FILE having that hash"),
+    }
+}
+
+/// Adds what lies beside the Verilog: benches, the list of memories, which it returns, and files for the
+/// tools of others.
+fn companions(
+    config: &Config,
+    prefix: &str,
+    command: &str,
+    units: &[&'static str],
+    all: &mut BTreeMap<String, String>,
+) -> Result<Vec<ListedMemory>, Failure> {
+    for (name, text) in bench::standalone(config, units, prefix)? {
+        all.insert(format!("{SIM}/{name}"), text);
+    }
+    let mut memories = memory_list(config, prefix)?;
+    memories.retain(|own| units.contains(&own.unit.as_str()));
+    let list = Memories {
+        format_version: FORMAT_VERSION,
+        configuration: config.hash(),
+        memories: &memories,
+    };
+    all.insert(MEMORIES.to_owned(), text_of_json(&list)?);
+    let paths = all.keys().map(String::as_str);
+    let package = Package::new(config, prefix, command, units, paths)?.files();
+    all.extend(package);
+    Ok(memories)
 }
 
 /// The prefix of module names, if it can begin a name.
@@ -171,8 +221,21 @@ fn refuse_own_configuration(common: &Common, args: &EmitArgs) -> Result<(), Fail
     Ok(())
 }
 
+/// JSON of a file that lies beside the Verilog.
+fn text_of_json(report: &impl Serialize) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(report);
+    let text = text.map_err(|e| files::FileError::new(Path::new(MEMORIES), e.into()))?;
+    Ok(text + "\n")
+}
+
 /// Prints the files left out, removed and written.
-fn print(report: &Report, made: &BTreeMap<String, String>, stale: &[String], args: &EmitArgs) {
+fn print(
+    report: &Report,
+    made: &BTreeMap<String, String>,
+    memories: &[ListedMemory],
+    stale: &[String],
+    args: &EmitArgs,
+) {
     if let Some(scene) = &report.for_scene {
         let path = args.out_dir.join(CONFIGURATION);
         say!(
@@ -205,6 +268,23 @@ fn print(report: &Report, made: &BTreeMap<String, String>, stale: &[String], arg
         args.out_dir.display(),
         report.configuration
     );
+    for own in memories {
+        let ListedMemory {
+            count,
+            words,
+            bits,
+            module,
+            ..
+        } = own;
+        let meant_for = match &own.in_place {
+            Some(name) => format!("{name} where POTAMOI_MACROS is defined"),
+            None => "meant for flip-flops".to_owned(),
+        };
+        say!(
+            "memory {module}: {count} of {words} x {bits} bits, {}, {meant_for}",
+            own.ports()
+        );
+    }
     say!(
         "testbenches with golden vectors: make -C {}",
         crate::args::quoted(&args.out_dir.join(SIM))

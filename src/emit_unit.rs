@@ -1,6 +1,7 @@
 //! The units that `emit` writes.
 
 use clap::ValueEnum;
+use potamoi_formats::config::ExpForm;
 
 /// Units to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -11,10 +12,23 @@ pub(crate) enum EmitUnit {
     Vu,
     /// Both units
     Both,
+    /// The exponential by itself: one operand in, one power out
+    Exp,
 }
 
 impl EmitUnit {
     pub(crate) const fn has(self, unit: Self) -> bool {
         matches!(self, Self::Both) || self as u8 == unit as u8
     }
+}
+
+/// A form by its name on the command line.
+pub(crate) fn form(name: &str) -> Result<ExpForm, String> {
+    let mut all = ExpForm::ALL.iter();
+    all.find(|form| form.name() == name)
+        .copied()
+        .ok_or_else(|| {
+            let names: Vec<_> = ExpForm::ALL.iter().map(|form| form.name()).collect();
+            format!("expected one of {}", names.join(", "))
+        })
 }

@@ -12,6 +12,7 @@ mod cost;
 mod doctor;
 mod effects;
 mod emit;
+mod emit_exponential;
 mod emit_unit;
 mod estimate;
 mod failure;
