@@ -22,6 +22,11 @@ pub(super) trait Form: Debug + Send + Sync {
     /// at least 8.
     fn power(&self, value: i64, far: bool) -> Raw;
 
+    /// C99 statements that set `int64_t accumulator` and `int32_t exponent` to the power of minus
+    /// `int64_t value`, as [`Form::power`] does for values that are not far. They may call the
+    /// functions at the top of the header ([`super::c_header()`]).
+    fn c_power(&self) -> String;
+
     /// The power of a signed value with the constants' fraction bits, for the general output.
     fn signed_power(&self, value: i64) -> Raw {
         self.power(-value, false)

@@ -2,6 +2,7 @@
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
+use super::c_header::table;
 use super::form::{Form, Raw};
 use crate::logarithms::ln_one_plus_power;
 
@@ -49,5 +50,28 @@ impl Form for Literal {
 
     fn is_bare(&self) -> bool {
         true
+    }
+
+    fn c_power(&self) -> String {
+        let logs: Vec<_> = self.steps.iter().map(|&(_, c)| c).collect();
+        format!(
+            r"    /* ln(1 + 2^-i), i = 0, 1, ..: {bits} fraction bits, to nearest. */
+{logs}
+    int64_t remain = -value;
+    int i;
+    accumulator = INT64_C({one});
+    exponent = 0;
+    for (i = 0; i < {count}; i++) {{
+        if (remain >= logs[i]) {{
+            remain -= logs[i];
+            accumulator += accumulator >> i; /* towards zero */
+        }}
+    }}
+",
+            bits = self.engine.constant_bits,
+            count = logs.len(),
+            logs = table("int64_t", "logs", &logs),
+            one = 1i64 << self.engine.accumulator_bits,
+        )
     }
 }

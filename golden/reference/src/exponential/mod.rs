@@ -8,6 +8,7 @@ use potamoi_formats::config::{Engine, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
 use potamoi_formats::units::OpCode;
 
+mod c_header;
 #[cfg(test)]
 mod every_input;
 mod form;
@@ -17,6 +18,7 @@ mod piecewise;
 mod radix4;
 mod restoring;
 
+pub use c_header::c_header;
 pub use form::Raw;
 
 use form::Form;
@@ -77,7 +79,7 @@ impl ReferenceExponential {
     pub fn raw(&self, a: i32) -> Raw {
         let code = i64::from(a).clamp(self.input.min() as i64, self.input.max() as i64);
         let value = align(code, self.input.frac_bits(), self.engine.constant_bits);
-        if self.form.is_bare() || self.output == ExpOutput::General {
+        if self.is_signed() {
             self.form.signed_power(value)
         } else {
             self.form.power(value, false)
@@ -135,6 +137,11 @@ impl ReferenceExponential {
             _ => return 0,
         };
         raw.exponent.min(0).unsigned_abs()
+    }
+
+    /// Whether the operand is the exponent itself, and not less it.
+    fn is_signed(&self) -> bool {
+        self.form.is_bare() || self.output == ExpOutput::General
     }
 
     /// `accumulator * 2^-k` with F fraction bits, rounded half-up.

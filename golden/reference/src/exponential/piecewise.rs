@@ -5,6 +5,7 @@
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
+use super::c_header::table;
 use super::form::{Form, Raw};
 use crate::logarithms::ln2;
 
@@ -71,6 +72,41 @@ impl Form for Piecewise {
             remain: rest as i64,
             exponent: -((v >> bits) as i32) - 1,
         }
+    }
+
+    fn c_power(&self) -> String {
+        let (bits, slope_bits) = (self.engine.constant_bits, self.slope_bits);
+        let accumulator_bits = self.engine.accumulator_bits;
+        let within = bits.saturating_sub(self.index_bits);
+        let (starts, slopes): (Vec<_>, Vec<_>) = self.table.iter().copied().unzip();
+        let (scale, v) = match self.scale {
+            None => ("", "(uint64_t)value".to_owned()),
+            Some((factor, drop)) => (
+                ", times log2 e and rounded half-up",
+                format!("potamoi_exp_rounded_product((uint64_t)value, UINT64_C({factor}), {drop})"),
+            ),
+        };
+        let drop = (slope_bits + bits).saturating_sub(accumulator_bits);
+        format!(
+            r"    /* A piece of 2^(1 - f), f the fraction of v: its start with {accumulator_bits} fraction bits, its
+       slope with {slope_bits}. */
+{starts}
+{slopes}
+    /* The exponent of two with {bits} fraction bits: the operand{scale}. */
+    const uint64_t v = {v};
+    const uint64_t fraction = v & UINT64_C({fraction_mask});
+    const uint64_t rest = fraction & UINT64_C({rest_mask});
+    const uint64_t piece = fraction >> {within};
+    /* The fall within the piece is rounded half-up. */
+    accumulator = starts[piece]
+        - (int64_t)potamoi_exp_rounded_product((uint64_t)slopes[piece], rest, {drop});
+    exponent = -(int32_t)(v >> {bits}) - 1;
+",
+            starts = table("int64_t", "starts", &starts),
+            slopes = table("int64_t", "slopes", &slopes),
+            fraction_mask = (1u64 << bits) - 1,
+            rest_mask = (1u64 << within) - 1,
+        )
     }
 }
 

@@ -3,6 +3,7 @@
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
+use super::c_header::{table, tail};
 use super::form::{FAR_BIAS, Form, Raw};
 use crate::logarithms::{ln_one_plus_ratio, times_ln2};
 
@@ -43,16 +44,22 @@ impl Radix4 {
     }
 }
 
-impl Form for Radix4 {
-    /// With a start of `bias ln 2`, accumulated digit by digit.
-    fn power(&self, value: i64, far: bool) -> Raw {
-        let bias = if far { FAR_BIAS } else { self.engine.bias };
+impl Radix4 {
+    /// The first remainder: `bias ln 2`, accumulated digit by digit, and the centre.
+    fn start(&self, bias: u32) -> i64 {
         let places = (0..u32::BITS / 2).map(|j| ((bias >> (2 * j)) & 3) << (2 * j));
         let biased = places
             .filter(|&part| part > 0)
             .map(|part| times_ln2(part, self.engine.constant_bits))
             .sum::<i64>();
-        let mut remain = biased + self.centre - value;
+        biased + self.centre
+    }
+}
+
+impl Form for Radix4 {
+    fn power(&self, value: i64, far: bool) -> Raw {
+        let bias = if far { FAR_BIAS } else { self.engine.bias };
+        let mut remain = self.start(bias) - value;
         let mut taken = 0;
         for multiples in &self.digits {
             taken = 4 * taken + subtract(&mut remain, multiples) as i32;
@@ -72,6 +79,45 @@ impl Form for Radix4 {
             remain,
             exponent: taken - bias as i32,
         }
+    }
+
+    fn c_power(&self) -> String {
+        let bits = self.engine.constant_bits;
+        let logs: Vec<_> = self.steps.iter().flat_map(|&(_, own)| own).collect();
+        format!(
+            r"    /* Constants have {bits} fraction bits and are rounded to nearest, three for each digit.
+       digits: d 4^j ln 2, the highest j first; logs: ln(1 + d 4^-j), j = 1, 2, .. */
+{digits}
+{logs}
+    int64_t remain = INT64_C({start}) - value;
+    int i;
+    exponent = 0;
+    for (i = 0; i < {digit_count}; i++) {{
+        const int64_t *own = digits + 3 * i;
+        const int digit = (remain >= own[0]) + (remain >= own[1]) + (remain >= own[2]);
+        remain -= digit > 0 ? own[digit - 1] : 0;
+        exponent = 4 * exponent + digit;
+    }}
+    exponent -= {bias};
+    accumulator = INT64_C({one});
+    for (i = 1; i <= {log_count}; i++) {{
+        const int64_t *own = logs + 3 * (i - 1);
+        const int digit = (remain >= own[0]) + (remain >= own[1]) + (remain >= own[2]);
+        const int64_t multiple = accumulator * digit;
+        remain -= digit > 0 ? own[digit - 1] : 0;
+        /* Rounded by the highest bit that the shift drops. */
+        accumulator += (multiple >> (2 * i)) + ((multiple >> (2 * i - 1)) & 1);
+    }}
+{tail}",
+            digits = table("int64_t", "digits", self.digits.as_flattened()),
+            digit_count = self.digits.len(),
+            logs = table("int64_t", "logs", &logs),
+            log_count = self.steps.len(),
+            start = self.start(self.engine.bias),
+            bias = self.engine.bias,
+            one = (1i64 << self.engine.accumulator_bits) + i64::from(self.engine.offset),
+            tail = tail(self.tail, bits),
+        )
     }
 }
 

@@ -2,6 +2,7 @@
 
 use potamoi_formats::config::{Engine, ExpConfig};
 
+use super::c_header::{table, tail};
 use super::form::{FAR_BIAS, Form, Raw};
 use crate::logarithms::{ln_one_plus_power, multiple_of_ln2};
 
@@ -95,5 +96,57 @@ impl Form for Restoring {
 
     fn signed_power(&self, value: i64) -> Raw {
         self.restore(self.start + value, self.engine.bias)
+    }
+
+    fn c_power(&self) -> String {
+        let bits = self.engine.constant_bits;
+        let logs: Vec<_> = self.steps.iter().map(|&(_, c)| c).collect();
+        let (early, last) = match &self.early {
+            None => (String::new(), logs.len().to_string()),
+            Some(early) => {
+                let counts: Vec<_> = early.iter().map(|&n| n.min(logs.len()) as i64).collect();
+                (
+                    format!(
+                        "    /* Iterations of a power, by minus its exponent. */\n{}\n",
+                        table("int", "counts", &counts)
+                    ),
+                    "counts[exponent < 0 ? -exponent : 0]".to_owned(),
+                )
+            }
+        };
+        format!(
+            r"    /* Constants have {bits} fraction bits and are rounded to nearest.
+       digits: 2^j ln 2, the highest j first; logs: ln(1 + 2^-i), i = 1, 2, .. */
+{digits}
+{logs}
+{early}    int64_t remain = INT64_C({start}) - value;
+    int last, i;
+    exponent = 0;
+    for (i = 0; i < {digit_count}; i++) {{
+        exponent *= 2;
+        if (remain >= digits[i]) {{
+            remain -= digits[i];
+            exponent += 1;
+        }}
+    }}
+    exponent -= {bias};
+    last = {last};
+    accumulator = INT64_C({one});
+    for (i = 1; i <= last; i++) {{
+        if (remain >= logs[i - 1]) {{
+            remain -= logs[i - 1];
+            /* Rounded by the highest bit that the shift drops. */
+            accumulator += (accumulator >> i) + ((accumulator >> (i - 1)) & 1);
+        }}
+    }}
+{tail}",
+            digits = table("int64_t", "digits", &self.digits),
+            digit_count = self.digits.len(),
+            logs = table("int64_t", "logs", &logs),
+            start = self.start,
+            bias = self.engine.bias,
+            one = (1i64 << self.engine.accumulator_bits) + i64::from(self.engine.offset),
+            tail = tail(self.tail, bits),
+        )
     }
 }

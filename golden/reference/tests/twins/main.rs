@@ -1,0 +1,6 @@
+//! The operation `exp` in C and in Python against the reference unit, over all operands.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod c;
+mod engines;
+mod python;
