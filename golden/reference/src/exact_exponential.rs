@@ -23,7 +23,7 @@ pub(super) const WORKING_BITS: usize = 192;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ExactError {
     /// The format has too many codes to tabulate.
-    #[error("input format {0} has too many codes to tabulate: expected at most 16 bits")]
+    #[error("input format {0} has too many codes to tabulate: expected at most {most} bits", most = ExactExponential::MOST_BITS)]
     TooWide(Format),
     /// The library of arbitrary precision failed.
     #[error("cannot compute exponentials to {WORKING_BITS} bits: {0}")]
@@ -46,6 +46,8 @@ pub struct ExpError {
     pub max_ulp: f64,
     /// Mean magnitude of the error, in the same units.
     pub mean: f64,
+    /// Root of the mean squared error, in the same units.
+    pub rms: f64,
     /// Mean signed error, in the same units.
     pub bias: f64,
     /// The first code with the largest error.
@@ -60,10 +62,13 @@ static CACHE: Mutex<BTreeMap<(Format, ExpBase), Arc<ExactExponential>>> =
     Mutex::new(BTreeMap::new());
 
 impl ExactExponential {
-    /// The reference for an input format of at most 16 bits, computed once a process.
+    /// Most bits of an input format.
+    pub const MOST_BITS: u32 = 20;
+
+    /// The reference for an input format of at most 20 bits, computed once a process.
     ///
     /// # Errors
-    /// The format is wider than 16 bits, or the library fails.
+    /// The format is wider than 20 bits, or the library fails.
     pub fn of(input: Format) -> Result<Arc<Self>, ExactError> {
         Self::in_base(input, ExpBase::E)
     }
@@ -83,7 +88,7 @@ impl ExactExponential {
     }
 
     fn make(input: Format, base: ExpBase) -> Result<Self, ExactError> {
-        if input.width() > 16 {
+        if input.width() > Self::MOST_BITS {
             return Err(ExactError::TooWide(input));
         }
         let mut consts = Consts::new().map_err(|e| ExactError::Library(e.to_string()))?;
@@ -93,7 +98,7 @@ impl ExactExponential {
             ExpBase::E => BigFloat::from_f64(1.0, WORKING_BITS),
             ExpBase::Two => consts.ln_2(WORKING_BITS, RoundingMode::ToEven),
         };
-        // Arguments of at most 16 bits are exact in 64-bit floating point.
+        // Arguments of at most 20 bits are exact in 64-bit floating point.
         let mut exp = |code: i128| {
             BigFloat::from_f64(code as f64 * unit, WORKING_BITS)
                 .mul(&logarithm, WORKING_BITS, RoundingMode::ToEven)
@@ -164,34 +169,83 @@ impl ExactExponential {
         off as f64 * 2f64.powi(-ERROR_BITS)
     }
 
+    /// Signed error of `mantissa 2^(exponent - mantissa_bits)`, in units of `2^-mantissa_bits` of the
+    /// value's own power of two.
+    #[must_use]
+    pub fn floating_error(
+        &self,
+        code: i32,
+        (mantissa, exponent): (i64, i32),
+        mantissa_bits: u32,
+    ) -> f64 {
+        let (exact, own) = self.value(code);
+        // Both in units of 2^-ERROR_BITS of the last place, at the value's power of two.
+        let dropped = MANTISSA_BITS - ERROR_BITS - mantissa_bits.min(40) as i32;
+        let exact = (exact >> dropped) as i128;
+        // What is farther off than some powers of two is only large.
+        let apart = (exponent - own).clamp(-ERROR_BITS, 20);
+        let found = i128::from(mantissa) << (ERROR_BITS + apart);
+        (found - exact) as f64 * 2f64.powi(-ERROR_BITS)
+    }
+
     /// Measures `output` against the reference. It is called once for every code, smallest first.
     /// An unsigned input format caps the reference at `2^output_bits - 1`: 1 saturates.
     pub fn measure(&self, output_bits: u32, mut output: impl FnMut(i32) -> i32) -> ExpError {
-        let mut error = ExpError {
+        let results = self.codes().map(|code| {
+            let found = output(code);
+            let off = self.error(code, found, output_bits);
+            (code, off, f64::from(found))
+        });
+        ExpError::of(results, !self.input.is_signed())
+    }
+
+    /// As [`ExactExponential::measure`], of results that are a mantissa with `mantissa_bits` fraction
+    /// bits and a binary exponent. Errors are those of [`ExactExponential::floating_error`].
+    pub fn measure_floating(
+        &self,
+        mantissa_bits: u32,
+        mut output: impl FnMut(i32) -> (i64, i32),
+    ) -> ExpError {
+        let results = self.codes().map(|code| {
+            let (mantissa, exponent) = output(code);
+            let off = self.floating_error(code, (mantissa, exponent), mantissa_bits);
+            (code, off, mantissa as f64 * 2f64.powi(exponent))
+        });
+        ExpError::of(results, !self.input.is_signed())
+    }
+}
+
+impl ExpError {
+    /// Statistics of errors: each with its code and the result, in the order of codes. `falls`: exact
+    /// results fall.
+    pub(super) fn of(results: impl Iterator<Item = (i32, f64, f64)>, falls: bool) -> Self {
+        let mut error = Self {
             max_ulp: 0.0,
             mean: 0.0,
+            rms: 0.0,
             bias: 0.0,
-            worst_code: self.input.min() as i32,
+            worst_code: 0,
             monotone: true,
             misrounded: 0,
         };
-        let mut before = None;
-        for code in self.codes() {
-            let found = output(code);
-            let off = self.error(code, found, output_bits);
+        let (mut count, mut before) = (0u32, None);
+        for (code, off, found) in results {
             error.mean += off.abs();
+            error.rms += off * off;
             error.bias += off;
-            if off.abs() > error.max_ulp {
+            if count == 0 || off.abs() > error.max_ulp {
                 error.max_ulp = off.abs();
                 error.worst_code = code;
             }
             error.misrounded += u32::from(off.abs() > 0.5);
-            let falls = !self.input.is_signed();
             error.monotone &= before.is_none_or(|b| if falls { found <= b } else { found >= b });
             before = Some(found);
+            count += 1;
         }
-        error.mean /= self.values.len() as f64;
-        error.bias /= self.values.len() as f64;
+        let count = f64::from(count.max(1));
+        error.mean /= count;
+        error.rms = (error.rms / count).sqrt();
+        error.bias /= count;
         error
     }
 }
@@ -336,7 +390,7 @@ mod tests {
 
     #[test]
     fn wide_formats_are_refused() {
-        let wide = Format::unsigned(3, 14);
+        let wide = Format::unsigned(3, 18);
         assert_eq!(
             ExactExponential::of(wide).unwrap_err(),
             ExactError::TooWide(wide)
@@ -354,10 +408,53 @@ mod tests {
         let right = reference.measure(16, nearest);
         assert!(right.max_ulp <= 0.5 && right.monotone && right.misrounded == 0);
         assert!(right.max_ulp > 0.4999 && (right.mean - 0.25).abs() < 0.01);
+        // A uniform error of half a unit at most has an rms of 1 / sqrt(12).
+        assert!(
+            (right.rms - 12f64.sqrt().recip()).abs() < 0.005,
+            "{right:?}"
+        );
+        let up = reference.measure(16, |code| nearest(code) + 2);
+        assert!(
+            (up.rms - (4.0 + right.rms.powi(2)).sqrt()).abs() < 0.01,
+            "{up:?}"
+        );
         let off = reference.measure(16, |code| nearest(code) + i32::from(code == 700) * 3);
         assert_eq!((off.worst_code, off.misrounded), (700, 1));
         assert!((off.max_ulp - 3.0).abs() <= 0.5 && off.monotone);
         let bump = reference.measure(16, |code| nearest(code) + i32::from(code == 60_000) * 3);
         assert!(!bump.monotone);
+    }
+
+    /// The nearest mantissas, one of them in another binade, and one that is off by three units.
+    #[test]
+    fn known_errors_of_mantissas_are_measured() {
+        const F: u32 = 16;
+        let reference = ExactExponential::of(Format::signed(3, 8)).unwrap();
+        let nearest = |code| {
+            let (mantissa, exponent) = reference.value(code);
+            let drop = MANTISSA_BITS as u32 - F;
+            (((mantissa >> (drop - 1)) as i64 + 1) >> 1, exponent)
+        };
+        let right = reference.measure_floating(F, nearest);
+        assert!(
+            right.max_ulp <= 0.5 && right.max_ulp > 0.49 && right.monotone,
+            "{right:?}"
+        );
+        assert!((right.rms - 12f64.sqrt().recip()).abs() < 0.01, "{right:?}");
+        let halved = reference.measure_floating(F, |code| {
+            let (mantissa, exponent) = nearest(code);
+            (2 * mantissa, exponent - 1)
+        });
+        assert_eq!(halved, right);
+        let off = reference.measure_floating(F, |code| {
+            let (mantissa, exponent) = nearest(code);
+            (mantissa + 3 * i64::from(code == 5), exponent)
+        });
+        assert_eq!((off.worst_code, off.misrounded), (5, 1));
+        let far = reference.measure_floating(F, |code| {
+            let (mantissa, exponent) = nearest(code);
+            (mantissa, exponent + 90 * i32::from(code == 7))
+        });
+        assert!(far.worst_code == 7 && far.max_ulp > 1e9, "{far:?}");
     }
 }

@@ -12,6 +12,9 @@ use super::ReferenceExponential;
 /// `s` holds the 32 bits of the operand, the result those of the result. The text is C99 and
 /// C++11, has no undefined behaviour, and needs no integer of more than 64 bits.
 ///
+/// `prefix`, letters, digits and underscores, begins the names of functions and macros, so that two
+/// engines meet in one program.
+///
 /// `config` must have passed the rules of `potamoi_formats::config`. For any other, the text is
 /// unspecified.
 ///
@@ -19,11 +22,11 @@ use super::ReferenceExponential;
 /// use potamoi_formats::config::Config;
 /// use potamoi_reference::exponential::c_header;
 ///
-/// let text = c_header(&Config::paper().vu.exp);
+/// let text = c_header(&Config::paper().vu.exp, "");
 /// assert!(text.contains("static inline uint32_t potamoi_exp(uint32_t s)"));
 /// ```
 #[must_use]
-pub fn c_header(config: &ExpConfig) -> String {
+pub fn c_header(config: &ExpConfig, prefix: &str) -> String {
     let own = ReferenceExponential::new(config);
     let (name, format) = (config.form.name(), own.input);
     let (described, returned) = result(&own);
@@ -42,7 +45,7 @@ pub fn c_header(config: &ExpConfig) -> String {
     let factor = 1i64 << bits.saturating_sub(format.frac_bits()).min(40);
     let (low, high) = (format.min() as i64, format.max() as i64);
     let operand = if is_signed { "-operand" } else { "operand" };
-    format!(
+    let text = format!(
         r"/* {power} of a vector unit by Potamoi, bit for bit: the form {name}.
 
    Operand: {format}, a code in units of 2^-{frac}, of {low} to {high}. The 32 bits of s are its two's
@@ -87,7 +90,12 @@ static inline uint32_t potamoi_exp(uint32_t s)
 ",
         frac = format.frac_bits(),
         accumulator_bits = own.engine.accumulator_bits,
-    )
+    );
+    text.replace("potamoi_exp", &format!("{prefix}potamoi_exp"))
+        .replace(
+            "POTAMOI_EXP",
+            &format!("{}POTAMOI_EXP", prefix.to_uppercase()),
+        )
 }
 
 /// Products of 128 bits in halves. No factor or sum of halves exceeds 64 bits.

@@ -108,6 +108,19 @@ impl ReferenceExponential {
         result as i32
     }
 
+    /// The result of `exp` as a mantissa with F fraction bits and a binary exponent, 0 but for the
+    /// general output.
+    #[must_use]
+    pub fn floating(&self, a: i32) -> (i64, i32) {
+        let (word, bits) = (self.exp(a), self.output_bits + 1);
+        match self.output {
+            ExpOutput::General if !self.form.is_bare() => {
+                (i64::from(word) & ((1 << bits) - 1), word >> bits)
+            }
+            _ => (word.into(), 0),
+        }
+    }
+
     /// The operation `one-minus-exp`: U0.F, `1 - exp(-a)`. `a` has `one_minus_frac_bits` fraction
     /// bits and is clamped to 0..16.
     #[must_use]
@@ -202,6 +215,8 @@ mod tests {
         for x in [-32_768, -4096, -1, 1, 4096, 32_767] {
             let exact = (f64::from(x) / 4096.0).exp();
             assert!((value(x) / exact - 1.0).abs() < 2f64.powi(-16), "{x}");
+            let (mantissa, exponent) = twin.floating(x);
+            assert_eq!(mantissa as f64 * 2f64.powi(exponent - 16), value(x));
         }
     }
 

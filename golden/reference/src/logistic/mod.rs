@@ -102,31 +102,12 @@ impl LogisticReference {
         output_bits: u32,
         mut output: impl FnMut(i32) -> i32,
     ) -> ExpError {
-        let codes = -self.last()..=self.last();
-        let count = codes.clone().count() as f64;
-        let mut error = ExpError {
-            max_ulp: 0.0,
-            mean: 0.0,
-            bias: 0.0,
-            worst_code: -self.last(),
-            monotone: true,
-            misrounded: 0,
-        };
-        let mut before = None;
-        for code in codes {
+        let results = (-self.last()..=self.last()).map(|code| {
             let found = output(code);
             let off = self.error(of, code, found, output_bits);
-            error.mean += off.abs() / count;
-            error.bias += off / count;
-            if off.abs() > error.max_ulp {
-                error.max_ulp = off.abs();
-                error.worst_code = code;
-            }
-            error.misrounded += u32::from(off.abs() > 0.5);
-            error.monotone &= before.is_none_or(|b| found >= b);
-            before = Some(found);
-        }
-        error
+            (code, off, f64::from(found))
+        });
+        ExpError::of(results, false)
     }
 }
 

@@ -104,11 +104,10 @@ fn compare(bodies: &[String], name: &str, flags: &[&str]) {
     let folder = folder(&format!("c-{name}"));
     let mut engines = vec![];
     for (i, body) in bodies.iter().enumerate() {
-        let text = c_header(&read(body).unwrap());
-        let text = text.replace("potamoi_exp", &format!("engine{i}"));
-        let text = text.replace("POTAMOI_EXP_H", &format!("ENGINE{i}_H"));
-        std::fs::write(folder.join(format!("engine{i}.h")), text).unwrap();
-        engines.push(format!("engine{i}"));
+        let prefix = format!("engine{i}_");
+        let text = c_header(&read(body).unwrap(), &prefix);
+        std::fs::write(folder.join(format!("{prefix}potamoi_exp.h")), text).unwrap();
+        engines.push(format!("{prefix}potamoi_exp"));
     }
     std::fs::write(folder.join("main.c"), program(&engines)).unwrap();
     compile_main(&folder, flags);
@@ -134,7 +133,7 @@ fn c_results_of_a_grid_are_those_of_the_reference_unit() {
 fn the_c_text_of_all_forms_is_defined_and_also_cpp() {
     for form in ExpForm::ALL {
         let (config, name) = (form.plain(), form.name());
-        let found = results(&config, &c_header(&config), name, &SANITISED);
+        let found = results(&config, &c_header(&config, ""), name, &SANITISED);
         assert_equal(&config, &found, "C with a sanitiser");
         let folder = folder(&format!("c-{name}"));
         let cpp = ["-std=c++11", "-fsyntax-only", "-x", "c++", "main.c"];
@@ -146,7 +145,7 @@ fn the_c_text_of_all_forms_is_defined_and_also_cpp() {
 #[test]
 fn a_wrong_constant_is_found() {
     let config = ExpForm::Restoring.plain();
-    let text = c_header(&config);
+    let text = c_header(&config, "");
     // ln 2 in units of 2^-19.
     let (right, wrong) = ("INT64_C(363409)", "INT64_C(363410)");
     assert_eq!(text.matches(right).count(), 1, "{text}");
