@@ -7,6 +7,7 @@
 
 mod composed;
 mod estimate;
+mod exponential;
 mod formulas;
 mod left_out;
 mod solve;
@@ -16,6 +17,7 @@ mod tests;
 
 pub use composed::{CompositionErrors, Ratio};
 pub use estimate::{EnergiesOf, Estimate, EstimatedModule, ScaledEstimate, Work};
+pub use exponential::{ExponentialFigures, Origin};
 pub use formulas::Formula;
 pub use left_out::{LeftOut, PointErrors, Spread};
 pub use solve::Addend;
@@ -25,7 +27,7 @@ use std::path::Path;
 
 use potamoi_formats::config::Config;
 
-use super::grid::{Family, Grid, GridPoint, is_same_unit};
+use super::grid::{Family, Grid, GridPoint, is_exponential, is_same_unit};
 use super::{SynthError, UnitKind};
 use formulas::Formulas;
 use terms::active_banks;
@@ -41,6 +43,8 @@ pub struct Fit {
     grid: Grid,
     families: BTreeMap<Family, Formulas>,
     forms: Vec<GridPoint>,
+    /// Exponentials by themselves, which no other figure is taken from.
+    exponentials: Vec<GridPoint>,
 }
 
 impl Fit {
@@ -68,6 +72,7 @@ impl Fit {
             grid,
             families,
             forms: vec![],
+            exponentials: vec![],
         })
     }
 
@@ -86,7 +91,13 @@ impl Fit {
                 remedy: "potamoi synth --forms FILE",
             });
         }
-        self.forms = forms.points;
+        for point in forms.points {
+            let is_alone = is_exponential(&point.config()?);
+            match is_alone {
+                true => self.exponentials.push(point),
+                false => self.forms.push(point),
+            }
+        }
         Ok(self)
     }
 

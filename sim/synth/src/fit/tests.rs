@@ -295,8 +295,11 @@ fn the_paper_s_units_are_found() {
 fn the_grid_is_of_what_is_generated_now() {
     let fit = Fit::checked_in().unwrap();
     let points = [design(), forms()].concat();
-    assert_eq!(fit.grid.points.len() + fit.forms.len(), points.len());
-    for (own, point) in fit.grid.points.iter().chain(&fit.forms).zip(points) {
+    let own: Vec<_> = (fit.grid.points.iter().chain(&fit.forms))
+        .chain(&fit.exponentials)
+        .collect();
+    assert_eq!(own.len(), points.len());
+    for (own, point) in own.into_iter().zip(points) {
         assert_eq!((own.family, &own.config), (point.family, &point.text));
         let now = own.current_netlists().unwrap();
         assert!(

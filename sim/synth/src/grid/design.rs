@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use potamoi_formats::config::{Config, ConfigError};
+use potamoi_formats::units::OpCode;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
@@ -250,8 +251,8 @@ pub fn design() -> Vec<Point> {
 
 /// Units that no formula covers, each on its own: the paper's with other exponentials, exact sums,
 /// and records that share a row; and the preset `fields`' vector unit with settings outside the
-/// formulas; and combinations of these. The family is the one from which it differs in more than
-/// numbers.
+/// formulas; and combinations of these; and exponentials by themselves. The family is the one from
+/// which it differs in more than numbers.
 #[must_use]
 pub fn forms() -> Vec<Point> {
     let tails = [4, 6, 8, 9, 12, 14].map(|n| format!("iterations = {n}\ntail = true"));
@@ -275,7 +276,7 @@ pub fn forms() -> Vec<Point> {
         &constants,
         &densities,
     ];
-    let exponentials = all.into_iter().flatten().map(|text| Point {
+    let units = all.into_iter().flatten().map(|text| Point {
         family: match text.contains("pipelined = true") {
             true => Family::VectorPipelined,
             false => Family::Vector,
@@ -294,8 +295,8 @@ pub fn forms() -> Vec<Point> {
         family: Family::Gathering,
         text: format!("[gu]\n{text}\n"),
     });
-    let all = exponentials.chain(gathering).chain(fields);
-    all.chain(combinations()).collect()
+    let all = units.chain(gathering).chain(fields);
+    all.chain(combinations()).chain(exponentials()).collect()
 }
 
 /// Vector units with several parts that were synthesised alone, to know the error of composition.
@@ -317,6 +318,37 @@ fn combinations() -> impl Iterator<Item = Point> {
         family,
         text: format!("vu.lanes = {lanes}\n\n[vu.exp]\n{exp}\n"),
     })
+}
+
+/// Exponentials by themselves: vector units of one lane and one operation, with the settings that are
+/// compared.
+fn exponentials() -> Vec<Point> {
+    let iterations = [8, 10, 12, 14, 16, 20, 24, 27].map(|n| format!("iterations = {n}"));
+    let tails = [4, 6, 8, 9, 14].map(|n| format!("iterations = {n}\ntail = true"));
+    let radix_4 = [3, 4, 5].map(|n| format!("form = \"radix-4\"\niterations = {n}\ntail = true"));
+    let pieces =
+        [64, 128, 256].map(|n| format!("form = \"piecewise\"\npieces = {n}\npipelined = true"));
+    let others = [
+        "early_out = true",
+        "pipelined = true",
+        "form = \"radix-4\"\niterations = 8",
+        "form = \"radix-4\"\niterations = 4\ntail = true\npipelined = true",
+    ];
+    let all = [&iterations[..], &tails, &radix_4, &pieces];
+    let all = all.into_iter().flatten().map(String::as_str).chain(others);
+    all.map(|text| Point {
+        family: match text.contains("pipelined = true") {
+            true => Family::VectorPipelined,
+            false => Family::Vector,
+        },
+        text: format!("vu.lanes = 1\nvu.ops = {EXP}\n\n[vu.exp]\n{text}\n"),
+    })
+    .collect()
+}
+
+/// Whether a vector unit is an exponential by itself.
+pub(crate) fn is_exponential(config: &Config) -> bool {
+    config.vu.lanes == 1 && config.vu.ops == [OpCode::Exp]
 }
 
 /// Whether a field of a configuration affects a unit.
@@ -380,14 +412,16 @@ mod tests {
         }
     }
 
-    /// No two are equal, and no formula covers any.
+    /// No two are equal, and no formula covers any; none is of a unit of one lane.
     #[test]
     fn every_form_is_one_that_no_formula_is_of() {
         let forms = forms();
         for (at, point) in forms.iter().enumerate() {
             let config = point.config().unwrap();
             let unit = point.family.unit();
-            assert!(Family::of(&config, unit).is_err(), "{point:?}");
+            let is_of_formulas =
+                Family::of(&config, unit).is_ok_and(|(_, beyond)| beyond.is_empty());
+            assert!(!is_of_formulas, "{point:?}");
             assert!(unit.module(&config).is_ok(), "{point:?}");
             let others = forms[..at].iter().filter(|o| o.family.unit() == unit);
             let same = |other: &Point| is_same_unit(&config, &other.config().unwrap(), unit);
