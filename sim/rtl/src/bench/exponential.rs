@@ -1,28 +1,25 @@
-//! The bench of the exponential by itself: every operand, against checksums of the golden reference.
-
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
+//! The bench of the exponential by itself: every operand, against checksums of the golden reference;
+//! and programs that compare its functions in C and Python with the same checksums.
 
 use potamoi_cycles::Exponents;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_units::exponential::{EXPONENTIAL, alone, result_bits};
+use std::collections::BTreeMap;
 
+use super::exponential_sums as sums;
+use super::exponential_twins as twins;
 use super::makefile;
 use super::vector::run;
 use crate::RtlError;
 use crate::vector_drive::{VectorBatch, Vectors};
 
-/// Operands of one checksum.
-const BLOCK: u32 = 256;
-/// Start and factor of a checksum, those of FNV-1a over whole results.
-const FNV: [u32; 2] = [0x811c_9dc5, 0x0100_0193];
 /// Bits of an operand of which every code is run. 2^20 codes take seconds in Verilator.
 const BITS: std::ops::RangeInclusive<u32> = 9..=20;
 
-/// The folder `sim` of the exponential by itself: a Makefile, the bench and its expected checksums.
-/// The exponential lies in `../exponential`; `prefix` stands before the name of its module.
+/// The folder `sim` of the exponential by itself: a Makefile, the bench, its expected checksums, and
+/// programs that compare the functions in C and Python with them. The exponential lies in
+/// `../exponential`, the C function in `../potamoi_exp.h`; `prefix` stands before the names of both.
 ///
 /// # Errors
 /// An operand of more bits than a bench can run through.
@@ -38,20 +35,7 @@ pub fn exponential(config: &Config, prefix: &str) -> Result<BTreeMap<String, Str
             exp.input
         )));
     }
-    let operand = |code: u32| match exp.input.is_signed() {
-        true => (code << (32 - bits)) as i32 >> (32 - bits),
-        false => code as i32,
-    };
-    let operands: Vec<i32> = (0..1 << bits).map(operand).collect();
-    let reference = ReferenceExponential::new(exp);
-    let mask = u32::MAX >> (32 - wide);
-    let mut sums = String::new();
-    for block in operands.chunks(BLOCK as usize) {
-        let of = block.iter().fold(FNV[0], |sum, operand| {
-            (sum ^ (reference.exp(*operand) as u32 & mask)).wrapping_mul(FNV[1])
-        });
-        let _ = writeln!(sums, "{of:08x}");
-    }
+    let operands = sums::operands(exp);
     let batch = VectorBatch {
         op: VectorOp::new(OpCode::Exp),
         a: &operands,
@@ -65,17 +49,16 @@ pub fn exponential(config: &Config, prefix: &str) -> Result<BTreeMap<String, Str
         .replace("@BITS@", &bits.to_string())
         .replace("@WIDE@", &wide.to_string())
         .replace("@CYCLES@", &cycles.to_string())
-        .replace("@START@", &format!("32'h{:08x}", FNV[0]))
-        .replace("@FACTOR@", &format!("32'h{:08x}", FNV[1]));
+        .replace("@START@", &format!("32'h{:08x}", sums::FNV[0]))
+        .replace("@FACTOR@", &format!("32'h{:08x}", sums::FNV[1]));
     Ok(BTreeMap::from([
-        ("Makefile".to_owned(), makefile::text(&[EXPONENTIAL])),
+        ("Makefile".to_owned(), twins::makefile()),
         (format!("{EXPONENTIAL}_tb.v"), bench),
-        (SUMS.to_owned(), sums),
+        (sums::FILE.to_owned(), sums::text(exp, &operands)),
+        (twins::C_FILE.to_owned(), twins::c(exp, prefix)),
+        (twins::PYTHON_FILE.to_owned(), twins::python(exp)),
     ]))
 }
-
-/// File of the checksums.
-const SUMS: &str = "exponential_sums.hex";
 
 const BENCH: &str = r#"// Every operand of the exponential, in order. 256 results have a checksum, by the golden reference.
 //

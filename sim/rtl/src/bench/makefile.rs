@@ -54,6 +54,12 @@ clean:
 	rm -rf $(BUILD)
 "#;
 
+/// The Makefile for these units with further targets, and lines about them for its head.
+pub(super) fn with_targets(units: &[&str], help: &str, targets: &str) -> String {
+    const END: &str = "#\n# The exit status";
+    text(units).replace(END, &format!("{help}{END}")) + targets
+}
+
 /// The Makefile for these units.
 pub(super) fn text(units: &[&str]) -> String {
     TEXT.replace("@UNITS@", &units.join(" "))

@@ -7,6 +7,8 @@
 //! cycle models'.
 
 mod exponential;
+mod exponential_sums;
+mod exponential_twins;
 mod garbage;
 mod gather;
 mod gather_tasks;

@@ -1,9 +1,11 @@
-//! The exponential by itself in its own bench: every operand, and faults that are found.
+//! The exponential by itself in its own bench, in C and in Python: every operand, and faults that are
+//! found.
 
 use std::path::Path;
 use std::process::Command;
 
 use potamoi_formats::config::{Config, ExpForm};
+use potamoi_reference::exponential::c_header;
 use potamoi_rtl::bench;
 use potamoi_units::emit::emit_exponential;
 
@@ -13,7 +15,8 @@ fn lay(config: &Config, prefix: &str, folder: &Path) {
     let bench = bench
         .into_iter()
         .map(|(name, text)| (format!("sim/{name}"), text));
-    for (path, text) in block.into_iter().chain(bench) {
+    let header = ("potamoi_exp.h".to_owned(), c_header(&config.vu.exp, prefix));
+    for (path, text) in block.into_iter().chain(bench).chain([header]) {
         let path = folder.join(path);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, text).unwrap();
@@ -24,6 +27,14 @@ fn lay(config: &Config, prefix: &str, folder: &Path) {
 fn simulate(folder: &Path, arguments: &[&str]) -> (bool, String) {
     let mut make = Command::new("make");
     make.arg("-C").arg(folder.join("sim")).args(arguments);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    // The Python with NumPy, that of tools/setup first.
+    let python = root.join(".tools/bin/python3-numpy");
+    if python.exists() {
+        make.env("PYTHON", python);
+    }
+    make.env("PYTHONPATH", root.join("python"));
+    make.env("PYTHONDONTWRITEBYTECODE", "1");
     let done = make.output().unwrap();
     let said = String::from_utf8([done.stdout, done.stderr].concat()).unwrap();
     (done.status.success(), said)
@@ -46,6 +57,88 @@ fn every_form_passes_its_bench() {
         let folder = tempfile::tempdir().unwrap();
         lay(&config, "", folder.path());
         passes(folder.path(), &["SIM=verilator", RUNS]);
+    }
+}
+
+/// Whether the functions in C and Python pass.
+fn functions_pass(config: &Config, prefix: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    lay(config, prefix, folder.path());
+    let (well, said) = simulate(folder.path(), &["c", "python"]);
+    assert!(well && said.matches("PASS: ").count() == 2, "{said}");
+    assert!(!said.to_lowercase().contains("warning"), "{said}");
+}
+
+/// All operands of every form, and of each format of operands and results.
+#[test]
+fn functions_in_c_and_python_have_the_checksums_of_the_bench() {
+    for &form in ExpForm::ALL {
+        let mut config = Config::default();
+        config.vu.exp = form.plain();
+        functions_pass(&config, "");
+    }
+    functions_pass(&small(), "npu_");
+    let general = "vu.ops = [\"exp\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"";
+    functions_pass(&Config::from_toml(general, "test").unwrap(), "");
+}
+
+/// The last bit of a constant in C, of a knob in Python, and a checksum of each.
+#[test]
+fn wrong_functions_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    lay(&small(), "npu_", folder.path());
+    let change = |file: &str, from: &str, to: &str| {
+        let path = folder.path().join(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.matches(from).count(), 1, "{from}: {text}");
+        std::fs::write(&path, text.replace(from, to)).unwrap();
+        (path, text)
+    };
+    for (target, file, from, to, said) in [
+        (
+            "c",
+            "potamoi_exp.h",
+            "remain >= logs",
+            "remain > logs",
+            "checksum",
+        ),
+        (
+            "python",
+            "sim/potamoi_exp_test.py",
+            "iterations=8",
+            "iterations=7",
+            "checksum",
+        ),
+        (
+            "c",
+            "sim/potamoi_exp_test.c",
+            "< OPERANDS",
+            "< OPERANDS / 2",
+            "goes on",
+        ),
+        (
+            "python",
+            "sim/potamoi_exp_test.py",
+            "arange(512)",
+            "arange(256)",
+            "has 2 checksums",
+        ),
+    ] {
+        let (path, text) = change(file, from, to);
+        let (well, told) = simulate(folder.path(), &[target]);
+        let is_found = !well && told.contains("FAIL") && told.contains(said);
+        assert!(is_found, "{file}: {from}: {told}");
+        std::fs::write(path, text).unwrap();
+    }
+    let (well, said) = simulate(folder.path(), &["c", "python"]);
+    assert!(well, "{said}");
+    std::fs::remove_file(folder.path().join("sim/exponential_sums.hex")).unwrap();
+    for target in ["c", "python"] {
+        let (well, told) = simulate(folder.path(), &[target]);
+        assert!(
+            !well && told.contains("exponential_sums.hex is missing"),
+            "{told}"
+        );
     }
 }
 
