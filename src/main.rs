@@ -15,6 +15,7 @@ mod emit;
 mod emit_exponential;
 mod emit_unit;
 mod estimate;
+mod exponential_price;
 mod failure;
 mod layouts;
 mod model;

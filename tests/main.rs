@@ -10,6 +10,7 @@ mod common;
 mod cost;
 mod docs;
 mod effects;
+mod exponential;
 mod hard_cases;
 mod layouts;
 mod machine;

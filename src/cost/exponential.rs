@@ -85,11 +85,12 @@ fn print(report: &ExponentialReport, args: &CostArgs) {
         );
     }
     say!(
-        "  error: at most {:.4} ulp (input code {}), {:.4} ulp on average, bias {:+.4} ulp \
-         (measured RTL against 120 bits; 1 ulp = 2^-{})",
+        "  error: at most {:.4} ulp (input code {}), {:.4} ulp on average, {:.4} ulp rms, bias \
+         {:+.4} ulp (measured RTL against 120 bits; 1 ulp = 2^-{})",
         report.max_ulp,
         report.worst_code,
         report.mean_ulp,
+        report.rms_ulp,
         report.bias_ulp,
         report.output_bits
     );

@@ -73,6 +73,9 @@ pub(crate) struct CostArgs {
     /// each input of `--study exp` (u_code, y_code, cycles)
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Write the prices of `--study methods` as CSV: one line for each exponential by itself
+    #[arg(long, value_name = "FILE")]
+    prices: Option<PathBuf>,
     /// Write a plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
@@ -111,7 +114,7 @@ impl From<By> for Price {
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
-    let written = [&args.json, &args.csv, &args.plot];
+    let written = [&args.json, &args.csv, &args.prices, &args.plot];
     files::prepare(written.map(Option::as_ref))?;
     for (name, goal) in [
         ("--target-psnr", args.target_psnr),
@@ -122,6 +125,12 @@ pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
                 "{name} {value}: expected a positive number"
             )));
         }
+    }
+    if args.prices.is_some() && args.study != Some(Study::Methods) {
+        return Err(Failure::Usage(
+            "--prices: expected with --study methods, which has the exponentials by themselves"
+                .to_owned(),
+        ));
     }
     match args.study {
         Some(Study::Exp) if args.plot.is_some() => Err(Failure::Usage(

@@ -31,8 +31,8 @@ fn role(argument: &str) -> Option<Role> {
         "out_dir" | "readmemh" | "netlists" => Role::Folder,
         "config" | "rtl" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace"
         | "system" | "synth" | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
-        "out" | "json" | "vcd" | "csv" | "plot" | "plot_energy" | "plot_roofline" | "found"
-        | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
+        "out" | "json" | "vcd" | "csv" | "prices" | "plot" | "plot_energy" | "plot_roofline"
+        | "found" | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
         _ => return None,
     })
 }

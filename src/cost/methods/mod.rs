@@ -10,6 +10,7 @@ use potamoi_explore::exponential::{Method, Methods, Peer};
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};
+use crate::exponential_price;
 use crate::failure::Failure;
 use crate::stdout::say;
 use crate::tables;
@@ -31,6 +32,9 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
     print(&found);
     if let Some(path) = &args.csv {
         files::write(path, &csv(&found.methods, &found.peers))?;
+    }
+    if let Some(path) = &args.prices {
+        files::write(path, &exponential_price::csv(&found.prices))?;
     }
     if let Some(path) = &args.plot {
         plot::plot(path, &found.methods, &found.peers)?;
@@ -100,6 +104,8 @@ fn print(found: &Methods) {
             );
         }
     }
+    say!("\nforms as blocks by themselves (potamoi emit --unit exp):");
+    exponential_price::print(&found.prices);
 }
 
 /// One line a form and a peer; names, which contain commas, are quoted; unknown values are empty.

@@ -1,7 +1,11 @@
-//! The exponential alone: every input through the Verilated unit, and a comparison of methods.
+//! The exponential alone: every input through the Verilated unit, a comparison of methods, and prices.
 
 mod methods;
+mod price;
 mod sweep;
 
 pub use methods::{Method, Methods, Peer};
+pub use price::{
+    Clocks, ExponentialHardware, ExponentialPrice, Figure, PowerError, Pricing, SceneQuality,
+};
 pub use sweep::{ExponentialReport, ExponentialSweep, PieceTable};

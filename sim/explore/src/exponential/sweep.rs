@@ -108,6 +108,8 @@ pub struct ExponentialReport {
     pub max_ulp: f64,
     /// Mean error magnitude.
     pub mean_ulp: f64,
+    /// Root of the mean squared error.
+    pub rms_ulp: f64,
     /// Mean error (bias).
     pub bias_ulp: f64,
     /// Input code with the largest error.
@@ -176,6 +178,7 @@ impl ExponentialReport {
             output_bits: exp.output_bits,
             max_ulp: error.max_ulp,
             mean_ulp: error.mean,
+            rms_ulp: error.rms,
             bias_ulp: error.bias,
             worst_code: error.worst_code,
             misrounded: error.misrounded,

@@ -1,11 +1,13 @@
 //! Comparison of exponential methods: error over all inputs against clocks per result.
 
+mod blocks;
 mod forms;
 mod others;
 mod peers;
 
 use serde::Serialize;
 
+use super::price::{ExponentialPrice, Pricing};
 use crate::ExploreError;
 
 /// Input unit of U3.13: `u` is a code over 2^13, and the result `exp(-u)` is in units of 2^-16.
@@ -22,6 +24,8 @@ pub struct Methods {
     pub methods: Vec<Method>,
     /// Published methods of others.
     pub peers: Vec<Peer>,
+    /// Prices of the forms as blocks by themselves.
+    pub prices: Vec<ExponentialPrice>,
     /// Name of the faithful method with the fewest clocks, then the least energy.
     pub cheapest_faithful: Option<String>,
     /// Name of the faithful method with the least area.
@@ -72,13 +76,16 @@ impl Methods {
     /// methods run through their reference unit.
     ///
     /// # Errors
-    /// A netlist that cannot be analysed, or formulas that cannot be read.
+    /// A netlist that cannot be analysed, or what comes with the program cannot be read.
     pub fn compare() -> Result<Self, ExploreError> {
         let (methods, peers) = (
             forms::forms()?.into_iter().chain(others::others()?),
             peers::peers()?,
         );
         let methods: Vec<Method> = methods.collect();
+        let pricing = Pricing::open()?;
+        let prices = blocks::blocks();
+        let prices = prices.iter().map(|exp| pricing.of(exp));
         let known = |of: Option<f64>| of.unwrap_or(f64::INFINITY);
         let (area, energy) = (
             |m: &Method| known(m.area_mm2),
@@ -90,6 +97,7 @@ impl Methods {
             thriftiest_faithful: least(&methods, &energy, &|m| m.clocks),
             methods,
             peers,
+            prices: prices.collect::<Result<_, _>>()?,
         })
     }
 }
