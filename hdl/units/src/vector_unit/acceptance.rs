@@ -5,11 +5,10 @@ use potamoi_formats::units::OpCode;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::alu::is_op;
-use super::lanes::repeated;
 use super::operation_kinds::OperationKinds;
 use super::sequence::{Offer, Order};
 use super::timing::Timing;
-use crate::circuits::{bits_for, is};
+use crate::circuits::{bits_for, is, repeated};
 
 /// Inputs of the unit.
 pub(super) struct Inputs {

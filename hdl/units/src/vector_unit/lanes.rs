@@ -12,6 +12,7 @@ use super::exponential::shift_registers::{exp_constants, sub_name};
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Order, Sequence};
+use crate::circuits::repeated;
 
 /// Control signals of all lanes in a cycle.
 pub(super) struct LaneSignals<'a> {
@@ -162,16 +163,4 @@ pub(super) fn lanes(
     let results = m.all_out(all, "result");
     let bits = repeated(m, told.tag.keep, 32);
     (m.and(results, bits), more)
-}
-
-/// Each bit of a vector so many times.
-pub(super) fn repeated(m: &mut ModuleBuilder, bits: Signal, times: u32) -> Signal {
-    let all: Vec<_> = (0..bits.width())
-        .rev()
-        .map(|i| {
-            let bit = m.bit(bits, i);
-            m.repeat(bit, times)
-        })
-        .collect();
-    m.cat(&all)
 }

@@ -9,12 +9,12 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use super::acceptance::{Acceptance, Inputs};
 use super::exponential::form;
 use super::lane::lane;
-use super::lanes::{LaneSignals, lanes, repeated};
+use super::lanes::{LaneSignals, lanes};
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Sequence, passes, sequence};
 use super::timing::Timing;
-use crate::circuits::{counter, fifo, is, sticky};
+use crate::circuits::{counter, fifo, is, repeated, sticky};
 
 /// Builds the vector unit for a configuration.
 ///
