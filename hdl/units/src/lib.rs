@@ -1,7 +1,7 @@
 //! Potamoi's hardware units as netlists, and the Verilog of a configuration.
 //!
 //! [`gathering_unit`] and [`vector_unit`] each build a module from a configuration; [`emit`] prints
-//! both. Every size, width and stage comes from the configuration. [`array_mac`] is of no
+//! both, and [`npu`] joins them with registers for an SoC. Every size, width and stage comes from the configuration. [`array_mac`] is of no
 //! configuration: it stands for the array around the units in synthesis.
 //!
 //! ```
@@ -22,5 +22,6 @@ pub mod exponential;
 pub mod gathering_unit;
 mod memory;
 pub mod memory_list;
+pub mod npu;
 pub mod package;
 pub mod vector_unit;

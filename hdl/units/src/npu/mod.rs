@@ -1,0 +1,15 @@
+//! The SoC top `potamoi_npu_ext`: both units with AXI4-Stream data, AXI4-Lite registers and an
+//! interrupt.
+//!
+//! [`registers`] has the one table of registers. The hardware that decodes them, SystemRDL, JSON,
+//! Markdown, the C header and the tests are made of it.
+
+mod axi_lite;
+mod job;
+mod packet_gate;
+mod register_file;
+pub mod registers;
+mod top;
+mod unit_side;
+
+pub use top::{npu_ext, registers as register_map_of};
