@@ -38,6 +38,8 @@ test-full: setup
 	@tools/setup synth
 	@tools/setup fpga
 	@tools/setup oracles
+	@tools/setup registers
+	@tools/setup cocotb
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,documentation and its links)
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --workspace

@@ -1,4 +1,4 @@
-//! `potamoi emit`: the Verilog of both units.
+//! `potamoi emit`: the Verilog of both units and of their SoC top.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,11 +8,12 @@ use potamoi_analysis::{Hardware, LeftOut};
 use potamoi_base::file_set;
 use potamoi_base::outputs as files;
 use potamoi_formats::config::{Config, Organisation};
-use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 use potamoi_rtl::bench;
 use potamoi_scene::Scene;
 use potamoi_units::emit::emit;
 use potamoi_units::memory_list::{ListedMemory, memory_list};
+use potamoi_units::npu::REGISTERS;
 use potamoi_units::package::Package;
 use serde::Serialize;
 
@@ -98,15 +99,18 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
             VECTOR_UNIT,
             hardware.computes && args.unit.has(EmitUnit::Vu),
         ),
+        (
+            NPU_EXT,
+            hardware.gathers && hardware.computes && args.unit == EmitUnit::Both,
+        ),
     ]
     .into_iter()
     .filter_map(|(unit, is_called_for)| is_called_for.then_some(unit))
     .collect();
     let mut made = emit(&config, prefix, &command)?;
     made.retain(|path, _| {
-        units
-            .iter()
-            .any(|unit| path.starts_with(&format!("{unit}/")))
+        let folder = path.split('/').next().unwrap_or_default();
+        units.contains(&folder) || folder == REGISTERS && units.contains(&NPU_EXT)
     });
     let mut all = made.clone();
     let memories = companions(&config, prefix, &command, &units, &mut all)?;
@@ -259,12 +263,12 @@ fn print(
         let path = args.out_dir.join(name);
         say!("removed {}, of another configuration", path.display());
     }
+    let modules = made.iter().filter(|(path, _)| path.ends_with(".v"));
+    let lines = modules.clone().map(|(_, text)| text.lines().count());
     say!(
         "{} modules, {} lines of Verilog-2005 in {}, configuration {}",
-        made.len(),
-        made.values()
-            .map(|text| text.lines().count())
-            .sum::<usize>(),
+        modules.count(),
+        lines.sum::<usize>(),
         args.out_dir.display(),
         report.configuration
     );
@@ -283,6 +287,12 @@ fn print(
         say!(
             "memory {module}: {count} of {words} x {bits} bits, {}, {meant_for}",
             own.ports()
+        );
+    }
+    if report.units.contains(&NPU_EXT) {
+        say!(
+            "registers of {NPU_EXT}: SystemRDL, JSON, Markdown and a C header in {}",
+            crate::args::quoted(&args.out_dir.join(REGISTERS))
         );
     }
     say!(

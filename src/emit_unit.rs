@@ -10,7 +10,7 @@ pub(crate) enum EmitUnit {
     Gu,
     /// The vector unit
     Vu,
-    /// Both units
+    /// Both units, and the SoC top that joins them
     Both,
     /// The exponential by itself: one operand in, one power out
     Exp,

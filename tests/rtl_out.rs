@@ -145,7 +145,7 @@ fn simulates(folder: &Path, runs: &str) {
     let said = String::from_utf8([done.stdout, done.stderr].concat()).unwrap();
     assert!(done.status.success(), "{said}");
     let passed = said.matches("PASS: ").count();
-    assert_eq!(passed, 2 * runs.split(' ').count(), "{said}");
+    assert_eq!(passed, 3 * runs.split(' ').count(), "{said}");
 }
 
 #[test]
@@ -162,6 +162,9 @@ fn the_benches_of_all_presets_pass() {
         simulates(folder.path(), "0:1 20:2 50:3 80:4");
     }
 }
+
+/// Lines, at most, of the top that joins the units of a preset, without the units.
+const TOP_LINES: usize = 1000;
 
 /// Lines and the percentage of repetition, at most, of the units of a preset.
 const TEXT: [(&str, usize, f64); 4] = [
@@ -207,7 +210,15 @@ fn blocks_that_differ_in_numbers_are_repetition() {
 fn the_verilog_is_short_enough_to_read() {
     for (preset, most, share) in TEXT {
         let files = read(&root().join("rtl_out").join(preset));
-        let is_unit = |name: &str| name.ends_with(".v") && !name.starts_with("sim/");
+        let is_top = |name: &str| name.starts_with("potamoi_npu_ext/");
+        let is_unit =
+            |name: &str| name.ends_with(".v") && !name.starts_with("sim/") && !is_top(name);
+        let of_top = files.iter().filter(|(name, _)| is_top(name));
+        let of_top = of_top.map(|(_, text)| text.lines().count()).sum::<usize>();
+        assert!(
+            (1..=TOP_LINES).contains(&of_top),
+            "{preset}: {of_top} lines of the top, expected {TOP_LINES} at most"
+        );
         let (mut lines, mut all, mut again) = (0, 0, 0);
         for (name, text) in files.iter().filter(|(name, _)| is_unit(name)) {
             lines += text.lines().count();
@@ -259,13 +270,17 @@ fn verilator_icarus_and_yosys_accept_it_without_a_waiver() {
     let units = presets().into_iter().flat_map(|preset| {
         let folder = emitted.path().join(&preset);
         emit(&preset, &folder);
-        ["gathering_unit", "vector_unit"].map(|unit| (folder.join(unit), unit))
+        let units = ["gathering_unit", "vector_unit"];
+        let [one, other] = units.map(|unit| (vec![folder.join(unit)], unit));
+        let all = ["gathering_unit", "vector_unit", "potamoi_npu_ext"];
+        let all = all.map(|unit| folder.join(unit)).to_vec();
+        [one, other, (all, "potamoi_npu_ext")]
     });
-    for (folder, unit) in units {
-        let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)
-            .unwrap()
-            .map(|f| f.unwrap().path())
-            .collect();
+    for (folders, unit) in units {
+        let files = folders
+            .iter()
+            .map(|folder| std::fs::read_dir(folder).unwrap());
+        let mut files: Vec<PathBuf> = files.flatten().map(|f| f.unwrap().path()).collect();
         files.sort();
         for file in &files {
             let text = std::fs::read_to_string(file).unwrap();

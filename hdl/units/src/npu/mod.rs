@@ -12,4 +12,7 @@ pub mod registers;
 mod top;
 mod unit_side;
 
+/// Folder of the texts of the register map beside the Verilog.
+pub const REGISTERS: &str = "registers";
+
 pub use top::{npu_ext, registers as register_map_of};

@@ -13,7 +13,7 @@ pub(super) fn text(package: &Package) -> String {
     );
     for unit in &package.units {
         text += "  - files:\n";
-        for path in &unit.verilog {
+        for path in unit.own_verilog() {
             let _ = writeln!(text, "      - {path}");
         }
     }

@@ -29,7 +29,7 @@ pub(super) fn text(package: &Package) -> String {
 fn filesets(text: &mut String, unit: &Unit) {
     let name = unit.name;
     let _ = writeln!(text, "  {name}:\n    files:");
-    for path in &unit.verilog {
+    for path in unit.own_verilog() {
         let _ = writeln!(text, "      - {path}");
     }
     text.push_str("    file_type: verilogSource-2005\n");
@@ -49,14 +49,15 @@ fn filesets(text: &mut String, unit: &Unit) {
 
 fn targets(text: &mut String, unit: &Unit) {
     let (name, top) = (unit.name, &unit.top);
+    let parts = unit.parts.iter().map(|part| format!("      - {part}\n"));
+    let parts: String = parts.collect();
     let _ = write!(
         text,
         "  lint_{name}:
     description: Verilator without a waiver
     default_tool: verilator
     filesets:
-      - {name}
-    toplevel: {top}
+{parts}    toplevel: {top}
     tools:
       verilator:
         mode: lint-only
@@ -65,8 +66,7 @@ fn targets(text: &mut String, unit: &Unit) {
     description: Golden vectors, with --tool=icarus or --tool=verilator
     default_tool: icarus
     filesets:
-      - {name}
-      - {name}_bench
+{parts}      - {name}_bench
     toplevel: {name}_tb
     parameters:
       - gaps

@@ -13,9 +13,11 @@ mod waves;
 use std::collections::BTreeMap;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 use potamoi_netlist::{IrErrors, Module, PortInfo};
 
 use crate::gathering_unit::gathering_unit;
+use crate::npu::npu_ext;
 use crate::vector_unit::vector_unit;
 
 /// Folder of the benches.
@@ -42,7 +44,9 @@ struct Unit {
     name: &'static str,
     /// Its top module.
     top: String,
-    /// Paths of its Verilog.
+    /// Folders of what it consists of, its own last.
+    parts: &'static [&'static str],
+    /// Paths of all of its Verilog.
     verilog: Vec<String>,
     /// Paths of its bench: the testbench first, then what it reads.
     bench: Vec<String>,
@@ -62,7 +66,11 @@ impl Package {
         units: &[&'static str],
         files: impl IntoIterator<Item = &'a str> + Clone,
     ) -> Result<Self, IrErrors> {
-        let modules = [gathering_unit(config)?, vector_unit(config)?];
+        let modules = [
+            gathering_unit(config)?,
+            vector_unit(config)?,
+            npu_ext(config)?,
+        ];
         let of = |name: &&'static str| {
             let module = modules.iter().find(|module| module.name() == *name)?;
             Some(Unit::new(name, module, prefix, files.clone()))
@@ -113,34 +121,48 @@ impl Package {
 }
 
 impl Unit {
+    /// Paths of the Verilog that lies in its own folder.
+    fn own_verilog(&self) -> impl Iterator<Item = &String> {
+        let folder = format!("{}/", self.name);
+        self.verilog
+            .iter()
+            .filter(move |path| path.starts_with(&folder))
+    }
+
     fn new<'a>(
         name: &'static str,
         module: &Module,
         prefix: &str,
         files: impl IntoIterator<Item = &'a str>,
     ) -> Self {
-        let (bench, memories) = match name {
-            potamoi_formats::units::GATHERING_UNIT => ("gathering_unit_tb.v", "gather_"),
-            _ => ("vector_unit_tb.v", "vector_"),
+        // What it consists of, and the begins of its bench's memories.
+        let (parts, memories): (&'static [&'static str], &[&str]) = match name {
+            GATHERING_UNIT => (&[GATHERING_UNIT], &["gather_"]),
+            VECTOR_UNIT => (&[VECTOR_UNIT], &["vector_"]),
+            _ => (
+                &[GATHERING_UNIT, VECTOR_UNIT, NPU_EXT],
+                &["gather_", "vector_"],
+            ),
         };
-        let [folder, bench, memories] = [
-            format!("{name}/"),
-            format!("{SIM}/{bench}"),
-            format!("{SIM}/{memories}"),
-        ];
         let all: Vec<&str> = files.into_iter().collect();
         let own = |test: &dyn Fn(&str) -> bool| {
             let found = all.iter().filter(|path| test(path));
             found.map(|path| (*path).to_owned()).collect::<Vec<_>>()
         };
+        let lies_in = |path: &str, folder: &str| path.starts_with(&format!("{folder}/"));
+        let bench = format!("{SIM}/{name}_tb.v");
         let mut of_bench = own(&|path| path == bench);
         of_bench.extend(own(&|path| {
-            path.starts_with(&memories) && path.ends_with(".hex")
+            let memory = path.strip_prefix(&format!("{SIM}/"));
+            memory.is_some_and(|file| {
+                file.ends_with(".hex") && memories.iter().any(|begin| file.starts_with(begin))
+            })
         }));
         Self {
             name,
             top: format!("{prefix}{name}"),
-            verilog: own(&|path| path.starts_with(&folder)),
+            parts,
+            verilog: own(&|path| parts.iter().any(|folder| lies_in(path, folder))),
             bench: of_bench,
             ports: module.ports(),
         }

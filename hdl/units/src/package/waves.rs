@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use super::Unit;
 
 /// Streams and groups by the begin of their ports' names.
-const GROUPS: [(&str, &str); 7] = [
+const GROUPS: [(&str, &str); 8] = [
+    ("s_axil_", "bus"),
     ("cfg_", "settings"),
     ("s_axis_rit_", "RIT stream"),
     ("s_axis_mft_", "MVoxel rows"),
@@ -21,7 +22,12 @@ pub(super) fn text(unit: &Unit) -> String {
         "[*] Open after: make DUMP=1 UNITS={name}, with: gtkwave {name}.gtkw\n\
          [dumpfile] \"build/{name}.vcd\"\n"
     );
-    for signal in ["clk", "rst_n", "idle"] {
+    let state = unit
+        .ports
+        .iter()
+        .filter(|port| ["idle", "irq"].contains(&&*port.name));
+    let state = state.map(|port| port.name.as_str());
+    for signal in ["clk", "rst_n"].into_iter().chain(state) {
         text += &line(name, signal, 1);
     }
     for (begin, title) in GROUPS {

@@ -2,6 +2,7 @@
 
 mod bus;
 mod model;
+mod peakrdl;
 mod registers;
 mod starts;
 

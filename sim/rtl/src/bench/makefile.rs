@@ -1,12 +1,14 @@
 //! The Makefile beside the benches, and the command lines of their headers.
 
+use potamoi_formats::units::NPU_EXT;
+
 const TEXT: &str = r#"# Simulates the units against golden vectors. It needs make and a simulator, nothing else.
 #
 #   make                  Icarus Verilog
 #   make SIM=verilator    Verilator 5 or later
 #   make RUNS='0:1 40:7'  these runs: gaps in percent of the clocks, and their seed
 #   make DUMP=1           also writes BUILD/UNIT.vcd, of the last run
-#   make RTL=DIR          other Verilog with the same ports, in DIR/gathering_unit, DIR/vector_unit
+#   make RTL=DIR          other Verilog with the same ports, in DIR/gathering_unit, DIR/vector_unit, ...
 #
 # The exit status is not 0 if a unit fails.
 
@@ -37,13 +39,17 @@ $(UNITS): %: $(BUILD)/%.$(SIM)
 	    $(if $(DUMP),+dump=$(BUILD)/$@.vcd) || exit 1; \
 	done
 
+# Folders of what a unit consists of besides its own.
+PARTS_potamoi_npu_ext = gathering_unit vector_unit
+sources = $(foreach folder,$(PARTS_$1) $1,$(wildcard $(RTL)/$(folder)/*.v))
+
 .SECONDEXPANSION:
-$(BUILD)/%.icarus: %_tb.v $$(wildcard $(RTL)/$$*/*.v)
+$(BUILD)/%.icarus: %_tb.v $$(call sources,$$*)
 	@mkdir -p $(BUILD)
 	$(IVERILOG) -g2005 -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
 	@touch $@
 
-$(BUILD)/%.verilator: %_tb.v $$(wildcard $(RTL)/$$*/*.v)
+$(BUILD)/%.verilator: %_tb.v $$(call sources,$$*)
 	@mkdir -p $(BUILD)
 	$(VERILATOR) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint -O3 \
 	  --x-assign unique --x-initial unique --top-module $*_tb -Mdir $(BUILD)/$* $^ \
@@ -67,9 +73,11 @@ pub(super) fn text(units: &[&str]) -> String {
 
 /// Command lines of a bench beside that Makefile.
 pub(super) fn commands(unit: &str) -> Vec<String> {
+    // The top has both units inside.
+    let folder = if unit == NPU_EXT { "*" } else { unit };
     vec![
         "make".to_owned(),
-        format!("iverilog -g2005 -o {unit}_tb {unit}_tb.v ../{unit}/*.v && vvp -n {unit}_tb"),
+        format!("iverilog -g2005 -o {unit}_tb {unit}_tb.v ../{folder}/*.v && vvp -n {unit}_tb"),
     ]
 }
 

@@ -14,6 +14,8 @@ mod gather;
 mod gather_tasks;
 mod makefile;
 mod memory;
+mod npu;
+mod npu_parts;
 mod parts;
 mod ports;
 mod suite;
@@ -26,7 +28,7 @@ use std::sync::Arc;
 
 use potamoi_cycles::runs;
 use potamoi_formats::config::{Config, Sums};
-use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 use potamoi_netlist::Module;
 use potamoi_reference::GatherTask;
 use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
@@ -81,7 +83,8 @@ pub fn job_cycles(config: &Config) -> Result<Vec<JobCycles>, RtlError> {
 }
 
 /// The folder `sim`: a Makefile, and for each of these units of the configuration a bench with
-/// small jobs at the units' edges. The units lie in `../gathering_unit` and `../vector_unit`.
+/// small jobs at the units' edges. The units lie in `../gathering_unit` and `../vector_unit`. The
+/// bench of their top, in `../potamoi_npu_ext`, reads the memories of both.
 /// `prefix` stands before the name of every module of theirs.
 ///
 /// # Errors
@@ -97,8 +100,15 @@ pub fn standalone(
         let mut suite = match *unit {
             GATHERING_UNIT => edges_of_gathers(config)?,
             VECTOR_UNIT => edges_of_vectors(config)?,
+            NPU_EXT => {
+                let suites = [edges_of_gathers(config)?, edges_of_vectors(config)?];
+                let bench = npu::bench(config, &top, &makefile::commands(unit), suites)?;
+                files.insert(format!("{unit}_tb.v"), bench);
+                continue;
+            }
             other => {
-                let expected = format!("expected {GATHERING_UNIT} or {VECTOR_UNIT}");
+                let expected =
+                    format!("expected {GATHERING_UNIT}, {VECTOR_UNIT} or, with both, {NPU_EXT}");
                 return Err(RtlError::Usage(format!("no bench for {other}: {expected}")));
             }
         };

@@ -15,6 +15,7 @@ mod gather_cells;
 mod gather_common;
 mod gather_unit;
 mod logistic;
+mod npu;
 mod readmemh;
 mod scenes_common;
 mod streams;

@@ -32,10 +32,10 @@ impl Access {
         matches!(self, Self::ReadWrite | Self::WriteOneToClear | Self::Pulse)
     }
 
-    /// Whether the hardware changes what is read.
+    /// Whether what is read changes without a write, or is not what was written.
     #[must_use]
     pub const fn is_volatile(self) -> bool {
-        matches!(self, Self::Status | Self::WriteOneToClear)
+        matches!(self, Self::Status | Self::WriteOneToClear | Self::Pulse)
     }
 
     /// In short, for tables and comments.

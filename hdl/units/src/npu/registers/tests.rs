@@ -130,7 +130,7 @@ fn a_table_with_faults_is_found_out() {
 #[test]
 fn the_json_has_every_field_with_its_reset_value() {
     let map = register_map_of(&Config::default()).unwrap();
-    let read: serde_json::Value = serde_json::from_str(&json(&map).unwrap()).unwrap();
+    let read: serde_json::Value = serde_json::from_str(&json(&map)).unwrap();
     let listed = read["registers"].as_array().unwrap();
     assert_eq!(listed.len(), map.registers.len());
     for (own, found) in map.registers.iter().zip(listed) {

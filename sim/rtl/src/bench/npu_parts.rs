@@ -1,0 +1,427 @@
+//! Parts of the bench of the SoC top. `@NAME@` stands for what differs between streams.
+
+pub(super) const BEGIN: &str = r#"// Options: +gaps=P  sources, sinks and the bus pause in about P % of the clocks (default 0)
+//          +seed=N  another pattern of pauses (default 1)
+//          +dump    write all signals; +dump=FILE into that file
+// The last line says PASS or FAIL; the exit status of FAIL is not 0. It holds every register to the
+// table, then runs the jobs of both units at once, by interrupts. Sources offer the beats of all jobs
+// without a stop, so that the top has to keep the jobs apart. With gaps, a reset cuts the first jobs off,
+// which then begin again; without, all counters are compared.
+`timescale 1ns/1ps
+`default_nettype none
+
+module potamoi_npu_ext_tb;
+  localparam [1:0] OKAY = 2'd0;
+  localparam [1:0] SLVERR = 2'd2;
+  localparam PATIENCE = 5000;  // clocks without a beat
+
+  reg clk = 1'b0;
+  always #5 clk = ~clk;
+  reg rst_n = 1'b0;
+
+  integer gaps;
+  integer seed;
+  integer round = 0;
+  integer quiet = 0;   // clocks since a beat moved
+  integer cut = 0;     // clocks after which a reset cuts the first jobs off
+  reg failed = 1'b0;
+  reg [31:0] mode;
+
+  // Pauses are drawn from xorshift generators, so that all simulators draw the same.
+  reg [31:0] drawn = 32'd1;      // of the streams
+  reg [31:0] bus_drawn = 32'd1;  // of the bus
+  function [31:0] after(input [31:0] x);
+    begin
+      after = x ^ (x << 13);
+      after = after ^ (after >> 17);
+      after = after ^ (after << 5);
+    end
+  endfunction
+
+  reg [11:0] s_axil_awaddr = 12'd0;
+  reg [2:0] s_axil_awprot = 3'd0;
+  reg s_axil_awvalid = 1'b0;
+  wire s_axil_awready;
+  reg [31:0] s_axil_wdata = 32'd0;
+  reg [3:0] s_axil_wstrb = 4'd0;
+  reg s_axil_wvalid = 1'b0;
+  wire s_axil_wready;
+  wire [1:0] s_axil_bresp;
+  wire s_axil_bvalid;
+  reg s_axil_bready = 1'b0;
+  reg [11:0] s_axil_araddr = 12'd0;
+  reg [2:0] s_axil_arprot = 3'd0;
+  reg s_axil_arvalid = 1'b0;
+  wire s_axil_arready;
+  wire [31:0] s_axil_rdata;
+  wire [1:0] s_axil_rresp;
+  wire s_axil_rvalid;
+  reg s_axil_rready = 1'b0;
+  wire irq;
+
+"#;
+
+pub(super) const SOURCE: &str = r#"  integer @NAME@_at = 0;
+  integer @NAME@_next;
+  reg @NAME@_tvalid = 1'b0;
+  wire @NAME@_tready;
+  wire [@WIDTH@-1:0] @NAME@_word = @NAME@_words[@NAME@_at < @COUNT@ ? @NAME@_at : 0];
+  // While a source is not valid, its payload is inverted: the top must not take it.
+"#;
+
+pub(super) const SINK: &str = r#"  integer @NAME@_at = 0;
+  reg @NAME@_held = 1'b0;
+  reg @NAME@_tready = 1'b0;
+  wire @NAME@_tvalid;
+  wire [@WIDTH@-1:0] @NAME@_found;
+"#;
+
+pub(super) const TASKS: &str = r#"
+  task fail;
+    begin
+      if (!failed) $display("  round %0d, +gaps=%0d +seed=%0d", round, gaps, seed);
+      failed = 1'b1;
+`ifdef __ICARUS__
+      $finish_and_return(1);
+`else
+      $fatal(1);
+`endif
+    end
+  endtask
+
+  // Clocks of a pause of the bus.
+  integer pause;
+  task draw_pause;
+    begin
+      pause = 0;
+      bus_drawn = after(bus_drawn);
+      while (bus_drawn[30:8] % 100 < gaps && pause < 12) begin
+        pause = pause + 1;
+        bus_drawn = after(bus_drawn);
+      end
+    end
+  endtask
+
+  // The bus moves at falling edges, so that its order with the registers' clock edge does not matter.
+  integer waited;
+  integer address_wait;
+  integer data_wait;
+  reg has_address;
+  reg has_data;
+  reg meets;
+  reg meets_data;
+  reg [1:0] response;
+  task write(input [11:0] address, input [31:0] data, input [3:0] strobe, input [1:0] expected);
+    begin
+      has_address = 1'b0;
+      has_data = 1'b0;
+      draw_pause;
+      address_wait = pause;
+      draw_pause;
+      data_wait = pause;
+      waited = 0;
+      while (!failed && !(has_address && has_data)) begin
+        if (waited == address_wait) begin
+          s_axil_awaddr = address;
+          s_axil_awvalid = 1'b1;
+        end
+        if (waited == data_wait) begin
+          s_axil_wdata = data;
+          s_axil_wstrb = strobe;
+          s_axil_wvalid = 1'b1;
+        end
+        meets = s_axil_awvalid && s_axil_awready === 1'b1;
+        meets_data = s_axil_wvalid && s_axil_wready === 1'b1;
+        @(negedge clk);
+        // Afterwards the payload is another one, which must not be taken.
+        if (meets) begin
+          has_address = 1'b1;
+          s_axil_awvalid = 1'b0;
+          s_axil_awaddr = ~address;
+        end
+        if (meets_data) begin
+          has_data = 1'b1;
+          s_axil_wvalid = 1'b0;
+          s_axil_wdata = ~data;
+          s_axil_wstrb = ~strobe;
+        end
+        waited = waited + 1;
+        if (!failed && waited > 1000) begin
+          $display("FAIL: a write to %h was not taken", address);
+          fail;
+        end
+      end
+      draw_pause;
+      repeat (pause) @(negedge clk);
+      s_axil_bready = 1'b1;
+      meets = 1'b0;
+      waited = 0;
+      while (!failed && !meets) begin
+        meets = s_axil_bvalid === 1'b1;
+        response = s_axil_bresp;
+        @(negedge clk);
+        waited = waited + 1;
+        if (!failed && waited > 1000) begin
+          $display("FAIL: a write to %h has no response", address);
+          fail;
+        end
+      end
+      s_axil_bready = 1'b0;
+      if (!failed && response !== expected) begin
+        $display("FAIL: a write to %h has the response %0d, expected %0d", address, response, expected);
+        fail;
+      end
+    end
+  endtask
+
+  reg [31:0] word;  // that was read
+  task read(input [11:0] address, input [1:0] expected);
+    begin
+      draw_pause;
+      repeat (pause) @(negedge clk);
+      s_axil_araddr = address;
+      s_axil_arvalid = 1'b1;
+      meets = 1'b0;
+      waited = 0;
+      while (!failed && !meets) begin
+        meets = s_axil_arready === 1'b1;
+        @(negedge clk);
+        waited = waited + 1;
+        if (!failed && waited > 1000) begin
+          $display("FAIL: a read of %h was not taken", address);
+          fail;
+        end
+      end
+      s_axil_arvalid = 1'b0;
+      s_axil_araddr = ~address;
+      draw_pause;
+      repeat (pause) @(negedge clk);
+      s_axil_rready = 1'b1;
+      meets = 1'b0;
+      waited = 0;
+      while (!failed && !meets) begin
+        meets = s_axil_rvalid === 1'b1;
+        response = s_axil_rresp;
+        word = s_axil_rdata;
+        @(negedge clk);
+        waited = waited + 1;
+        if (!failed && waited > 1000) begin
+          $display("FAIL: a read of %h has no response", address);
+          fail;
+        end
+      end
+      s_axil_rready = 1'b0;
+      if (!failed && response !== expected) begin
+        $display("FAIL: a read of %h has the response %0d, expected %0d", address, response, expected);
+        fail;
+      end
+    end
+  endtask
+
+  task check(input [11:0] address, input [31:0] expected);
+    begin
+      if (!failed) read(address, OKAY);
+      if (!failed && word !== expected) begin
+        $display("FAIL: register %h is %h, expected %h", address, word, expected);
+        fail;
+      end
+    end
+  endtask
+"#;
+
+pub(super) const STREAMS: &str = r#"
+  always @(posedge clk) if (!failed) begin
+"#;
+
+pub(super) const OFFER: &str = r#"    if (!rst_n) begin
+      if (@NAME@_tready !== 1'b0 && $time > 0) begin
+        $display("FAIL: @NAME@_tready is %b in reset", @NAME@_tready);
+        fail;
+      end
+      @NAME@_at <= 0;
+      @NAME@_tvalid <= 1'b0;
+    end else begin
+      @NAME@_next = @NAME@_at;
+      if (@NAME@_tvalid && @NAME@_tready === 1'b1) begin
+        @NAME@_next = @NAME@_at + 1;
+        quiet = 0;
+      end
+      drawn = after(drawn);
+      @NAME@_at <= @NAME@_next;
+      @NAME@_tvalid <= @NAME@_next < @COUNT@
+        && (drawn[30:8] % 100 >= gaps || (@NAME@_tvalid && @NAME@_next == @NAME@_at));
+    end
+"#;
+
+pub(super) const TAKE: &str = r#"    drawn = after(drawn);
+    if (!rst_n) begin
+      @NAME@_at = 0;
+      @NAME@_held = 1'b0;
+      @NAME@_tready <= 1'b0;
+    end else begin
+      if (@NAME@_tvalid !== 1'b0 && @NAME@_tvalid !== 1'b1) begin
+        $display("FAIL: @NAME@_tvalid is %b", @NAME@_tvalid);
+        fail;
+      end else if (@NAME@_held && !@NAME@_tvalid) begin
+        $display("FAIL: @NAME@_tvalid fell before beat %0d was taken", @NAME@_at);
+        fail;
+      end else if (@NAME@_tvalid && @NAME@_at == @COUNT@) begin
+        $display("FAIL: a surplus beat of @NAME@");
+        fail;
+      end else if (@NAME@_tvalid && @NAME@_found !== @NAME@_words[@NAME@_at]) begin
+        $display("FAIL: beat %0d of @NAME@ is %h, expected %h", @NAME@_at, @NAME@_found,
+          @NAME@_words[@NAME@_at]);
+        fail;
+      end
+      @NAME@_held = @NAME@_tvalid && !@NAME@_tready;
+      if (@NAME@_tvalid && @NAME@_tready) begin
+        @NAME@_at = @NAME@_at + 1;
+        quiet = 0;
+      end
+      @NAME@_tready <= drawn[30:8] % 100 >= gaps;
+    end
+"#;
+
+pub(super) const MAIN: &str = r#"
+  task reset;
+    begin
+      rst_n = 1'b0;
+      repeat (4) @(negedge clk);
+      if (!failed && {s_axil_awready, s_axil_wready, s_axil_arready, s_axil_bvalid, s_axil_rvalid, irq} !== 6'd0)
+      begin
+        $display("FAIL: the bus or irq is not low in reset");
+        fail;
+      end
+      rst_n = 1'b1;
+      @(negedge clk);
+    end
+  endtask
+
+  reg gu_runs;
+  reg vu_runs;
+  task run_round;
+    begin
+      gu_runs = round < GU_JOBS;
+      vu_runs = round < VU_JOBS;
+      gu_job = gu_runs ? round : 0;
+      vu_job = vu_runs ? round : 0;
+      write(CONTROL, CONTROL_CLEAR, 4'hf, OKAY);
+      write(IRQ_ENABLE, IRQ_STATUS_GU_DONE | IRQ_STATUS_VU_DONE, 4'hf, OKAY);
+      if (gu_runs) gu_begin;
+      if (vu_runs) vu_begin;
+      if (cut != 0) begin
+        repeat (cut) @(negedge clk);
+        cut = 0;
+        reset;
+        check_registers;
+      end else begin
+        // A job of no packets is refused while another runs.
+        write(GU_PACKETS, 32'd0, 4'hf, OKAY);
+        write(CONTROL, CONTROL_GU_START, 4'hf, OKAY);
+        read(IRQ_STATUS, OKAY);
+        if (!failed && (word & IRQ_STATUS_GU_REFUSED) == 0) begin
+          $display("FAIL: a start for no packets was not refused");
+          fail;
+        end
+        write(IRQ_STATUS, IRQ_STATUS_GU_REFUSED, 4'h1, OKAY);
+        while (!failed && (gu_runs || vu_runs)) wait_for_done;
+        finish_round;
+      end
+    end
+  endtask
+
+  task wait_for_done;
+    begin
+      quiet = 0;
+      while (!failed && irq !== 1'b1) begin
+        @(negedge clk);
+        quiet = quiet + 1;
+        if (quiet > PATIENCE) begin
+          $display("FAIL: no interrupt, and no beat for %0d clocks", quiet);
+          fail;
+        end
+      end
+      read(IRQ_STATUS, OKAY);
+      write(IRQ_STATUS, word, 4'hf, OKAY);
+      if (!failed && (word & ~(IRQ_STATUS_GU_DONE | IRQ_STATUS_VU_DONE)) != 0) begin
+        $display("FAIL: events %b", word);
+        fail;
+      end
+      if (!failed && (word & (IRQ_STATUS_GU_DONE | IRQ_STATUS_VU_DONE)) == 0) begin
+        $display("FAIL: an interrupt without an event");
+        fail;
+      end
+      if ((word & IRQ_STATUS_GU_DONE) != 0) gu_runs = 1'b0;
+      if ((word & IRQ_STATUS_VU_DONE) != 0) vu_runs = 1'b0;
+      repeat (2) @(negedge clk);
+    end
+  endtask
+
+  task finish_round;
+    begin
+      check(STATUS, STATUS_GU_IDLE | STATUS_VU_IDLE);
+      check(GU_LEFT, 32'd0);
+      check(VU_LEFT, 32'd0);
+      write(CONTROL, CONTROL_SNAPSHOT, 4'hf, OKAY);
+      if (round < GU_JOBS) gu_check;
+      if (round < VU_JOBS) vu_check;
+      // Nor is a job of no packets begun while nothing runs.
+      write(VU_PACKETS, 32'd0, 4'hf, OKAY);
+      write(CONTROL, CONTROL_GU_START | CONTROL_VU_START, 4'hf, OKAY);
+      check(STATUS, STATUS_GU_IDLE | STATUS_VU_IDLE);
+      check(IRQ_STATUS, IRQ_STATUS_GU_REFUSED | IRQ_STATUS_VU_REFUSED);
+      write(IRQ_STATUS, 32'hffffffff, 4'hf, OKAY);
+      round = round + 1;
+    end
+  endtask
+
+  integer file;
+  reg [8*256-1:0] dump;
+  initial begin
+    if (!$value$plusargs("gaps=%d", gaps)) gaps = 0;
+    if (!$value$plusargs("seed=%d", seed)) seed = 1;
+    if (gaps < 0 || gaps > 95) begin
+      $display("FAIL: +gaps=%0d: expected 0 to 95", gaps);
+      fail;
+    end
+    drawn = after(32'h9e3779b9 ^ (seed << 4)) | 32'd1;
+    bus_drawn = after(drawn);
+    if (gaps > 0) cut = 20 + drawn[13:8];
+    if ($value$plusargs("dump=%s", dump)) begin
+      $dumpfile(dump);
+      $dumpvars;
+    end else if ($test$plusargs("dump")) begin
+      $dumpvars;
+    end
+"#;
+
+pub(super) const FILE: &str = r#"    file = $fopen("@FILE@", "r");
+    if (file == 0) begin
+      if (!failed) $display("FAIL: @FILE@ is missing: run in the folder of the .hex files");
+      fail;
+    end else begin
+      $fclose(file);
+      $readmemh("@FILE@", @NAME@_words);
+      if (^@NAME@_words[@LAST@] === 1'bx) begin
+        if (!failed) $display("FAIL: @FILE@ has fewer words than this bench reads");
+        fail;
+      end
+    end
+"#;
+
+pub(super) const RUN: &str = r#"
+    @(negedge clk);
+    reset;
+    check_registers;
+    while (!failed && (round < GU_JOBS || round < VU_JOBS)) run_round;
+    repeat (40) @(negedge clk);
+    if (!failed) begin
+      $display("PASS: potamoi_npu_ext, %0d gathering and %0d vector jobs, +gaps=%0d +seed=%0d",
+        GU_JOBS, VU_JOBS, gaps, seed);
+      failed = 1'b1;
+      $finish(0);
+    end
+  end
+endmodule
+`default_nettype wire
+"#;
