@@ -31,7 +31,7 @@ LAYOUT = json.loads(Path(os.environ["NPU_LAYOUT"]).read_text(encoding="utf-8"))
 MAP = json.loads((FOLDER / "registers" / "potamoi_npu.json").read_text(encoding="utf-8"))
 REGISTERS = {own["name"]: own for own in MAP["registers"]}
 # Clocks after which a job counts as hanging.
-PATIENCE = 400_000
+PATIENCE = 20_000
 
 
 def mask(register, field):
@@ -205,7 +205,7 @@ async def finish(master, own):
     assert await master.read(f"{short}_ERRORS") == own["job"]["stat_errors"]
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=4, timeout_unit="ms")
 async def registers_after_reset(dut):
     """Every register has its reset value; other addresses and read-only registers refuse."""
     master = Master(dut)
@@ -224,7 +224,7 @@ async def registers_after_reset(dut):
     assert await master.read("GU_PACKETS") == 0x01EE0304
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=4, timeout_unit="ms")
 async def all_jobs(dut):
     """The jobs of both units, one after the other."""
     master = Master(dut)
@@ -237,7 +237,7 @@ async def all_jobs(dut):
         await finish(master, own)
 
 
-@cocotb.test()
+@cocotb.test(timeout_time=4, timeout_unit="ms")
 async def reset_in_a_job(dut):
     """A job that a reset cuts off at any clock is forgotten, and the next one is right."""
     master = Master(dut)
