@@ -84,6 +84,8 @@ class Master:
 
     def __init__(self, dut):
         self.dut = dut
+        # Packets that each sink had when the last interrupt came.
+        self.received = {}
         generator = random.Random(SEED)
         cocotb.start_soon(Clock(dut.clk, 10, unit="ns").start())
         reset = {"reset": dut.rst_n, "reset_active_level": False}
@@ -133,6 +135,7 @@ class Master:
             await RisingEdge(self.dut.clk)
         else:
             raise AssertionError(f"no interrupt in {PATIENCE} clocks")
+        self.received = {name: sink.count() for name, sink in self.sinks.items()}
         events = await self.read("IRQ_STATUS")
         await self.write("IRQ_STATUS", events)
         return events
@@ -191,7 +194,9 @@ async def begin(master, own):
 async def finish(master, own):
     """Compares what a job gave: frames, counters, flags."""
     sink = master.sinks[own["output"]]
-    for frame in packets(own["expected"], own["output"]):
+    frames = packets(own["expected"], own["output"])
+    assert master.received[own["output"]] == len(frames), "the interrupt came before the last packet"
+    for frame in frames:
         found = await with_timeout(sink.recv(compact=False), 1, "ms")
         assert found.tdata == frame.tdata, own["output"]
         assert list(found.tkeep) == list(frame.tkeep), own["output"]
