@@ -40,6 +40,7 @@ test-full: setup
 	@tools/setup oracles
 	@tools/setup registers
 	@tools/setup cocotb
+	@tools/setup linters
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,documentation and its links)
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --workspace

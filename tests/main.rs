@@ -17,6 +17,7 @@ mod machine;
 mod model;
 mod render;
 mod rtl_out;
+mod rtl_tools;
 mod synth;
 mod verify;
 mod warp;

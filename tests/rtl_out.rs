@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Presets by name: what lies in `configs`.
-fn presets() -> Vec<String> {
+pub(crate) fn presets() -> Vec<String> {
     let files = std::fs::read_dir(root().join("configs")).unwrap();
     let mut names: Vec<String> = files
         .map(|f| f.unwrap().path().file_stem().unwrap().display().to_string())
@@ -20,7 +20,7 @@ fn presets() -> Vec<String> {
     names
 }
 
-fn emit(preset: &str, out: &Path) {
+pub(crate) fn emit(preset: &str, out: &Path) {
     let done = Command::new(env!("CARGO_BIN_EXE_potamoi"))
         .args(["--config", preset, "emit", "--out-dir"])
         .arg(out)

@@ -38,9 +38,9 @@ module vector_lane (
   // Element-wise operations
   wire [31:0] relu = a[31] ? 32'd0 : a;
   wire [32:0] sum = {a[31], a} + {b[31], b};
-  wire [63:0] product = $signed({{32{a[31]}}, a}) * $signed({{32{b[31]}}, b});
-  wire [63:0] a_square = $signed({{32{a[31]}}, a}) * $signed({{32{a[31]}}, a});
-  wire [63:0] b_square = $signed({{32{b[31]}}, b}) * $signed({{32{b[31]}}, b});
+  wire [63:0] product = $unsigned($signed({{32{a[31]}}, a}) * $signed({{32{b[31]}}, b}));
+  wire [63:0] a_square = $unsigned($signed({{32{a[31]}}, a}) * $signed({{32{a[31]}}, a}));
+  wire [63:0] b_square = $unsigned($signed({{32{b[31]}}, b}) * $signed({{32{b[31]}}, b}));
   wire [64:0] exact_next = (code == OP_SQUARE_SUM) ? ({a_square[63], a_square} + {b_square[63],
       b_square}) : (code == OP_MULTIPLY) ? {product[63], product} : (code == OP_ADD) ?
       {{32{sum[32]}}, sum} : (code == OP_RELU) ? {{33{relu[31]}}, relu} : (code == OP_PASS) ?
@@ -104,7 +104,7 @@ module vector_lane (
 
   // Result stage
   wire [65:0] exact_doubled = {exact, 1'b0};
-  wire [65:0] shifted = $signed(exact_doubled) >>> shift;
+  wire [65:0] shifted = $unsigned($signed(exact_doubled) >>> shift);
   wire [64:0] floor = shifted[65:1];
   wire [63:0] dropped_bits = ~(64'hffffffffffffffff << shift);
   wire round_up = ((rounding == 2'd1) & shifted[0]) | ((rounding == 2'd2) & shifted[0] &

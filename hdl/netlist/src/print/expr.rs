@@ -107,10 +107,10 @@ impl<'a> Exprs<'a> {
                 format!("{} << {}", self.inside(*a, "<<"), self.inside(*n, "<<")),
                 "<<",
             ),
-            Op::Shr(a, n) if node.ty.signed => op(
-                format!("{} >>> {}", self.signed(*a), self.inside(*n, ">>")),
-                ">>>",
-            ),
+            Op::Shr(a, n) if node.ty.signed => {
+                let (value, amount) = (self.signed(*a), self.inside(*n, ">>"));
+                atom(format!("$unsigned({value} >>> {amount})"))
+            }
             Op::Shr(a, n) => op(
                 format!("{} >> {}", self.inside(*a, ">>"), self.inside(*n, ">>")),
                 ">>",
@@ -148,7 +148,7 @@ impl<'a> Exprs<'a> {
         // Both forms give the same bits; the signed one synthesises to a
         // multiplier of the operands' own widths.
         if ty.signed && ty.width <= WIDEST_SIGNED_PRODUCT {
-            op(format!("$signed({x}) * $signed({y})"), "*")
+            atom(format!("$unsigned($signed({x}) * $signed({y}))"))
         } else {
             op(format!("{x} * {y}"), "*")
         }

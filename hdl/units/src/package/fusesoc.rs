@@ -4,6 +4,21 @@ use std::fmt::Write as _;
 
 use super::{Package, Unit};
 
+/// Plusargs of the benches.
+const PARAMETERS: &str = "
+parameters:
+  gaps:
+    datatype: int
+    default: 0
+    description: Percentage of clocks in which sources and sinks pause
+    paramtype: plusarg
+  seed:
+    datatype: int
+    default: 1
+    description: Seed of the pauses
+    paramtype: plusarg
+";
+
 pub(super) fn text(package: &Package) -> String {
     let mut text = String::from("CAPI=2:\n");
     text += &package.head("#");
@@ -16,6 +31,7 @@ pub(super) fn text(package: &Package) -> String {
     for unit in &package.units {
         filesets(&mut text, unit);
     }
+    text += PARAMETERS;
     text += "\ntargets:\n  default:\n    filesets:\n";
     for unit in &package.units {
         let _ = writeln!(text, "      - {}", unit.name);
@@ -55,28 +71,25 @@ fn targets(text: &mut String, unit: &Unit) {
         text,
         "  lint_{name}:
     description: Verilator without a waiver
-    default_tool: verilator
     filesets:
 {parts}    toplevel: {top}
-    tools:
-      verilator:
-        mode: lint-only
-        verilator_options: [-Wall]
+    flow: lint
+    flow_options:
+      tool: verilator
+      verilator_options: [-Wall]
   sim_{name}:
-    description: Golden vectors, with --tool=icarus or --tool=verilator
-    default_tool: icarus
+    description: Golden vectors; with Verilator after --tool=verilator
     filesets:
 {parts}      - {name}_bench
     toplevel: {name}_tb
     parameters:
       - gaps
       - seed
-    tools:
-      icarus:
-        iverilog_options: [-g2005, -Wall, -Wno-timescale]
-      verilator:
-        mode: binary
-        verilator_options: [--timing, --trace, -Wno-fatal, -Wno-lint, -Wno-WIDTH]
+    flow: sim
+    flow_options:
+      tool: icarus
+      iverilog_options: [-g2005, -Wall, -Wno-timescale]
+      verilator_options: [--binary, --timing, --trace, -Wno-fatal, -Wno-lint, -Wno-WIDTH]
 "
     );
 }

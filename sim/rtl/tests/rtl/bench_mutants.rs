@@ -50,8 +50,8 @@ const MUTANTS: &[Mutant] = &[
         "two lanes swapped",
         "gathering_unit.v",
         [
-            "s1_features0[16 * (8 * port + lane) +: 16]",
-            "s1_features0[16 * (8 * port + (lane ^ 1)) +: 16]",
+            "s1_features0[16 * lane +: 16]",
+            "s1_features0[16 * (lane ^ 1) +: 16]",
         ],
         "m_axis_feat_tdata",
     ),
