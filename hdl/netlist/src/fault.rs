@@ -94,6 +94,7 @@ impl Fault {
             macro_hook: module.macro_hook,
             no_read_during_write: module.no_read_during_write,
             registers: module.registers,
+            checks: module.checks.clone(),
         };
         for instance in &mut copy.instances {
             instance.module = self.rebuild(&instance.module, done, found)?;

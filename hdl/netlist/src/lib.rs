@@ -12,6 +12,7 @@
 //! | print loops and indices instead of repetition | [`ModuleBuilder::array`], `transpose`, `indexed`, `as_values` |
 //! | run it, cycle by cycle | [`Interpreter`] |
 //! | bound the error of dropped bits over sets of inputs | [`IntervalInterpreter`] |
+//! | state what always holds, for proofs and simulation | [`ModuleBuilder::begin_checks`], `assert`, `assume`, `cover` |
 //! | inject a fault | [`Fault`] |
 //! | tell whether it has changed | [`Module::digest`] |
 //!
@@ -42,6 +43,7 @@
 
 mod builder;
 mod check;
+mod checks;
 mod digest;
 mod error_analysis;
 mod fault;
@@ -61,6 +63,7 @@ use std::fmt;
 use thiserror::Error;
 
 pub use builder::{Feed, InstanceArray, ModuleBuilder};
+pub use checks::{CheckInfo, CheckKind};
 pub use digest::Digest;
 pub use error_analysis::IntervalInterpreter;
 pub use fault::{Change, Fault, FaultError};
@@ -68,7 +71,7 @@ pub use interpret::{InterpretError, Interpreter, PortHandle};
 pub use memories::MemoryMacro;
 pub use node::{Binary, Op, Unary};
 pub use node::{Instance, MemId, Signal, Ty};
-pub use print::{Header, verilog};
+pub use print::{Header, check_modules, verilog};
 pub use range::Interval;
 pub(crate) use range::ModuleRanges;
 pub use range::{Ranges, ranges};
@@ -98,6 +101,7 @@ pub struct Module {
     /// Whether what a read returns of a word that is written at the same edge does not matter.
     pub(crate) no_read_during_write: bool,
     pub(crate) registers: bool,
+    pub(crate) checks: checks::Checks,
 }
 
 /// Description of a port.

@@ -1,9 +1,7 @@
 //! Small circuits used by both units.
 
-use std::sync::Arc;
-
 use num_bigint::BigInt;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 /// Width in bits of a number from 0 to n.
 #[must_use]
@@ -83,42 +81,6 @@ pub(crate) fn wrapping(m: &mut ModuleBuilder, index: Signal, end: Signal) -> Sig
     let next = plus_one(m, index);
     let zero = m.lit(0, index.ty());
     m.mux(last, zero, next)
-}
-
-/// A FIFO that offers its oldest word while it holds one. The writer keeps track of the free space.
-///
-/// # Errors
-/// The netlist's own checks.
-pub(crate) fn fifo(name: &str, depth: u32, width: u32) -> Result<Arc<Module>, IrErrors> {
-    let mut m = ModuleBuilder::new(name);
-    m.doc(&format!(
-        "FIFO of {depth} words of {width} bits. The writer sees to it that there is room."
-    ));
-    let push = m.input("push", Ty::bit(), "takes push_data at the clock edge");
-    let push_data = m.input("push_data", Ty::u(width), "");
-    let pop = m.input("pop", Ty::bit(), "drops the word that is offered");
-    let pointer = Ty::u(bits_for(depth - 1));
-    let mem = m.memory("mem", depth, width, "");
-    let write_pointer = m.reg("write_pointer", pointer, 0);
-    let read_pointer = m.reg("read_pointer", pointer, 0);
-    let count = m.reg("count", Ty::u(bits_for(depth)), 0);
-    m.mem_write(mem, push, write_pointer, push_data);
-    let end = m.param("LAST_WORD", depth - 1, pointer, "");
-    let next = wrapping(&mut m, write_pointer, end);
-    m.set_next_if(write_pointer, push, next);
-    let next = wrapping(&mut m, read_pointer, end);
-    m.set_next_if(read_pointer, pop, next);
-    let one = m.lit(1, count.ty());
-    let more = m.add(count, one);
-    let less = m.sub(count, one);
-    let changes = m.xor(push, pop);
-    let changed = m.mux(push, more, less);
-    m.set_next_if(count, changes, changed);
-    let data = m.mem_read_async(mem, read_pointer);
-    let valid = m.any(count);
-    m.output("valid", valid, "data holds a word");
-    m.output("data", data, "");
-    m.finish()
 }
 
 /// Each bit of a vector so many times.

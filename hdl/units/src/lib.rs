@@ -19,6 +19,7 @@ pub mod array_mac;
 mod circuits;
 pub mod emit;
 pub mod exponential;
+mod fifo;
 pub mod gathering_unit;
 mod memory;
 pub mod memory_list;

@@ -1,6 +1,7 @@
 //! Builds a module node by node.
 
 mod array;
+mod checks;
 mod choice;
 mod contract;
 mod instance;
@@ -17,6 +18,7 @@ pub use array::{Feed, InstanceArray};
 
 use super::node::{Node, Op, Port, Signal, Ty};
 use super::{IrError, IrErrors, Module, check};
+use crate::checks::Checks;
 
 /// Builds one module. Misuse never panics: it is recorded, a well-typed placeholder is returned,
 /// and [`ModuleBuilder::finish`] reports it.
@@ -25,6 +27,8 @@ pub struct ModuleBuilder {
     module: Module,
     errors: Vec<IrError>,
     section: usize,
+    /// The first node that only checks use.
+    first_ghost: Option<usize>,
     /// Whether each node is made of constants only.
     fixed: Vec<bool>,
 }
@@ -50,9 +54,11 @@ impl ModuleBuilder {
                 macro_hook: false,
                 no_read_during_write: false,
                 registers: false,
+                checks: Checks::default(),
             },
             errors: vec![],
             section: 0,
+            first_ghost: None,
             fixed: vec![],
         }
     }
@@ -177,6 +183,11 @@ impl ModuleBuilder {
     }
 
     fn port(&mut self, name: &str, s: Signal, output: bool, doc: &str) {
+        if self.first_ghost.is_some() {
+            let kind = if output { "output" } else { "input" };
+            self.fail(name, format!("{kind} after begin_checks"));
+            return;
+        }
         self.module.ports.push(Port {
             name: name.to_owned(),
             node: s.id,
@@ -260,10 +271,20 @@ impl ModuleBuilder {
     /// # Errors
     /// All recorded misuse, and all faults found by the checks.
     pub fn finish(mut self) -> Result<Arc<Module>, IrErrors> {
+        let of_ghosts = self.part_from_ghosts();
         let mut errors = self.errors;
+        errors.extend(of_ghosts);
         (self.module.clocked, self.module.registers) = check::state(&self.module);
         if errors.is_empty() {
             errors = check::check(&self.module);
+        }
+        if !self.module.registers && !self.module.checks.list.is_empty() {
+            errors.push(IrError {
+                module: self.module.name.clone(),
+                node: "checks".to_owned(),
+                problem: "the module has no register, and so no reset to check after: check its parent"
+                    .to_owned(),
+            });
         }
         if errors.is_empty() {
             Ok(Arc::new(self.module))

@@ -1,6 +1,7 @@
 //! Prints modules as Verilog-2005.
 
 mod arrays;
+mod checks;
 mod clocked;
 mod expr;
 mod instances;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 use super::Module;
 use super::node::{Node, Op};
 use super::repetition::picked;
+pub use checks::check_modules;
 use expr::{Exprs, constant};
 use wrap::wrap;
 
@@ -33,18 +35,23 @@ pub struct Header {
 #[must_use]
 pub fn verilog(top: &Arc<Module>, header: &Header) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
-    print_below(top, header, &mut files);
+    print_below(top, header, true, &mut files);
     files
 }
 
-fn print_below(module: &Module, header: &Header, files: &mut BTreeMap<String, String>) {
+fn print_below(
+    module: &Module,
+    header: &Header,
+    top: bool,
+    files: &mut BTreeMap<String, String>,
+) {
     let file = format!("{}.v", module.name);
     if files.contains_key(&file) {
         return;
     }
-    files.insert(file, Printer::new(module).print(header));
+    files.insert(file, Printer::new(module).print(header, top));
     for inst in &module.instances {
-        print_below(&inst.module, header, files);
+        print_below(&inst.module, header, false, files);
     }
 }
 
@@ -122,7 +129,7 @@ impl<'a> Printer<'a> {
         let _ = writeln!(self.text, "{}", wrap(text, indent));
     }
 
-    fn print(mut self, header: &Header) -> String {
+    fn print(mut self, header: &Header, top: bool) -> String {
         self.header(header);
         self.ports();
         if self.module.macro_hook {
@@ -131,6 +138,7 @@ impl<'a> Printer<'a> {
             self.localparams();
             self.body();
         }
+        self.checks(top);
         self.line(0, "endmodule");
         self.text.push_str("\n`default_nettype wire\n");
         self.text

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::Module;
 use crate::check::{live, read_memories};
+use crate::checks::Source;
 use crate::node::{Binary, Op, Unary};
 use crate::repetition::picked;
 
@@ -78,6 +79,50 @@ impl<'a> Names<'a> {
             .map(|(enable, address, data)| [*enable, *address, *data])
     }
 
+    /// Names of what only checks use, in a module with their ghosts among its nodes, which has the
+    /// names of `hardware` otherwise.
+    pub(super) fn of_checks(joined: &'a Module, hardware: &Names<'_>) -> Self {
+        let mut of = hardware.of.clone();
+        of.resize(joined.nodes.len(), None);
+        for (id, node) in joined.nodes.iter().enumerate().skip(hardware.of.len()) {
+            if let Op::InstanceOut(instance, port) = node.op {
+                let of_it = |n: &crate::node::Node| matches!(n.op, Op::InstanceOut(i, p) if (i, p) == (instance, port));
+                let known = joined.nodes[..hardware.of.len()].iter().position(of_it);
+                let known = known.and_then(|known| hardware.of[known].clone());
+                let child = &joined.instances[instance];
+                let unread = format!("unused_{}_{}", child.name, child.module.ports[port].name);
+                of[id] = Some(known.unwrap_or(unread));
+            }
+        }
+        let mut live = vec![false; joined.nodes.len()];
+        let mut queue: Vec<usize> = joined.checks.list.iter().map(|c| c.node).collect();
+        while let Some(id) = queue.pop() {
+            let known = of[id].is_some();
+            if known || std::mem::replace(&mut live[id], true) {
+                continue;
+            }
+            let op = &joined.nodes[id].op;
+            queue.extend(op.operands());
+            queue.extend(op.edge_operands());
+            let source = joined.checks.sources.get(&id);
+            queue.extend(source.into_iter().flat_map(Source::operands));
+        }
+        let mut this = Self {
+            module: joined,
+            read: vec![false; joined.memories.len()],
+            in_array: in_array(joined),
+            live,
+            of,
+        };
+        let mut taken = this.reserved();
+        taken.extend(this.of.iter().flatten().cloned());
+        taken.extend(joined.nodes.iter().filter_map(|n| n.name.clone()));
+        let fixed = ["checking", "check_reset", "unused_checks"];
+        taken.extend(fixed.map(str::to_owned));
+        this.assign_from(&this.needs(), taken);
+        this
+    }
+
     fn needs(&self) -> Needs {
         let nodes = &self.module.nodes;
         let mut uses = vec![0u32; nodes.len()];
@@ -147,7 +192,13 @@ impl<'a> Names<'a> {
     }
 
     fn assign(&mut self, needs: &Needs) {
-        let nodes = &self.module.nodes;
+        let mut taken = self.reserved();
+        taken.extend(self.module.nodes.iter().filter_map(|n| n.name.clone()));
+        self.assign_from(needs, taken);
+    }
+
+    /// Names of ports, memories, instances and loops.
+    fn reserved(&self) -> BTreeSet<String> {
         let mut taken: BTreeSet<String> = ["clk", "rst_n", "unused_ok"].map(str::to_owned).into();
         taken.extend(self.module.ports.iter().map(|p| p.name.clone()));
         taken.extend(self.module.memories.iter().map(|m| m.name.clone()));
@@ -156,12 +207,18 @@ impl<'a> Names<'a> {
             taken.insert(array.name.clone());
             taken.extend(array.loops.iter().map(|(variable, _)| variable.clone()));
         }
-        taken.extend(nodes.iter().filter_map(|n| n.name.clone()));
         for of in &self.module.transposed {
             taken.extend([of.rows.0.clone(), of.columns.0.clone()]);
         }
+        taken
+    }
+
+    /// Names what has no name yet.
+    fn assign_from(&mut self, needs: &Needs, mut taken: BTreeSet<String>) {
+        let nodes = &self.module.nodes;
         for (id, node) in nodes.iter().enumerate() {
-            if !self.live[id] && !matches!(node.op, Op::Input) {
+            let printed = self.live[id] || matches!(node.op, Op::Input);
+            if !printed || self.of[id].is_some() {
                 continue;
             }
             if let Some(name) = &node.name {

@@ -8,9 +8,16 @@ use crate::node::Op;
 
 /// Unread parts of identifiers, which go into a sink to satisfy linters.
 pub(super) fn unread(names: &Names<'_>) -> Vec<String> {
+    let all: Vec<usize> = (0..names.module.nodes.len()).collect();
+    unread_of(names, &all)
+}
+
+/// Unread parts of these nodes.
+pub(super) fn unread_of(names: &Names<'_>, ids: &[usize]) -> Vec<String> {
     let mut parts = vec![];
     let used = used(names);
-    for (id, node) in names.module.nodes.iter().enumerate() {
+    for id in ids.iter().copied() {
+        let node = &names.module.nodes[id];
         let Some(name) = names.ident(id) else {
             continue;
         };

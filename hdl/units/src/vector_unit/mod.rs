@@ -3,6 +3,7 @@
 mod acceptance;
 mod alu;
 mod bound;
+mod checks;
 mod exponential;
 mod lane;
 mod lane_control;

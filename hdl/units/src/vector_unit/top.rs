@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VECTOR_UNIT;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::acceptance::{Acceptance, Inputs};
+use super::checks::vector_unit_checks;
 use super::exponential::form;
 use super::lane::lane;
 use super::lanes::{LaneSignals, lanes};
@@ -14,7 +15,8 @@ use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Sequence, passes, sequence};
 use super::timing::Timing;
-use crate::circuits::{counter, fifo, is, repeated, sticky};
+use crate::circuits::{counter, is, repeated, sticky};
+use crate::fifo::fifo;
 
 /// Builds the vector unit for a configuration.
 ///
@@ -74,11 +76,13 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.section("Outputs");
     results.outputs(m, config.vu.lanes, accepted.ready);
     counted.outputs(m);
+    vector_unit_checks(m, results.fifo, timing.depth, timing.longest);
     builder.finish()
 }
 
 /// The FIFO of results.
 struct Results {
+    fifo: Instance,
     offered: Signal,
     out: Signal,
 }
@@ -107,7 +111,7 @@ impl Results {
         let next = m.mux(accepted.accept, more, less);
         let changes = m.xor(accepted.accept, pop);
         m.set_next_if(inside, changes, next);
-        Ok(Self { offered, out })
+        Ok(Self { fifo, offered, out })
     }
 
     fn outputs(&self, m: &mut ModuleBuilder, lanes: u32, ready: Signal) {

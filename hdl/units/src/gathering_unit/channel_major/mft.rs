@@ -15,6 +15,7 @@ use super::row_position::RowPosition;
 use super::split_banks::SplitBanks;
 use crate::circuits::{bits_for, plus_one};
 use crate::gathering_unit::parity::block::block;
+use crate::gathering_unit::shared::table_checks::table_checks;
 use crate::gathering_unit::shared::table_halves::TableHalves;
 use crate::memory::{Size, halves, suffix};
 
@@ -97,6 +98,7 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         written.overflow,
         "a row past the MVoxel's rows is dropped",
     );
+    table_checks(m);
     builder.finish()
 }
 

@@ -2,6 +2,7 @@
 //! in a cycle without bank conflicts. The parity organisation is the same unit with a cell's eight
 //! vertices instead of one.
 
+mod checks;
 mod inputs;
 mod issue;
 mod mft;

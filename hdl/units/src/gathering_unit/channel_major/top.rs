@@ -6,6 +6,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
+use super::checks::{Parts, gathering_unit_checks};
 use super::inputs::Inputs;
 use super::issue::{Below, Issue};
 use super::product_stages::{Summed, summed};
@@ -60,6 +61,11 @@ pub(in crate::gathering_unit) fn channel_major(config: &Config) -> Result<Arc<Mo
         ],
     );
     outputs(m, config, &inputs.io, &stats, (errors, idle), below);
+    let parts = Parts {
+        rit: issue.rit,
+        fifo: stream.fifo,
+    };
+    gathering_unit_checks(m, config, &parts);
     builder.finish()
 }
 

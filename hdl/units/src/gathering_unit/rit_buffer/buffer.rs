@@ -9,6 +9,7 @@ use std::sync::Arc;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Ty};
 
+use super::checks::rit_buffer_checks;
 use super::reader_data::stage_data;
 use crate::gathering_unit::shared::rit_reader::Reader;
 use crate::gathering_unit::shared::rit_shape::{Halves, Shape};
@@ -112,5 +113,6 @@ pub(crate) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         write.errors,
         "{too large to keep, bytes or tuser not as they must be, ragged entries}",
     );
+    rit_buffer_checks(m, &shape, config.gu.segments);
     builder.finish()
 }

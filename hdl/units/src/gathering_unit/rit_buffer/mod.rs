@@ -1,7 +1,10 @@
 //! The RIT buffer and its output of each cycle: one vertex of M entries, or whole cells.
 
 mod buffer;
+mod by_index;
+mod checks;
 mod compact;
+mod invariants;
 mod reader_data;
 mod vertex;
 

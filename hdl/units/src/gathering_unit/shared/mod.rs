@@ -1,6 +1,7 @@
 //! Parts shared by several organisations of the unit.
 
 pub(super) mod compact_entry;
+pub(super) mod counter_checks;
 pub(super) mod idle;
 pub(super) mod ports;
 pub(super) mod reducer;
@@ -12,4 +13,5 @@ pub(super) mod rit_shape;
 pub(super) mod rit_split;
 pub(super) mod rit_writer;
 pub(super) mod streams;
+pub(super) mod table_checks;
 pub(super) mod table_halves;

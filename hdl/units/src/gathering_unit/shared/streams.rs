@@ -2,9 +2,9 @@
 
 use potamoi_formats::config::Config;
 use potamoi_formats::timing::GatherStage;
-use potamoi_netlist::{IrErrors, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Instance, IrErrors, ModuleBuilder, Signal, Ty};
 
-use crate::circuits::fifo;
+use crate::fifo::fifo;
 
 /// An input port and its name.
 pub(crate) type Named = (&'static str, Signal);
@@ -41,6 +41,7 @@ pub(crate) struct Beat {
 pub(crate) struct FeatureStream {
     /// A beat is accepted by the sink.
     pub(crate) pop: Signal,
+    pub(crate) fifo: Instance,
     valid: Signal,
     out: Signal,
     widths: [u32; 3],
@@ -94,6 +95,7 @@ impl FeatureStream {
         }
         Ok(Self {
             pop,
+            fifo: inst,
             valid,
             out,
             widths: [beat.data.width(), beat.slot.width(), beat.keep.width()],

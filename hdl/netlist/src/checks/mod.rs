@@ -1,0 +1,181 @@
+//! Checks of a module: assertions, assumptions and cover points, with the logic that only they use.
+//!
+//! That logic, the *ghosts*, is kept apart from the nodes of the module, so that nothing but the
+//! printer ever sees it: it changes no digest, no simulation and no synthesis.
+
+mod formula;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::Module;
+use crate::node::{Node, Op};
+
+pub(crate) use formula::{Formula, parse};
+
+/// What is said of a condition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CheckKind {
+    /// A property: the condition always holds.
+    Assert,
+    /// A condition that always holds, and is there to support the proof of others.
+    Invariant,
+    /// What the module expects of its inputs: assumed of the ports of a top module, asserted of the
+    /// ports of an instance.
+    Assume,
+    /// The condition holds at some time.
+    Cover,
+}
+
+/// A check.
+#[derive(Debug, Clone)]
+pub(crate) struct Check {
+    pub(crate) kind: CheckKind,
+    pub(crate) name: String,
+    pub(crate) doc: String,
+    /// One bit, of the joined nodes.
+    pub(crate) node: usize,
+}
+
+/// Where the value of a ghost comes from that nothing in the module computes.
+#[derive(Debug, Clone)]
+pub(crate) enum Source {
+    /// Any constant: a proof holds for all values, a simulation takes one.
+    Free,
+    /// A signal within an instance, by its name there.
+    Inside { instance: usize, name: String },
+    /// Whether two payloads are the same; a proof may compare one bit of them.
+    Same { a: usize, b: usize },
+}
+
+impl Source {
+    /// Nodes that it reads.
+    pub(crate) fn operands(&self) -> Vec<usize> {
+        match self {
+            Self::Free | Self::Inside { .. } => vec![],
+            Self::Same { a, b } => vec![*a, *b],
+        }
+    }
+}
+
+/// The checks of a module.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Checks {
+    /// Number of nodes of the module. Indices from here on are those of ghosts.
+    pub(crate) base: usize,
+    pub(crate) ghosts: Vec<Node>,
+    /// Sources of the ghosts that are inputs.
+    pub(crate) sources: BTreeMap<usize, Source>,
+    pub(crate) list: Vec<Check>,
+}
+
+/// A check, for a list.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CheckInfo {
+    /// Names of the instances from the top module on, and the name of the check, joined by dots.
+    pub path: String,
+    /// The module that states it.
+    pub module: String,
+    /// What is said.
+    pub kind: CheckKind,
+    /// The property in words.
+    pub doc: String,
+}
+
+impl Checks {
+    /// The module with the ghosts among its nodes, and the number of its own nodes. A fault may have
+    /// added nodes to it since the checks were made.
+    pub(crate) fn joined(&self, module: &Module) -> Module {
+        let mut joined = module.clone();
+        let shift = module.nodes.len() - self.base;
+        let moved = |id: &mut usize| {
+            if *id >= self.base {
+                *id += shift;
+            }
+        };
+        let mut checks = self.clone();
+        for node in &mut checks.ghosts {
+            each_operand(&mut node.op, moved);
+        }
+        for check in &mut checks.list {
+            moved(&mut check.node);
+        }
+        let sources = std::mem::take(&mut checks.sources).into_iter();
+        let moved_source = |(id, mut source): (usize, Source)| {
+            if let Source::Same { a, b } = &mut source {
+                [a, b].into_iter().for_each(moved);
+            }
+            (id + shift, source)
+        };
+        checks.sources = sources.map(moved_source).collect();
+        checks.base += shift;
+        joined.nodes.append(&mut checks.ghosts);
+        joined.checks = checks;
+        joined
+    }
+}
+
+/// Visits the operands of an operation.
+fn each_operand(op: &mut Op, mut visit: impl FnMut(&mut usize)) {
+    match op {
+        Op::Input | Op::OutOfReset | Op::Lit(_) | Op::InstanceOut(..) => {}
+        Op::Unary(_, a)
+        | Op::Slice(a, _)
+        | Op::Repeat(a, _)
+        | Op::Extend(a)
+        | Op::Cast(a)
+        | Op::Round(a, ..)
+        | Op::Saturate(a)
+        | Op::ReadAsync(_, a) => visit(a),
+        Op::Binary(_, a, b) | Op::Shl(a, b) | Op::Shr(a, b) | Op::ReadSync(_, a, b) => {
+            visit(a);
+            visit(b);
+        }
+        Op::Mux(c, t, e) => [c, t, e].into_iter().for_each(visit),
+        Op::Cat(parts) => parts.iter_mut().for_each(visit),
+        Op::Select(index, options) => {
+            visit(index);
+            options.iter_mut().for_each(visit);
+        }
+        Op::Reg { next, enable, .. } => {
+            next.iter_mut().chain(enable).for_each(visit);
+        }
+    }
+}
+
+impl Module {
+    /// The checks of the module and of its instances, those of an array of instances once.
+    #[must_use]
+    pub fn checks(self: &Arc<Self>) -> Vec<CheckInfo> {
+        let mut all = vec![];
+        list(self, "", &mut all);
+        all
+    }
+}
+
+fn list(module: &Module, path: &str, all: &mut Vec<CheckInfo>) {
+    all.extend(module.checks.list.iter().map(|check| CheckInfo {
+        path: format!("{path}{}", check.name),
+        module: module.name.clone(),
+        // What an instance expects, its parent has to keep.
+        kind: match check.kind {
+            CheckKind::Assume if !path.is_empty() => CheckKind::Assert,
+            kind => kind,
+        },
+        doc: check.doc.clone(),
+    }));
+    for (at, instance) in module.instances.iter().enumerate() {
+        let arrays = &module.arrays;
+        let later = arrays.iter().any(|a| {
+            let others = a.first + 1..a.first + a.count();
+            others.contains(&at)
+        });
+        if !later {
+            let path = format!("{path}{}.", instance.name);
+            list(&instance.module, &path, all);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,136 @@
+//! Checks, in a part of the text that only `POTAMOI_CHECKS` lets a tool see.
+
+use super::names::Names;
+use super::{Header, Printer, comment, fill, spaced, uses};
+use crate::checks::{CheckKind, Source};
+use crate::node::Op;
+
+/// Modules that the checks are instances of, by file name.
+#[must_use]
+pub fn check_modules(header: &Header) -> Vec<(&'static str, String)> {
+    let files = [
+        ("potamoi_checking.v", include_str!("checks/checking.v")),
+        ("potamoi_assert.v", include_str!("checks/assert.v")),
+        ("potamoi_assume.v", include_str!("checks/assume.v")),
+        ("potamoi_cover.v", include_str!("checks/cover.v")),
+        ("potamoi_free.v", include_str!("checks/free.v")),
+        ("potamoi_same.v", include_str!("checks/same.v")),
+    ];
+    files
+        .map(|(file, text)| {
+            let origin = format!("// {}\n\n`default_nettype none", header.origin);
+            (file, text.replacen("`default_nettype none", &origin, 1))
+        })
+        .to_vec()
+}
+
+impl Printer<'_> {
+    /// The checks of the module; `top` where its ports are those of the design.
+    pub(super) fn checks(&mut self, top: bool) {
+        let joined = self.module.checks.joined(self.module);
+        if joined.checks.list.is_empty() {
+            return;
+        }
+        self.gap();
+        let mut own = Printer::new(&joined);
+        own.exprs.names = Names::of_checks(&joined, &self.exprs.names);
+        own.ghosts();
+        own.statements(top);
+        self.text.push_str("`ifdef POTAMOI_CHECKS\n");
+        self.text.push_str(&own.text);
+        self.text.push_str("`endif\n");
+    }
+
+    /// Declarations of what only the checks use, in the order of their use.
+    fn ghosts(&mut self) {
+        self.line(1, "// Checks: docs/explanation/proofs.md");
+        self.line(1, "wire checking;  // out of reset, and reset once");
+        self.line(
+            1,
+            "potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));",
+        );
+        let printed: Vec<usize> = (0..self.module.nodes.len())
+            .filter(|id| self.exprs.names.live[*id] && self.exprs.names.ident(*id).is_some())
+            .collect();
+        for id in &printed {
+            match self.module.checks.sources.get(id).cloned() {
+                Some(source) => self.source(*id, &source),
+                None => self.node(*id),
+            }
+        }
+        let registers: Vec<usize> = printed
+            .iter()
+            .copied()
+            .filter(|id| matches!(self.module.nodes[*id].op, Op::Reg { .. }))
+            .collect();
+        self.declarations();
+        self.registers(&registers);
+        let unread = uses::unread_of(&self.exprs.names, &printed);
+        if !unread.is_empty() {
+            let text = format!("wire unused_checks = &{{1'b0, {}}};", unread.join(", "));
+            self.gap();
+            self.line(1, &text);
+        }
+    }
+
+    fn source(&mut self, id: usize, source: &Source) {
+        let node = &self.module.nodes[id];
+        let width = node.ty.width;
+        let name = self.exprs.names.ident(id).unwrap_or_default().to_owned();
+        let note = comment(node);
+        match source {
+            Source::Free => {
+                self.line(1, &format!("wire {}{name};{note}", spaced(width)));
+                let text =
+                    format!("potamoi_free #(.WIDTH({width})) any_{name} (.value({name}));");
+                self.line(1, &text);
+            }
+            Source::Same { a, b } => {
+                let of = self.module.nodes[*a].ty.width;
+                let (a, b) = (self.exprs.operand(*a), self.exprs.operand(*b));
+                self.declarations();
+                self.line(1, &format!("wire {name};{note}"));
+                let text = format!("potamoi_same #(.WIDTH({of})) is_{name} (.a({a}), .b({b}), .same({name}));");
+                self.line(1, &text);
+            }
+            Source::Inside { instance, name: of } => {
+                let instance = &self.module.instances[*instance].name;
+                let range = spaced(width);
+                // Yosys joins a wire of this attribute with the one of its name when it flattens.
+                self.declarations();
+                self.text.push_str("`ifdef FORMAL\n");
+                self.line(1, &format!("(* hierconn *) wire {range}\\{instance}.{of} ;"));
+                self.line(1, &format!("wire {range}{name} = \\{instance}.{of} ;"));
+                self.text.push_str("`else\n");
+                self.line(1, &format!("wire {range}{name} = {instance}.{of};"));
+                self.text.push_str("`endif\n");
+            }
+        }
+    }
+
+    fn statements(&mut self, top: bool) {
+        let mut stated = false;
+        for check in self.module.checks.list.clone() {
+            if !stated || !check.doc.is_empty() {
+                self.gap();
+            }
+            stated = true;
+            let module = match check.kind {
+                CheckKind::Assume if top => "potamoi_assume",
+                CheckKind::Cover => "potamoi_cover",
+                _ => "potamoi_assert",
+            };
+            for line in fill(&check.doc, 90) {
+                if !line.is_empty() {
+                    self.line(1, &format!("// {line}"));
+                }
+            }
+            let value = self.exprs.operand(check.node);
+            let text = format!(
+                "{module} check_{} (.clk(clk), .on(checking), .good({value}));",
+                check.name
+            );
+            self.line(1, &text);
+        }
+    }
+}

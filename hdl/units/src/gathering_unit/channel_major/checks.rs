@@ -1,0 +1,149 @@
+//! Checks of the gathering unit as a whole: groups in flight, the feature stream, progress, counters.
+
+use potamoi_formats::config::Config;
+use potamoi_formats::timing::GatherStage;
+use potamoi_netlist::{Instance, ModuleBuilder};
+
+use crate::gathering_unit::shared::counter_checks::counter_checks;
+use crate::gathering_unit::shared::reducer::stage_name;
+
+/// Instances whose state the checks see.
+pub(crate) struct Parts {
+    pub(crate) rit: Instance,
+    pub(crate) fifo: Instance,
+}
+
+/// Checks of the channel-major and the parity organisation.
+pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, parts: &Parts) {
+    m.begin_checks();
+    let whole_cells = config.is_parity();
+    environment(m, config);
+    m.inside(parts.fifo, "count");
+    m.inside(parts.rit, "read_fire");
+    m.inside(parts.rit, "p_free");
+    m.inside(parts.rit, "q_valid");
+    let registered = config.gather_pipeline().has(GatherStage::Output);
+    let open = if whole_cells {
+        String::new()
+    } else {
+        m.inside(parts.rit, "due");
+        m.ghost("group_open", "any(rit_due)");
+        " + group_open".to_owned()
+    };
+    let last = |stage: &str| match whole_cells {
+        true => format!("{stage}_valid"),
+        false => format!("({stage}_valid & {stage}_last)"),
+    };
+    let mut stages = vec!["s1".to_owned()];
+    stages.extend(config.reducer_pipeline().stages().skip(1).map(|s| stage_name(s).to_owned()));
+    let inner: Vec<String> = stages.iter().map(|s| last(s)).collect();
+    let out = if registered { " + out_valid" } else { "" };
+    m.assert(
+        "balance",
+        &format!(
+            "in_flight == results_count{out} + s2_push + {}{open}",
+            inner.join(" + ")
+        ),
+        "Every group in flight is open, in the pipeline or in the FIFO: none is lost, none is there twice.",
+    );
+    m.assert(
+        "credit",
+        &format!("in_flight <= {}", config.feature_fifo_depth()),
+        "No more groups are in flight than the FIFO has words.",
+    );
+    if registered {
+        m.invariant("one_word_outside", "in_flight > results_count + out_valid | ~s2_push", "");
+    }
+    if !whole_cells {
+        m.invariant("open_has_rows", "group_open -> mft_is_loaded", "");
+        // What follows a vertex of a group that is not its last: a younger last one, or more to issue.
+        let mut follows = "group_open".to_owned();
+        for stage in &stages {
+            let formula = format!("{stage}_valid & ~{stage}_last -> {follows}");
+            m.invariant(&format!("{stage}_is_followed"), &formula, "");
+            follows = format!("{follows} | {}", last(stage));
+        }
+    }
+    idle(m, &stages);
+    stream(m);
+    progress(m, config, &stages);
+    if config.table_parts() == 1 {
+        counter_checks(m, config.gu.counter_bits, &["fifo", "mft", "rit"]);
+    }
+    m.cover("full", &format!("in_flight == {}", config.feature_fifo_depth()), "All credit is used.");
+    m.cover("delivers", "pop", "A feature vector leaves.");
+    m.cover("delivers_last", "pop & m_axis_feat_tlast", "The last one of an MVoxel leaves.");
+}
+
+fn environment(m: &mut ModuleBuilder, config: &Config) {
+    m.assume(
+        "settings_stay",
+        "idle | settings == settings_before",
+        "cfg_* change only while the unit is idle.",
+    );
+    m.assume(
+        "segments_built",
+        &format!("cfg_segments > 0 & cfg_segments <= {}", config.gu.segments),
+        "The segments are as many as the unit is built for.",
+    );
+    m.assume(
+        "regular",
+        "~any(rit_errors)",
+        "The RIT stream raises no flag.",
+    );
+}
+
+fn idle(m: &mut ModuleBuilder, stages: &[String]) {
+    let busy: Vec<String> = stages.iter().map(|s| format!("{s}_valid")).collect();
+    m.assert(
+        "idle_is_empty",
+        &format!("idle -> ~({} | s2_push | rit_p_valid | m_axis_feat_tvalid)", busy.join(" | ")),
+        "An idle unit has nothing in flight.",
+    );
+}
+
+/// AXI4-Stream: what is offered stays until it is taken.
+fn stream(m: &mut ModuleBuilder) {
+    let waits = m.ghost_reg("waits", 1);
+    m.ghost_next(waits, "1", "m_axis_feat_tvalid & ~m_axis_feat_tready");
+    let fields = ["tdata", "tkeep", "tlast", "tuser"];
+    let mut same = vec![];
+    for field in fields {
+        let port = format!("m_axis_feat_{field}");
+        let width = m.named(&port).width();
+        let past = m.ghost_reg(&format!("{field}_past"), width);
+        m.ghost_next(past, "1", &port);
+        m.same(&format!("{field}_stays"), &port, &format!("{field}_past"));
+        same.push(format!("{field}_stays"));
+    }
+    m.assert(
+        "valid_stays",
+        "waits -> m_axis_feat_tvalid",
+        "tvalid stays until tready.",
+    );
+    m.assert(
+        "beat_stays",
+        &format!("waits -> {}", same.join(" & ")),
+        "tdata, tkeep, tlast and tuser stay until tready.",
+    );
+}
+
+/// With both sources valid and the sink ready, something moves in every cycle.
+fn progress(m: &mut ModuleBuilder, config: &Config, stages: &[String]) {
+    let busy: Vec<String> = stages.iter().map(|s| format!("{s}_valid")).collect();
+    let grants = if config.table_parts() > 1 { " | asks" } else { "" };
+    m.ghost(
+        "all_ready",
+        "m_axis_feat_tready & s_axis_rit_tvalid & any(s_axis_rit_tkeep) & s_axis_mft_tvalid",
+    );
+    m.ghost("fills_issue", "rit_p_free & rit_q_valid");
+    m.assert(
+        "never_stuck",
+        &format!(
+            "all_ready -> s_axis_rit_tready | s_axis_mft_tready | fire{grants} | pop | {} | s2_push | \
+             any(results_count) | rit_read_fire | fills_issue",
+            busy.join(" | ")
+        ),
+        "With both sources valid and the sink ready, a beat or a vertex moves in every cycle.",
+    );
+}

@@ -1,0 +1,33 @@
+//! Checks of the counters: no cycle between the first and the last issue is lost.
+
+use potamoi_netlist::ModuleBuilder;
+
+/// Each cycle after the first issue counts once, under one cause.
+pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, causes: &[&str]) {
+    let full = (0..bits).fold(0u64, |all, bit| all | 1 << bit);
+    let next = format!("if(cfg_clear, 0, if(elapsed == {full}, {full}, elapsed + 1))");
+    let elapsed = m.ghost_reg("elapsed", bits);
+    m.ghost_next(elapsed, "cfg_clear | fire | begun", &next);
+    let shown = m.ghost_reg("elapsed_shown", bits);
+    m.ghost_next(shown, "cfg_clear | fire", &next);
+    let sum = |prefix: &str| {
+        let all: Vec<String> = causes.iter().map(|c| format!("{prefix}_{c}")).collect();
+        all.join(" + ")
+    };
+    m.invariant(
+        "running_sum",
+        &format!(
+            "elapsed < {full} -> stat_busy + {} == elapsed & begun == any(elapsed)",
+            sum("running")
+        ),
+        "",
+    );
+    m.assert(
+        "no_cycle_lost",
+        &format!(
+            "elapsed_shown < {full} -> stat_busy + {} == elapsed_shown",
+            sum("stat_stall")
+        ),
+        "Busy cycles and stalls are all cycles from the first issue to the last, until they saturate.",
+    );
+}

@@ -1,0 +1,69 @@
+//! Checks of the vector unit: vectors in flight and the result stream.
+
+use potamoi_netlist::{Instance, ModuleBuilder};
+
+/// Checks of the unit.
+pub(crate) fn vector_unit_checks(
+    m: &mut ModuleBuilder,
+    fifo: Instance,
+    depth: u32,
+    longest: u32,
+) {
+    m.begin_checks();
+    m.inside(fifo, "count");
+    let mut all = vec!["fifo_count".to_owned(), "result_valid".to_owned()];
+    // The engine holds a vector for as long as its phases last, or one in each stage.
+    if m.has("phase") {
+        let last = match m.has("end_phase") {
+            true => "end_phase".to_owned(),
+            false => (longest - 1).to_string(),
+        };
+        m.invariant("phase_in_range", &format!("phase <= {last}"), "");
+        m.ghost("engine_has_vector", "any(phase)");
+        all.push("engine_has_vector".to_owned());
+    }
+    let stages = (1..).map(|stage| format!("valid_{stage}"));
+    all.extend(stages.take_while(|valid| m.has(valid)));
+    m.assert(
+        "balance",
+        &format!("in_flight == {}", all.join(" + ")),
+        "Every vector in flight is in the engine or in the FIFO: none is lost, none is there twice.",
+    );
+    m.assert(
+        "credit",
+        &format!("in_flight <= {depth}"),
+        "No more vectors are in flight than the FIFO has words.",
+    );
+    m.assert(
+        "idle_is_empty",
+        "idle -> ~(result_valid | m_axis_vec_tvalid)",
+        "An idle unit has nothing in flight.",
+    );
+    let waits = m.ghost_reg("waits", 1);
+    m.ghost_next(waits, "1", "m_axis_vec_tvalid & ~m_axis_vec_tready");
+    let mut same = vec![];
+    for field in ["tdata", "tkeep", "tlast"] {
+        let port = format!("m_axis_vec_{field}");
+        let width = m.named(&port).width();
+        let past = m.ghost_reg(&format!("{field}_past"), width);
+        m.ghost_next(past, "1", &port);
+        m.same(&format!("{field}_stays"), &port, &format!("{field}_past"));
+        same.push(format!("{field}_stays"));
+    }
+    m.assert("valid_stays", "waits -> m_axis_vec_tvalid", "tvalid stays until tready.");
+    m.assert(
+        "beat_stays",
+        &format!("waits -> {}", same.join(" & ")),
+        "tdata, tkeep and tlast stay until tready.",
+    );
+    m.assert(
+        "never_stuck",
+        &format!(
+            "s_axis_vec_tvalid & m_axis_vec_tready -> s_axis_vec_tready | {}",
+            all.iter().map(|a| format!("any({a})")).collect::<Vec<_>>().join(" | ")
+        ),
+        "With the source valid and the sink ready, a vector moves in every cycle.",
+    );
+    m.cover("full", &format!("in_flight == {depth}"), "All credit is used.");
+    m.cover("delivers", "pop", "A vector leaves.");
+}
