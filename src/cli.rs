@@ -14,6 +14,7 @@ use crate::emit_unit::EmitUnit;
 use crate::estimate::EstimateArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;
+use crate::prove::ProveArgs;
 use crate::render::RenderArgs;
 use crate::synth::SynthArgs;
 use crate::trace::TraceArgs;
@@ -38,6 +39,8 @@ pub(crate) enum Command {
     Trace(TraceArgs),
     /// Compare the Verilog with the golden models, in every bit and every cycle
     Verify(VerifyArgs),
+    /// Prove the assertions in the Verilog of the units
+    Prove(ProveArgs),
     /// Render a scene in floating point, in the hardware's formats, or through
     /// the simulated hardware
     Render(RenderArgs),

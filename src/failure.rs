@@ -11,6 +11,7 @@ use potamoi_base::picture::PictureError;
 use potamoi_explore::{Cause, ExploreError};
 use potamoi_formats::config::ConfigError;
 use potamoi_netlist::IrErrors;
+use potamoi_prove::ProveError;
 use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;
 use potamoi_scene::trace::TraceError;
@@ -76,6 +77,15 @@ of_studies!(
     CostError,
     ModelError,
 );
+
+impl From<ProveError> for Failure {
+    fn from(error: ProveError) -> Self {
+        match error {
+            ProveError::Netlist(errors) => errors.into(),
+            error => Self::Tools(error.to_string()),
+        }
+    }
+}
 
 impl Failure {
     /// A check failed; its findings were printed before.

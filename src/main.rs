@@ -20,6 +20,7 @@ mod failure;
 mod layouts;
 mod model;
 mod progress;
+mod prove;
 mod renamed;
 mod render;
 mod roles;
@@ -111,6 +112,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Emit(args) => emit::run(&cli.common, args),
         cli::Command::Trace(args) => trace::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
+        cli::Command::Prove(args) => prove::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
         cli::Command::Warp(args) => warp::run(args),
         cli::Command::Effects(args) => effects::run(&cli.common, args),

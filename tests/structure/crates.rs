@@ -28,6 +28,7 @@ const FLOW: [&str; 23] = [
     "cycles",
     "gates",
     "rtl",
+    "prove",
     "synth",
     "gpu",
     "system",

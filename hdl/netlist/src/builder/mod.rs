@@ -282,8 +282,9 @@ impl ModuleBuilder {
             errors.push(IrError {
                 module: self.module.name.clone(),
                 node: "checks".to_owned(),
-                problem: "the module has no register, and so no reset to check after: check its parent"
-                    .to_owned(),
+                problem:
+                    "the module has no register, and so no reset to check after: check its parent"
+                        .to_owned(),
             });
         }
         if errors.is_empty() {

@@ -5,7 +5,7 @@
 
 mod formula;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::Module;
@@ -144,6 +144,21 @@ fn each_operand(op: &mut Op, mut visit: impl FnMut(&mut usize)) {
 }
 
 impl Module {
+    /// Modules below without checks in them or below, topmost ones alone: they carry data, and a
+    /// proof lets their outputs be anything.
+    #[must_use]
+    pub fn data_modules(&self) -> BTreeSet<String> {
+        let mut all = BTreeSet::new();
+        for child in self.instances.iter().map(|instance| &instance.module) {
+            if child.checks().is_empty() {
+                all.insert(child.name.clone());
+            } else {
+                all.extend(child.data_modules());
+            }
+        }
+        all
+    }
+
     /// The checks of the module and of its instances, those of an array of instances once.
     #[must_use]
     pub fn checks(self: &Arc<Self>) -> Vec<CheckInfo> {

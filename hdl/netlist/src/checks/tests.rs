@@ -73,7 +73,10 @@ fn an_instance_asserts_what_a_top_module_assumes() {
     let top = m.finish().unwrap();
     let text = text(&top);
     assert!(text.contains("potamoi_assert check_calm"), "{text}");
-    assert!(text.contains("wire [3:0] inner_past = inner.past;"), "{text}");
+    assert!(
+        text.contains("wire [3:0] inner_past = inner.past;"),
+        "{text}"
+    );
     let all: Vec<_> = top.checks().into_iter().map(|c| (c.path, c.kind)).collect();
     let expected = [
         ("follows", CheckKind::Assert),
@@ -96,7 +99,11 @@ fn checks_outlive_a_fault() {
     };
     let faulty = text(&fault.inject(&counter(true)).unwrap());
     let right = text(&counter(true));
-    let checks = |text: &str| text.split("`ifdef POTAMOI_CHECKS").nth(1).map(str::to_owned);
+    let checks = |text: &str| {
+        text.split("`ifdef POTAMOI_CHECKS")
+            .nth(1)
+            .map(str::to_owned)
+    };
     assert_eq!(checks(&faulty), checks(&right));
     assert_ne!(faulty, right);
 }

@@ -81,8 +81,7 @@ impl Printer<'_> {
         match source {
             Source::Free => {
                 self.line(1, &format!("wire {}{name};{note}", spaced(width)));
-                let text =
-                    format!("potamoi_free #(.WIDTH({width})) any_{name} (.value({name}));");
+                let text = format!("potamoi_free #(.WIDTH({width})) any_{name} (.value({name}));");
                 self.line(1, &text);
             }
             Source::Same { a, b } => {
@@ -90,7 +89,9 @@ impl Printer<'_> {
                 let (a, b) = (self.exprs.operand(*a), self.exprs.operand(*b));
                 self.declarations();
                 self.line(1, &format!("wire {name};{note}"));
-                let text = format!("potamoi_same #(.WIDTH({of})) is_{name} (.a({a}), .b({b}), .same({name}));");
+                let text = format!(
+                    "potamoi_same #(.WIDTH({of})) is_{name} (.a({a}), .b({b}), .same({name}));"
+                );
                 self.line(1, &text);
             }
             Source::Inside { instance, name: of } => {
@@ -99,7 +100,10 @@ impl Printer<'_> {
                 // Yosys joins a wire of this attribute with the one of its name when it flattens.
                 self.declarations();
                 self.text.push_str("`ifdef FORMAL\n");
-                self.line(1, &format!("(* hierconn *) wire {range}\\{instance}.{of} ;"));
+                self.line(
+                    1,
+                    &format!("(* hierconn *) wire {range}\\{instance}.{of} ;"),
+                );
                 self.line(1, &format!("wire {range}{name} = \\{instance}.{of} ;"));
                 self.text.push_str("`else\n");
                 self.line(1, &format!("wire {range}{name} = {instance}.{of};"));

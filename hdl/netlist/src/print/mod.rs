@@ -39,12 +39,7 @@ pub fn verilog(top: &Arc<Module>, header: &Header) -> BTreeMap<String, String> {
     files
 }
 
-fn print_below(
-    module: &Module,
-    header: &Header,
-    top: bool,
-    files: &mut BTreeMap<String, String>,
-) {
+fn print_below(module: &Module, header: &Header, top: bool, files: &mut BTreeMap<String, String>) {
     let file = format!("{}.v", module.name);
     if files.contains_key(&file) {
         return;

@@ -5,6 +5,7 @@ use super::Package;
 const TEXT: &str = r#"#
 #   make lint                 Verilator, Icarus Verilog and Yosys, each without a waiver
 #   make lint-verilator       one of them; also lint-icarus, lint-yosys
+#   make lint CHECKS=1        the same with the assertions in the Verilog
 #   make sim [SIM=verilator]  the benches of the folder sim, whose Makefile has further options
 #
 # It needs make and the tools of the target, nothing else. A warning is a failure.
@@ -15,10 +16,12 @@ PREFIX = @PREFIX@
 VERILATOR ?= verilator
 IVERILOG  ?= iverilog
 YOSYS     ?= yosys
+CHECKS    ?=
 
 # Runs a command, and fails if it says anything.
 silent = said=$$($(1) 2>&1) && test -z "$$said" || { echo "$$said"; exit 1; }
-files  = $$(grep -v '^//' $$unit.f | tr '\n' ' ')
+checks = $(if $(CHECKS),$(sort $(wildcard checks/*.v)))
+files  = $$(grep -v '^//' $$unit.f | tr '\n' ' ') $(checks)
 top    = $(PREFIX)$$unit
 each   = @for unit in $(UNITS); do $(call silent,$(1)) ; done
 
@@ -28,13 +31,13 @@ all: lint sim
 lint: lint-verilator lint-icarus lint-yosys
 
 lint-verilator:
-	$(call each,$(VERILATOR) --lint-only -Wall --language 1364-2005 --top-module $(top) -f $$unit.f)
+	$(call each,$(VERILATOR) --lint-only -Wall $(if $(CHECKS),--assert -DPOTAMOI_CHECKS,--language 1364-2005) --top-module $(top) -f $$unit.f $(checks))
 
 lint-icarus:
-	$(call each,$(IVERILOG) -g2005 -Wall -tnull -s $(top) $(files))
+	$(call each,$(IVERILOG) $(if $(CHECKS),-g2012 -DPOTAMOI_CHECKS,-g2005) -Wall -tnull -s $(top) $(files))
 
 lint-yosys:
-	$(call each,$(YOSYS) -q -e '.*' -p "read_verilog $(files); hierarchy -check -top $(top); proc; check -assert")
+	$(call each,$(YOSYS) -q -e '.*' -p "read_verilog $(if $(CHECKS),-formal -DPOTAMOI_CHECKS) $(files); hierarchy -check -top $(top); proc; check -assert")
 
 sim:
 	$(MAKE) -C sim

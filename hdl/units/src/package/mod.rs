@@ -4,6 +4,7 @@
 //! All come from one [`Package`]. A further tool is a file here and a line in [`Package::files`].
 
 mod bender;
+mod checks;
 mod constraints;
 mod file_list;
 mod fusesoc;
@@ -51,6 +52,8 @@ struct Unit {
     /// Paths of its bench: the testbench first, then what it reads.
     bench: Vec<String>,
     ports: Vec<PortInfo>,
+    /// Modules that carry only data, which a proof leaves out.
+    data_modules: Vec<String>,
 }
 
 impl Package {
@@ -99,6 +102,7 @@ impl Package {
             ("potamoi.core".to_owned(), fusesoc::text(self)),
             ("Bender.yml".to_owned(), bender::text(self)),
         ]);
+        files.extend(checks::files(self));
         for unit in &self.units {
             let name = unit.name;
             files.insert(format!("{name}.f"), file_list::text(self, unit));
@@ -165,6 +169,9 @@ impl Unit {
             verilog: own(&|path| parts.iter().any(|folder| lies_in(path, folder))),
             bench: of_bench,
             ports: module.ports(),
+            data_modules: (module.data_modules().iter())
+                .map(|of| format!("{prefix}{of}"))
+                .collect(),
         }
     }
 }

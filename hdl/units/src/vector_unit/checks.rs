@@ -3,12 +3,7 @@
 use potamoi_netlist::{Instance, ModuleBuilder};
 
 /// Checks of the unit.
-pub(crate) fn vector_unit_checks(
-    m: &mut ModuleBuilder,
-    fifo: Instance,
-    depth: u32,
-    longest: u32,
-) {
+pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u32, longest: u32) {
     m.begin_checks();
     m.inside(fifo, "count");
     let mut all = vec!["fifo_count".to_owned(), "result_valid".to_owned()];
@@ -50,7 +45,11 @@ pub(crate) fn vector_unit_checks(
         m.same(&format!("{field}_stays"), &port, &format!("{field}_past"));
         same.push(format!("{field}_stays"));
     }
-    m.assert("valid_stays", "waits -> m_axis_vec_tvalid", "tvalid stays until tready.");
+    m.assert(
+        "valid_stays",
+        "waits -> m_axis_vec_tvalid",
+        "tvalid stays until tready.",
+    );
     m.assert(
         "beat_stays",
         &format!("waits -> {}", same.join(" & ")),
@@ -60,10 +59,17 @@ pub(crate) fn vector_unit_checks(
         "never_stuck",
         &format!(
             "s_axis_vec_tvalid & m_axis_vec_tready -> s_axis_vec_tready | {}",
-            all.iter().map(|a| format!("any({a})")).collect::<Vec<_>>().join(" | ")
+            all.iter()
+                .map(|a| format!("any({a})"))
+                .collect::<Vec<_>>()
+                .join(" | ")
         ),
         "With the source valid and the sink ready, a vector moves in every cycle.",
     );
-    m.cover("full", &format!("in_flight == {depth}"), "All credit is used.");
+    m.cover(
+        "full",
+        &format!("in_flight == {depth}"),
+        "All credit is used.",
+    );
     m.cover("delivers", "pop", "A vector leaves.");
 }

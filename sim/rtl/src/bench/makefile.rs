@@ -8,6 +8,7 @@ const TEXT: &str = r#"# Simulates the units against golden vectors. It needs mak
 #   make SIM=verilator    Verilator 5 or later
 #   make RUNS='0:1 40:7'  these runs: gaps in percent of the clocks, and their seed
 #   make DUMP=1           also writes BUILD/UNIT.vcd, of the last run
+#   make CHECKS=1         also holds the units to the assertions in their Verilog
 #   make RTL=DIR          other Verilog with the same ports, in DIR/gathering_unit, DIR/vector_unit, ...
 #
 # The exit status is not 0 if a unit fails.
@@ -18,6 +19,7 @@ UNITS ?= @UNITS@
 RTL   ?= ..
 BUILD ?= build
 DUMP  ?=
+CHECKS ?=
 
 IVERILOG  ?= iverilog
 VVP       ?= vvp
@@ -36,22 +38,25 @@ run_verilator = $(BUILD)/$@/V$@_tb +verilator+rand+reset+2 +verilator+seed+1
 $(UNITS): %: $(BUILD)/%.$(SIM)
 	@for run in $(RUNS); do \
 	  $(run_$(SIM)) +gaps=$${run%%:*} +seed=$${run##*:} \
-	    $(if $(DUMP),+dump=$(BUILD)/$@.vcd) || exit 1; \
+	    $(if $(DUMP),+dump=$(BUILD)/$@.vcd) $(if $(CHECKS),+pick=$${run##*:}) || exit 1; \
 	done
+
+# Of Verilog elsewhere, the checks are there too.
+checks = $(if $(CHECKS),$(wildcard $(RTL)/checks/*.v))
 
 # Folders of what a unit consists of besides its own.
 PARTS_potamoi_npu_ext = gathering_unit vector_unit
 sources = $(foreach folder,$(PARTS_$1) $1,$(wildcard $(RTL)/$(folder)/*.v))
 
 .SECONDEXPANSION:
-$(BUILD)/%.icarus: %_tb.v $$(call sources,$$*)
+$(BUILD)/%.icarus: %_tb.v $$(call sources,$$*) $$(checks)
 	@mkdir -p $(BUILD)
-	$(IVERILOG) -g2005 -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
+	$(IVERILOG) $(if $(CHECKS),-g2012 -DPOTAMOI_CHECKS,-g2005) -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
 	@touch $@
 
-$(BUILD)/%.verilator: %_tb.v $$(call sources,$$*)
+$(BUILD)/%.verilator: %_tb.v $$(call sources,$$*) $$(checks)
 	@mkdir -p $(BUILD)
-	$(VERILATOR) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint -O3 \
+	$(VERILATOR) $(if $(CHECKS),--assert -DPOTAMOI_CHECKS) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint -O3 \
 	  --x-assign unique --x-initial unique --top-module $*_tb -Mdir $(BUILD)/$* $^ \
 	  > $(BUILD)/$*.log 2>&1 || { cat $(BUILD)/$*.log; exit 1; }
 	@touch $@

@@ -35,7 +35,13 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         false => format!("({stage}_valid & {stage}_last)"),
     };
     let mut stages = vec!["s1".to_owned()];
-    stages.extend(config.reducer_pipeline().stages().skip(1).map(|s| stage_name(s).to_owned()));
+    stages.extend(
+        config
+            .reducer_pipeline()
+            .stages()
+            .skip(1)
+            .map(|s| stage_name(s).to_owned()),
+    );
     let inner: Vec<String> = stages.iter().map(|s| last(s)).collect();
     let out = if registered { " + out_valid" } else { "" };
     m.assert(
@@ -52,7 +58,11 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         "No more groups are in flight than the FIFO has words.",
     );
     if registered {
-        m.invariant("one_word_outside", "in_flight > results_count + out_valid | ~s2_push", "");
+        m.invariant(
+            "one_word_outside",
+            "in_flight > results_count + out_valid | ~s2_push",
+            "",
+        );
     }
     if !whole_cells {
         m.invariant("open_has_rows", "group_open -> mft_is_loaded", "");
@@ -70,9 +80,17 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
     if config.table_parts() == 1 {
         counter_checks(m, config.gu.counter_bits, &["fifo", "mft", "rit"]);
     }
-    m.cover("full", &format!("in_flight == {}", config.feature_fifo_depth()), "All credit is used.");
+    m.cover(
+        "full",
+        &format!("in_flight == {}", config.feature_fifo_depth()),
+        "All credit is used.",
+    );
     m.cover("delivers", "pop", "A feature vector leaves.");
-    m.cover("delivers_last", "pop & m_axis_feat_tlast", "The last one of an MVoxel leaves.");
+    m.cover(
+        "delivers_last",
+        "pop & m_axis_feat_tlast",
+        "The last one of an MVoxel leaves.",
+    );
 }
 
 fn environment(m: &mut ModuleBuilder, config: &Config) {
@@ -97,7 +115,10 @@ fn idle(m: &mut ModuleBuilder, stages: &[String]) {
     let busy: Vec<String> = stages.iter().map(|s| format!("{s}_valid")).collect();
     m.assert(
         "idle_is_empty",
-        &format!("idle -> ~({} | s2_push | rit_p_valid | m_axis_feat_tvalid)", busy.join(" | ")),
+        &format!(
+            "idle -> ~({} | s2_push | rit_p_valid | m_axis_feat_tvalid)",
+            busy.join(" | ")
+        ),
         "An idle unit has nothing in flight.",
     );
 }
@@ -131,7 +152,11 @@ fn stream(m: &mut ModuleBuilder) {
 /// With both sources valid and the sink ready, something moves in every cycle.
 fn progress(m: &mut ModuleBuilder, config: &Config, stages: &[String]) {
     let busy: Vec<String> = stages.iter().map(|s| format!("{s}_valid")).collect();
-    let grants = if config.table_parts() > 1 { " | asks" } else { "" };
+    let grants = if config.table_parts() > 1 {
+        " | asks"
+    } else {
+        ""
+    };
     m.ghost(
         "all_ready",
         "m_axis_feat_tready & s_axis_rit_tvalid & any(s_axis_rit_tkeep) & s_axis_mft_tvalid",

@@ -91,7 +91,11 @@ fn tables(m: &mut ModuleBuilder, shape: &Shape) {
 
 /// Whether the picked group is written, and whether it is read in this pass.
 fn symbolic_group(m: &mut ModuleBuilder, shape: &Shape) {
-    let step = if shape.whole_cells { "read_fire" } else { "read_step" };
+    let step = if shape.whole_cells {
+        "read_fire"
+    } else {
+        "read_step"
+    };
     m.ghost("pick_is_group", "pick_group < groups_a_row");
     m.ghost(
         "at_pick",
@@ -125,14 +129,21 @@ fn symbolic_group(m: &mut ModuleBuilder, shape: &Shape) {
          write_phase)",
     );
     m.ghost("read_closed", "if(read_half, closed_1, closed_0)");
-    m.ghost("read_ends_now", "if(read_half, closed_1, closed_0) & ~more_groups");
+    m.ghost(
+        "read_ends_now",
+        "if(read_half, closed_1, closed_0) & ~more_groups",
+    );
     let written = m.ghost_reg("pick_written", 1);
     m.ghost("pick_completes", "write_in_pick & write_phase == pick_to");
     m.ghost_next(written, "pick_completes | pick_freed", "~pick_freed");
     let read = m.ghost_reg("pick_read", 1);
     let passed = "read_leave_half & read_half == pick_half";
     let reads = format!("{step} & at_pick");
-    m.ghost_next(read, &format!("{passed} | {reads}"), &format!("~({passed})"));
+    m.ghost_next(
+        read,
+        &format!("{passed} | {reads}"),
+        &format!("~({passed})"),
+    );
 }
 
 fn properties(m: &mut ModuleBuilder, shape: &Shape) {
@@ -175,13 +186,21 @@ fn covers(m: &mut ModuleBuilder, shape: &Shape) {
         "read_fire & ~read_closed",
         "A group is read from the half that is being written.",
     );
-    m.cover("picked_group_read", "pick_read", "The symbolic group is read.");
+    m.cover(
+        "picked_group_read",
+        "pick_read",
+        "The symbolic group is read.",
+    );
     m.cover(
         "second_pass",
         "any(read_segment) & read_fire",
         "A half is read again for another segment.",
     );
     if !shape.whole_cells && shape.vertices.contains(&Vertices::Eight) {
-        m.cover("last_of_eight", "p_valid & due == 7", "The eighth vertex is offered.");
+        m.cover(
+            "last_of_eight",
+            "p_valid & due == 7",
+            "The eighth vertex is offered.",
+        );
     }
 }

@@ -44,7 +44,11 @@ pub(super) fn positions(m: &mut ModuleBuilder, shape: &Shape) {
             "",
         );
     }
-    m.invariant("phase_in_range", &format!("write_phase < {}", shape.phases), "");
+    m.invariant(
+        "phase_in_range",
+        &format!("write_phase < {}", shape.phases),
+        "",
+    );
     m.invariant("row_in_range", &format!("write_row < {rows}"), "");
     m.invariant("group_in_range", "read_group < groups_a_row", "");
     m.invariant(
@@ -72,7 +76,11 @@ pub(super) fn positions(m: &mut ModuleBuilder, shape: &Shape) {
         "pick_is_group & ~pick_closed -> pick_written == pick_behind_writer",
         "",
     );
-    m.invariant("unread_before_reader", "pick_read -> pick_behind_reader", "");
+    m.invariant(
+        "unread_before_reader",
+        "pick_read -> pick_behind_reader",
+        "",
+    );
     m.invariant(
         "unwritten_before_writer",
         "pick_written & ~pick_closed -> write_half == pick_half & (any(write_row) | any(write_phase))",
@@ -97,7 +105,10 @@ pub(super) fn ownership(m: &mut ModuleBuilder) {
         "read_streamed",
         "if(read_in_empty, write_user, if(read_half, streamed_1, streamed_0))",
     );
-    m.ghost("spans_both", "closed_0 & closed_1 & ~if(write_half, ends_mvoxel_1, ends_mvoxel_0)");
+    m.ghost(
+        "spans_both",
+        "closed_0 & closed_1 & ~if(write_half, ends_mvoxel_1, ends_mvoxel_0)",
+    );
     m.invariant(
         "reads_oldest",
         "read_half == oldest | read_start_half == oldest & oldest_goes_on & ~last_pass",
@@ -159,7 +170,13 @@ pub(super) fn vertices(m: &mut ModuleBuilder, shape: &Shape) {
     let fallback = shape.vertices.last().map_or_else(|| "0".to_owned(), last);
     let all: Vec<String> = Vertices::ALL
         .iter()
-        .map(|v| shape.vertices.iter().find(|own| *own == v).map_or(fallback.clone(), last))
+        .map(|v| {
+            shape
+                .vertices
+                .iter()
+                .find(|own| *own == v)
+                .map_or(fallback.clone(), last)
+        })
         .collect();
     m.ghost("last_vertex", &by_index("cfg_vertices", &all));
     let due = m.ghost_reg("due", 3);
@@ -189,4 +206,3 @@ pub(super) fn vertices(m: &mut ModuleBuilder, shape: &Shape) {
     }
     m.invariant("read_in_order", &format!("read_vertex == {next}"), "");
 }
-

@@ -31,7 +31,11 @@ pub(crate) fn table_checks(m: &mut ModuleBuilder) {
         "",
     );
     m.invariant("read_half_is_first", "loaded_0 | loaded_1 -> is_loaded", "");
-    m.cover("both_loaded", "loaded_0 & loaded_1", "Both halves are loaded.");
+    m.cover(
+        "both_loaded",
+        "loaded_0 & loaded_1",
+        "Both halves are loaded.",
+    );
     m.cover(
         "written_and_read",
         "write & read",

@@ -1,0 +1,74 @@
+//! The Yosys script that turns the Verilog of a unit into a transition system.
+
+use std::collections::BTreeSet;
+
+/// The cells of checks that a system is to have.
+pub(crate) enum Kept<'a> {
+    /// All assertions but these.
+    AllBut(&'a [String]),
+    /// These assertions alone.
+    Only(&'a [String]),
+    /// The cover points.
+    Covers,
+}
+
+/// The script: it reads all Verilog in its folder, and writes `to`.
+pub(crate) fn script(top: &str, cut: &BTreeSet<String>, kept: &Kept<'_>, to: &str) -> String {
+    let mut lines = vec![
+        "read_verilog -formal -DPOTAMOI_CHECKS -DPOTAMOI_ONE_BIT *.v".to_owned(),
+        format!("hierarchy -top {top}"),
+        "proc".to_owned(),
+    ];
+    if !cut.is_empty() {
+        let names: Vec<&str> = cut.iter().map(String::as_str).collect();
+        lines.push(format!("cutpoint {}", names.join(" ")));
+    }
+    lines.push("flatten".to_owned());
+    match kept {
+        Kept::AllBut(names) => {
+            lines.push("delete t:$cover".to_owned());
+            lines.extend(names.iter().map(|name| format!("delete {}", cell(name))));
+        }
+        Kept::Only(names) => {
+            lines.push("delete t:$cover".to_owned());
+            let left: Vec<String> = names
+                .iter()
+                .map(|name| format!("{} %d", cell(name)))
+                .collect();
+            lines.push(format!("delete t:$assert {}", left.join(" ")));
+        }
+        Kept::Covers => lines.push("delete t:$assert".to_owned()),
+    }
+    for pass in [
+        "opt -full -nodffe -nosdff",
+        "memory_map",
+        "opt -full -nodffe -nosdff",
+        "async2sync",
+        "dffunmap",
+        "setundef -anyseq",
+    ] {
+        lines.push(pass.to_owned());
+    }
+    lines.push(format!("write_smt2 -wires {to}"));
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+/// Selects the cell of a check.
+fn cell(path: &str) -> String {
+    format!("c:{}", cell_name(path))
+}
+
+/// Name of the cell of an assertion, from its path.
+pub(crate) fn cell_name(path: &str) -> String {
+    match path.rsplit_once('.') {
+        Some((instances, name)) => format!("{instances}.check_{name}.holds"),
+        None => format!("check_{path}.holds"),
+    }
+}
+
+/// Path of a check, from the name of its cell.
+pub(crate) fn path_of(cell: &str) -> String {
+    let cell = cell.rsplit_once('.').map_or(cell, |(path, _)| path);
+    cell.replace("check_", "")
+}

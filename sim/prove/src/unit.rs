@@ -1,0 +1,271 @@
+//! Proof of a unit.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::sync::Arc;
+use std::time::Instant;
+
+use potamoi_formats::config::Config;
+use potamoi_netlist::{CheckInfo, CheckKind, Header, IrErrors, Module, check_modules, verilog};
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
+use serde::Serialize;
+
+use crate::script::{Kept, script};
+use crate::solver::{failed, failed_step, reached};
+use crate::tools::{Tools, no_outcome};
+use crate::{Outcome, Property, ProveError};
+
+/// Bits of the counters in a proof, the fewest that a configuration may have.
+const COUNTER_BITS: u32 = 16;
+/// Clocks of an induction.
+const INDUCTION: u32 = 1;
+
+/// A unit to prove.
+#[derive(Debug, Clone)]
+pub struct Unit {
+    /// Its name.
+    pub name: String,
+    /// The unit, with narrow counters.
+    pub module: Arc<Module>,
+    /// Edits of its text, for mutants: a file, text that occurs in it, and what replaces the first.
+    pub edits: Vec<[String; 3]>,
+}
+
+/// The units of a configuration.
+///
+/// # Errors
+/// The netlist's own checks.
+pub fn units(config: &Config) -> Result<Vec<Unit>, IrErrors> {
+    let mut config = config.clone();
+    config.gu.counter_bits = COUNTER_BITS;
+    let all = [gathering_unit(&config)?, vector_unit(&config)?];
+    let named = |module: Arc<Module>| Unit {
+        name: module.name().to_owned(),
+        module,
+        edits: vec![],
+    };
+    Ok(all.map(named).to_vec())
+}
+
+/// What is looked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Cycles of the runs in which what is not proven is looked for.
+    pub depth: u32,
+    /// Cycles within which cover points are looked for; 0 for not at all.
+    pub cover: u32,
+}
+
+/// What is known of a unit.
+#[derive(Debug, Clone, Serialize)]
+pub struct Proof {
+    /// The unit.
+    pub unit: String,
+    /// All its properties, then its cover points.
+    pub properties: Vec<Property>,
+    /// Every way in which the system that is proven may do more than the unit.
+    pub abstractions: Vec<String>,
+    /// What is taken for granted of the inputs.
+    pub assumptions: Vec<String>,
+    /// Seconds for the assertions.
+    pub seconds: f64,
+    /// Seconds for the cover points.
+    pub cover_seconds: f64,
+}
+
+impl Unit {
+    /// Proves all properties together; what is not inductive is looked for in bounded runs.
+    ///
+    /// # Errors
+    /// A program is missing, fails or gives no outcome.
+    pub fn prove(&self, tools: &Tools, options: Options) -> Result<Proof, ProveError> {
+        let folder = tempfile::tempdir().map_err(|e| ProveError::Files(self.name.clone(), e))?;
+        let header = Header::default();
+        let text = verilog(&self.module, &header).into_iter();
+        let checks = check_modules(&header).into_iter();
+        let checks = checks.map(|(file, text)| (file.to_owned(), text));
+        for (file, mut text) in text.chain(checks) {
+            for [_, from, to] in self.edits.iter().filter(|[of, ..]| *of == file) {
+                if !text.contains(from) {
+                    return Err(ProveError::NoPlace(file, from.clone()));
+                }
+                text = text.replacen(from, to, 1);
+            }
+            fs::write(folder.path().join(&file), text).map_err(|e| ProveError::Files(file, e))?;
+        }
+        let system = System {
+            unit: self,
+            tools,
+            folder: folder.path(),
+            cut: self.module.data_modules(),
+        };
+        let begun = Instant::now();
+        let all = self.module.checks();
+        let asserted = |c: &&CheckInfo| matches!(c.kind, CheckKind::Assert | CheckKind::Invariant);
+        let names: BTreeSet<String> = all
+            .iter()
+            .filter(asserted)
+            .map(|c| c.path.clone())
+            .collect();
+        let mut outcomes = system.assertions(&names, options.depth)?;
+        let seconds = begun.elapsed().as_secs_f64();
+        let begun = Instant::now();
+        if options.cover > 0 {
+            let covers = all.iter().filter(|c| c.kind == CheckKind::Cover);
+            let covers: Vec<String> = covers.map(|c| c.path.clone()).collect();
+            outcomes.extend(system.covers(&covers, options.cover)?);
+        }
+        let properties = all.iter().filter_map(|check| {
+            outcomes.get(&check.path).map(|outcome| Property {
+                name: check.path.clone(),
+                says: check.doc.clone(),
+                supports: check.kind == CheckKind::Invariant,
+                outcome: *outcome,
+            })
+        });
+        let given = all.iter().filter(|c| c.kind == CheckKind::Assume);
+        Ok(Proof {
+            unit: self.name.clone(),
+            properties: properties.collect(),
+            abstractions: self.abstractions(&system.cut),
+            assumptions: given.map(|c| c.doc.clone()).collect(),
+            seconds,
+            cover_seconds: begun.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn abstractions(&self, cut: &BTreeSet<String>) -> Vec<String> {
+        let mut all: Vec<String> = cut
+            .iter()
+            .map(|m| format!("outputs of {m} are free"))
+            .collect();
+        all.push("one bit of a payload stands for all".to_owned());
+        let ports = self.module.ports();
+        if ports.iter().any(|p| p.name == "stat_entries") {
+            all.push(format!("counters have {COUNTER_BITS} bits"));
+        }
+        all
+    }
+}
+
+/// The files of a unit.
+struct System<'a> {
+    unit: &'a Unit,
+    tools: &'a Tools,
+    folder: &'a std::path::Path,
+    cut: BTreeSet<String>,
+}
+
+impl System<'_> {
+    fn write(&self, kept: &Kept<'_>) -> Result<(), ProveError> {
+        let text = script(self.unit.module.name(), &self.cut, kept, "system.smt2");
+        let file = self.folder.join("system.ys");
+        fs::write(file, text).map_err(|e| ProveError::Files("system.ys".to_owned(), e))?;
+        self.tools.yosys(self.folder, "system.ys", &self.unit.name)
+    }
+
+    fn smtbmc(&self, arguments: &[&str]) -> Result<(bool, String), ProveError> {
+        let all = [arguments, &["system.smt2"]].concat();
+        self.tools.smtbmc(self.folder, &all, &self.unit.name)
+    }
+
+    /// Outcomes of these assertions.
+    fn assertions(
+        &self,
+        names: &BTreeSet<String>,
+        depth: u32,
+    ) -> Result<BTreeMap<String, Outcome>, ProveError> {
+        // What is inductive together with all others that are.
+        let mut dropped: Vec<String> = vec![];
+        let clocks = INDUCTION.to_string();
+        while dropped.len() < names.len() {
+            self.write(&Kept::AllBut(&dropped))?;
+            let (passed, said) = self.smtbmc(&["-i", "-t", &clocks])?;
+            if passed {
+                break;
+            }
+            let failing = self.known(failed(&said), names, &said)?;
+            dropped.extend(failing);
+        }
+        let mut outcomes: BTreeMap<String, Outcome> = BTreeMap::new();
+        // The first cycles of all runs, where induction begins.
+        let base = (INDUCTION + 2).to_string();
+        if dropped.len() < names.len() {
+            let (passed, said) = self.smtbmc(&["-t", &base])?;
+            if !passed {
+                let step = failed_step(&said).unwrap_or(0);
+                for name in self.known(failed(&said), names, &said)? {
+                    outcomes.insert(name, Outcome::Failed(step));
+                }
+                // Nothing follows from an induction that does not begin.
+                let kept = names.iter().filter(|name| !dropped.contains(name));
+                dropped.extend(kept.cloned().collect::<Vec<_>>());
+            }
+        }
+        for name in names.iter().filter(|name| !dropped.contains(name)) {
+            outcomes.insert(name.clone(), Outcome::Proven);
+        }
+        self.bounded(dropped, names, depth, &mut outcomes)?;
+        Ok(outcomes)
+    }
+
+    /// Looks for failures in all runs of `depth` cycles.
+    fn bounded(
+        &self,
+        mut open: Vec<String>,
+        names: &BTreeSet<String>,
+        depth: u32,
+        outcomes: &mut BTreeMap<String, Outcome>,
+    ) -> Result<(), ProveError> {
+        open.retain(|name| !outcomes.contains_key(name));
+        open.sort();
+        open.dedup();
+        let steps = depth.to_string();
+        while !open.is_empty() {
+            self.write(&Kept::Only(&open))?;
+            let (passed, said) = self.smtbmc(&["-t", &steps])?;
+            if passed {
+                break;
+            }
+            let step = failed_step(&said).unwrap_or(0);
+            for name in self.known(failed(&said), names, &said)? {
+                open.retain(|own| *own != name);
+                outcomes.insert(name, Outcome::Failed(step));
+            }
+        }
+        outcomes.extend(open.into_iter().map(|name| (name, Outcome::Bounded(depth))));
+        Ok(())
+    }
+
+    /// The names, all of which the unit has, and one at least.
+    fn known(
+        &self,
+        found: Vec<String>,
+        names: &BTreeSet<String>,
+        said: &str,
+    ) -> Result<Vec<String>, ProveError> {
+        match !found.is_empty() && found.iter().all(|name| names.contains(name)) {
+            true => Ok(found),
+            false => Err(no_outcome("yosys-smtbmc", &self.unit.name, said)),
+        }
+    }
+
+    /// Outcomes of these cover points.
+    fn covers(&self, names: &[String], depth: u32) -> Result<Vec<(String, Outcome)>, ProveError> {
+        if names.is_empty() {
+            return Ok(vec![]);
+        }
+        self.write(&Kept::Covers)?;
+        let (_, said) = self.smtbmc(&["-c", "-t", &depth.to_string()])?;
+        let steps: BTreeMap<String, u32> = reached(&said).into_iter().collect();
+        let outcome = |name: &String| match steps.get(name) {
+            Some(step) => Outcome::Reached(*step),
+            None => Outcome::NotReached(depth),
+        };
+        Ok(names
+            .iter()
+            .map(|name| (name.clone(), outcome(name)))
+            .collect())
+    }
+}
