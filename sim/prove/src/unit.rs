@@ -80,20 +80,7 @@ impl Unit {
     /// # Errors
     /// A program is missing, fails or gives no outcome.
     pub fn prove(&self, tools: &Tools, options: Options) -> Result<Proof, ProveError> {
-        let folder = tempfile::tempdir().map_err(|e| ProveError::Files(self.name.clone(), e))?;
-        let header = Header::default();
-        let text = verilog(&self.module, &header).into_iter();
-        let checks = check_modules(&header).into_iter();
-        let checks = checks.map(|(file, text)| (file.to_owned(), text));
-        for (file, mut text) in text.chain(checks) {
-            for [_, from, to] in self.edits.iter().filter(|[of, ..]| *of == file) {
-                if !text.contains(from) {
-                    return Err(ProveError::NoPlace(file, from.clone()));
-                }
-                text = text.replacen(from, to, 1);
-            }
-            fs::write(folder.path().join(&file), text).map_err(|e| ProveError::Files(file, e))?;
-        }
+        let folder = self.files()?;
         let system = System {
             unit: self,
             tools,
@@ -133,6 +120,52 @@ impl Unit {
             seconds,
             cover_seconds: begun.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Looks for a failure of one property in all runs of `depth` cycles. Without one, the property is
+    /// proven if all of the unit are.
+    ///
+    /// # Errors
+    /// A program is missing, fails or gives no outcome.
+    pub fn look(&self, tools: &Tools, property: &str, depth: u32) -> Result<Outcome, ProveError> {
+        let folder = self.files()?;
+        let system = System {
+            unit: self,
+            tools,
+            folder: folder.path(),
+            cut: self.module.data_modules(),
+        };
+        let names = BTreeSet::from([property.to_owned()]);
+        let mut outcomes = BTreeMap::new();
+        system.bounded(vec![property.to_owned()], &names, depth, &mut outcomes)?;
+        if let Some(Outcome::Failed(step)) = outcomes.get(property) {
+            return Ok(Outcome::Failed(*step));
+        }
+        system.write(&Kept::AllBut(&[]))?;
+        let (inductive, _) = system.smtbmc(&["-i", "-t", &INDUCTION.to_string()])?;
+        Ok(match inductive {
+            true => Outcome::Proven,
+            false => Outcome::Bounded(depth),
+        })
+    }
+
+    /// A folder with the Verilog and its checks.
+    fn files(&self) -> Result<tempfile::TempDir, ProveError> {
+        let folder = tempfile::tempdir().map_err(|e| ProveError::Files(self.name.clone(), e))?;
+        let header = Header::default();
+        let text = verilog(&self.module, &header).into_iter();
+        let checks = check_modules(&header).into_iter();
+        let checks = checks.map(|(file, text)| (file.to_owned(), text));
+        for (file, mut text) in text.chain(checks) {
+            for [_, from, to] in self.edits.iter().filter(|[of, ..]| *of == file) {
+                if !text.contains(from) {
+                    return Err(ProveError::NoPlace(file, from.clone()));
+                }
+                text = text.replacen(from, to, 1);
+            }
+            fs::write(folder.path().join(&file), text).map_err(|e| ProveError::Files(file, e))?;
+        }
+        Ok(folder)
     }
 
     fn abstractions(&self, cut: &BTreeSet<String>) -> Vec<String> {

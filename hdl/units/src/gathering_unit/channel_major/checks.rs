@@ -6,6 +6,7 @@ use potamoi_netlist::{Instance, ModuleBuilder};
 
 use crate::gathering_unit::shared::counter_checks::counter_checks;
 use crate::gathering_unit::shared::reducer::stage_name;
+use crate::gathering_unit::shared::unit_checks::{environment, stable_stream};
 
 /// Instances whose state the checks see.
 pub(crate) struct Parts {
@@ -75,7 +76,7 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         }
     }
     idle(m, &stages);
-    stream(m);
+    stable_stream(m);
     progress(m, config, &stages);
     if config.table_parts() == 1 {
         counter_checks(m, config.gu.counter_bits, &["fifo", "mft", "rit"]);
@@ -93,24 +94,6 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
     );
 }
 
-fn environment(m: &mut ModuleBuilder, config: &Config) {
-    m.assume(
-        "settings_stay",
-        "idle | settings == settings_before",
-        "cfg_* change only while the unit is idle.",
-    );
-    m.assume(
-        "segments_built",
-        &format!("cfg_segments > 0 & cfg_segments <= {}", config.gu.segments),
-        "The segments are as many as the unit is built for.",
-    );
-    m.assume(
-        "regular",
-        "~any(rit_errors)",
-        "The RIT stream raises no flag.",
-    );
-}
-
 fn idle(m: &mut ModuleBuilder, stages: &[String]) {
     let busy: Vec<String> = stages.iter().map(|s| format!("{s}_valid")).collect();
     m.assert(
@@ -120,32 +103,6 @@ fn idle(m: &mut ModuleBuilder, stages: &[String]) {
             busy.join(" | ")
         ),
         "An idle unit has nothing in flight.",
-    );
-}
-
-/// AXI4-Stream: what is offered stays until it is taken.
-fn stream(m: &mut ModuleBuilder) {
-    let waits = m.ghost_reg("waits", 1);
-    m.ghost_next(waits, "1", "m_axis_feat_tvalid & ~m_axis_feat_tready");
-    let fields = ["tdata", "tkeep", "tlast", "tuser"];
-    let mut same = vec![];
-    for field in fields {
-        let port = format!("m_axis_feat_{field}");
-        let width = m.named(&port).width();
-        let past = m.ghost_reg(&format!("{field}_past"), width);
-        m.ghost_next(past, "1", &port);
-        m.same(&format!("{field}_stays"), &port, &format!("{field}_past"));
-        same.push(format!("{field}_stays"));
-    }
-    m.assert(
-        "valid_stays",
-        "waits -> m_axis_feat_tvalid",
-        "tvalid stays until tready.",
-    );
-    m.assert(
-        "beat_stays",
-        &format!("waits -> {}", same.join(" & ")),
-        "tdata, tkeep, tlast and tuser stay until tready.",
     );
 }
 

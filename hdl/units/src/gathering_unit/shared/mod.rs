@@ -15,3 +15,4 @@ pub(super) mod rit_writer;
 pub(super) mod streams;
 pub(super) mod table_checks;
 pub(super) mod table_halves;
+pub(super) mod unit_checks;

@@ -1,0 +1,289 @@
+//! Every property can fail: each is shown to on a mutant of the preset `small`.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::collections::BTreeSet;
+
+use potamoi_formats::config::{Config, PRESETS};
+use potamoi_netlist::CheckKind;
+use potamoi_prove::{Outcome, Tools, Unit, units};
+
+/// Cycles of the runs. A mutant that fails later is found by induction.
+const CYCLES: u32 = 12;
+const GU: &str = "gathering_unit.v";
+const RIT: &str = "rit_buffer.v";
+const FIFO: &str = "feature_fifo.v";
+const VU: &str = "vector_unit.v";
+const VFIFO: &str = "result_fifo.v";
+
+/// A property, the file that a mutant edits, and what it replaces.
+type Mutant = [&'static str; 4];
+
+const GATHERING: [Mutant; 27] = [
+    ["balance", GU, "if (group_start ^ pop)", "if (group_start)"],
+    [
+        "credit",
+        GU,
+        "GROUPS_IN_FLIGHT = 3'd4",
+        "GROUPS_IN_FLIGHT = 3'd5",
+    ],
+    [
+        "idle_is_empty",
+        GU,
+        "assign idle = ~((|in_flight) | ",
+        "assign idle = ~(",
+    ],
+    [
+        "valid_stays",
+        FIFO,
+        "assign valid = |count;",
+        "assign valid = count[0];",
+    ],
+    [
+        "beat_stays",
+        FIFO,
+        "assign data = mem_out;",
+        "assign data = push ? push_data : mem_out;",
+    ],
+    [
+        "never_stuck",
+        GU,
+        "may_start = credit & mft_is_loaded",
+        "may_start = 1'b0",
+    ],
+    [
+        "no_cycle_lost",
+        GU,
+        "(stalled & credit & (~mft_is_loaded))",
+        "(stalled & credit & (~mft_is_loaded) & (~m_axis_feat_tready))",
+    ],
+    [
+        "rit.settings_stay",
+        GU,
+        "(cfg_vertices),",
+        "(cfg_vertices ^ {1'b0, fire}),",
+    ],
+    [
+        "rit.segments_built",
+        GU,
+        "(cfg_segments),",
+        "(cfg_segments + 7'd1),",
+    ],
+    [
+        "rit.takes_offered",
+        GU,
+        "(fire),",
+        "(fire | mft_is_loaded),",
+    ],
+    [
+        "rit.groups_in_order",
+        RIT,
+        "(read_group + 4'd1);",
+        "(read_group + 4'd2);",
+    ],
+    [
+        "rit.reads_written",
+        RIT,
+        "readable = (read_row_now < end_row)",
+        "readable = (read_row_now <= end_row)",
+    ],
+    [
+        "rit.none_overwritten",
+        RIT,
+        "write_ready = ~(write_half ? closed_1 : closed_0);",
+        "write_ready = 1'b1;",
+    ],
+    [
+        "rit.never_stuck",
+        RIT,
+        "some_bytes ? all_groups : (full_groups + 4'd1)",
+        "some_bytes ? all_groups : full_groups",
+    ],
+    [
+        "rit.segment_in_range",
+        RIT,
+        "(next_segment < cfg_segments)",
+        "(next_segment <= cfg_segments)",
+    ],
+    [
+        "rit.vertices_in_order",
+        RIT,
+        "q_first <= read_first;",
+        "q_first <= read_last;",
+    ],
+    [
+        "mft.reads_loaded",
+        GU,
+        "may_start = credit & mft_is_loaded",
+        "may_start = credit",
+    ],
+    [
+        "mft.frees_loaded",
+        GU,
+        "release_table = fire & rit_p_last",
+        "release_table = rit_p_last",
+    ],
+    [
+        "mft.halves_apart",
+        "mft.v",
+        "write_ready = ~(write_half ? loaded_1 : loaded_0);",
+        "write_ready = 1'b1;",
+    ],
+    [
+        "mft.none_overwritten",
+        "mft.v",
+        "write_ready = ~(write_half ? loaded_1 : loaded_0);",
+        "write_ready = 1'b1;",
+    ],
+    [
+        "results.has_room",
+        GU,
+        "GROUPS_IN_FLIGHT = 3'd4",
+        "GROUPS_IN_FLIGHT = 3'd5",
+    ],
+    [
+        "results.has_word",
+        GU,
+        "pop = results_valid & m_axis_feat_tready",
+        "pop = m_axis_feat_tready",
+    ],
+    [
+        "results.in_order",
+        FIFO,
+        "mem[write_pointer] <= ",
+        "mem[read_pointer] <= ",
+    ],
+    [
+        "results.none_lost",
+        FIFO,
+        "(count - 3'd1)",
+        "(count - 3'd2)",
+    ],
+    ["results.occupancy", FIFO, "if (push ^ pop)", "if (push)"],
+    [
+        "results.head_stays",
+        FIFO,
+        "assign data = mem_out;",
+        "assign data = push ? push_data : mem_out;",
+    ],
+    // The unit assumes what the buffer says of its stream: only the assumption itself can be left out.
+    [
+        "rit.regular",
+        GU,
+        "potamoi_assume check_regular",
+        "potamoi_cover check_regular",
+    ],
+];
+
+const VECTOR: [Mutant; 12] = [
+    ["balance", VU, "if (accept ^ pop)", "if (accept)"],
+    ["credit", VU, "in_flight < 5'd18", "in_flight < 5'd19"],
+    [
+        "idle_is_empty",
+        VU,
+        "assign idle = ~(|in_flight);",
+        "assign idle = ~in_flight[0];",
+    ],
+    [
+        "valid_stays",
+        VFIFO,
+        "assign valid = |count;",
+        "assign valid = count[0];",
+    ],
+    [
+        "beat_stays",
+        VFIFO,
+        "assign data = mem_out;",
+        "assign data = push ? push_data : mem_out;",
+    ],
+    [
+        "never_stuck",
+        VU,
+        "may_accept = room;",
+        "may_accept = 1'b0;",
+    ],
+    [
+        "fifo.has_room",
+        VU,
+        "in_flight < 5'd18",
+        "in_flight < 5'd19",
+    ],
+    [
+        "fifo.has_word",
+        VU,
+        "pop = fifo_valid & m_axis_vec_tready",
+        "pop = m_axis_vec_tready",
+    ],
+    [
+        "fifo.in_order",
+        VFIFO,
+        "mem[write_pointer] <= ",
+        "mem[read_pointer] <= ",
+    ],
+    ["fifo.none_lost", VFIFO, "(count - 5'd1)", "(count - 5'd2)"],
+    ["fifo.occupancy", VFIFO, "if (push ^ pop)", "if (push)"],
+    [
+        "fifo.head_stays",
+        VFIFO,
+        "assign data = mem_out;",
+        "assign data = push ? push_data : mem_out;",
+    ],
+];
+
+fn small() -> Vec<Unit> {
+    let (_, text) = PRESETS.iter().find(|(name, _)| *name == "small").unwrap();
+    units(&Config::from_toml(text, "small").unwrap()).unwrap()
+}
+
+fn sets() -> [(Unit, &'static [Mutant]); 2] {
+    let [gathering, vector] = <[Unit; 2]>::try_from(small()).unwrap();
+    [(gathering, &GATHERING), (vector, &VECTOR)]
+}
+
+#[test]
+fn every_property_has_a_mutant() {
+    for (unit, mutants) in sets() {
+        let all = unit.module.checks();
+        let properties = all.iter().filter(|c| c.kind == CheckKind::Assert);
+        let properties: BTreeSet<&str> = properties.map(|c| c.path.as_str()).collect();
+        let shown: BTreeSet<&str> = mutants.iter().map(|[name, ..]| *name).collect();
+        assert_eq!(properties, shown, "{}", unit.name);
+    }
+}
+
+fn dies(tools: &Tools, unit: &Unit, [property, file, from, to]: Mutant) -> Outcome {
+    let mut mutant = unit.clone();
+    mutant.edits.push([file, from, to].map(str::to_owned));
+    let found = mutant.look(tools, property, CYCLES);
+    let found = found.unwrap_or_else(|e| panic!("{property}: {e}"));
+    assert_ne!(
+        found,
+        Outcome::Proven,
+        "{property} holds of `{to}` in {file}"
+    );
+    found
+}
+
+#[test]
+fn some_mutants_fail() {
+    let tools = Tools::find().unwrap_or_else(|e| panic!("{e}"));
+    let [(gathering, of_gathering), _] = sets();
+    for mutant in of_gathering
+        .iter()
+        .filter(|m| ["mft.halves_apart", "rit.never_stuck"].contains(&m[0]))
+    {
+        let found = dies(&tools, &gathering, *mutant);
+        assert!(matches!(found, Outcome::Failed(_)), "{mutant:?}: {found:?}");
+    }
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn every_property_fails_on_its_mutant() {
+    let tools = Tools::find().unwrap_or_else(|e| panic!("{e}"));
+    for (unit, mutants) in sets() {
+        for mutant in mutants {
+            let found = dies(&tools, &unit, *mutant);
+            println!("{} {}: {found:?}", unit.name, mutant[0]);
+        }
+    }
+}
