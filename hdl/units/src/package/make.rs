@@ -34,7 +34,7 @@ lint-verilator:
 	$(call each,$(VERILATOR) --lint-only -Wall $(if $(CHECKS),--assert -DPOTAMOI_CHECKS,--language 1364-2005) --top-module $(top) -f $$unit.f $(checks))
 
 lint-icarus:
-	$(call each,$(IVERILOG) $(if $(CHECKS),-g2012 -DPOTAMOI_CHECKS,-g2005) -Wall -tnull -s $(top) $(files))
+	$(call each,$(IVERILOG) -g2005 $(if $(CHECKS),-DPOTAMOI_CHECKS) -Wall -tnull -s $(top) $(files))
 
 lint-yosys:
 	$(call each,$(YOSYS) -q -e '.*' -p "read_verilog $(if $(CHECKS),-formal -DPOTAMOI_CHECKS) $(files); hierarchy -check -top $(top); proc; check -assert")

@@ -51,7 +51,7 @@ sources = $(foreach folder,$(PARTS_$1) $1,$(wildcard $(RTL)/$(folder)/*.v))
 .SECONDEXPANSION:
 $(BUILD)/%.icarus: %_tb.v $$(call sources,$$*) $$(checks)
 	@mkdir -p $(BUILD)
-	$(IVERILOG) $(if $(CHECKS),-g2012 -DPOTAMOI_CHECKS,-g2005) -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
+	$(IVERILOG) -g2005 $(if $(CHECKS),-DPOTAMOI_CHECKS) -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
 	@touch $@
 
 $(BUILD)/%.verilator: %_tb.v $$(call sources,$$*) $$(checks)

@@ -17,7 +17,11 @@ module potamoi_assert (
   always @(posedge clk) begin
     if (on && good !== 1'b1) begin
       $display("FAIL: %m does not hold at %0t", $time);
-      $fatal;
+`ifdef __ICARUS__
+      $finish_and_return(1);
+`else
+      $fatal(1);
+`endif
     end
   end
 `endif

@@ -18,7 +18,11 @@ module potamoi_assume (
   always @(posedge clk) begin
     if (on && good !== 1'b1 && !$test$plusargs("any_input")) begin
       $display("FAIL: %m does not hold at %0t", $time);
-      $fatal;
+`ifdef __ICARUS__
+      $finish_and_return(1);
+`else
+      $fatal(1);
+`endif
     end
   end
 `endif

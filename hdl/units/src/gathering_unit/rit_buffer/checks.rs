@@ -40,7 +40,7 @@ fn environment(m: &mut ModuleBuilder, segments: u32) {
     );
     m.assume(
         "segments_built",
-        &format!("cfg_segments > 0 & cfg_segments <= {segments}"),
+        &format!("is_empty & ~s_axis_rit_tvalid | cfg_segments > 0 & cfg_segments <= {segments}"),
         "The segments are as many as the unit is built for.",
     );
     m.assume(
@@ -174,7 +174,7 @@ fn properties(m: &mut ModuleBuilder, shape: &Shape) {
     );
     m.assert(
         "segment_in_range",
-        "read_segment < cfg_segments",
+        "is_empty | read_segment < cfg_segments",
         "A half is read once for every segment at most.",
     );
 }

@@ -12,7 +12,10 @@ pub(crate) fn environment(m: &mut ModuleBuilder, config: &Config) {
     );
     m.assume(
         "segments_built",
-        &format!("cfg_segments > 0 & cfg_segments <= {}", config.gu.segments),
+        &format!(
+            "idle & ~s_axis_rit_tvalid | cfg_segments > 0 & cfg_segments <= {}",
+            config.gu.segments
+        ),
         "The segments are as many as the unit is built for.",
     );
     m.assume(
