@@ -180,8 +180,8 @@ const VECTOR: [Mutant; 12] = [
     [
         "idle_is_empty",
         VU,
-        "assign idle = ~(|in_flight);",
-        "assign idle = ~in_flight[0];",
+        "in_flight <= accept ? (in_flight + 5'd1)",
+        "in_flight <= accept ? in_flight",
     ],
     [
         "valid_stays",
