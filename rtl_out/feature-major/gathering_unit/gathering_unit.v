@@ -1188,6 +1188,70 @@ module gathering_unit (
   assign s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
   assign stat_errors = {setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat,
       ragged_entries, weights_off_one, 1'b0, row_not_loaded};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire [31:0] kept_ports_15_joined = {{2{kept_ports[15]}}, {2{kept_ports[14]}}, {2{kept_ports[13]}},
+      {2{kept_ports[12]}}, {2{kept_ports[11]}}, {2{kept_ports[10]}}, {2{kept_ports[9]}},
+      {2{kept_ports[8]}}, {2{kept_ports[7]}}, {2{kept_ports[6]}}, {2{kept_ports[5]}},
+      {2{kept_ports[4]}}, {2{kept_ports[3]}}, {2{kept_ports[2]}}, {2{kept_ports[1]}},
+      {2{kept_ports[0]}}};
+  reg waits;
+  reg [255:0] tdata_past;
+  wire tdata_stays;
+  potamoi_same #(.WIDTH(256)) is_tdata_stays (.a(results_data[255:0]), .b(tdata_past),
+      .same(tdata_stays));
+  reg [31:0] tkeep_past;
+  wire tkeep_stays;
+  potamoi_same #(.WIDTH(32)) is_tkeep_stays (.a(kept_ports_15_joined), .b(tkeep_past),
+      .same(tkeep_stays));
+  reg tlast_past;
+  wire tlast_stays;
+  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(results_data[528]), .b(tlast_past),
+      .same(tlast_stays));
+  reg [255:0] tuser_past;
+  wire tuser_stays;
+  potamoi_same #(.WIDTH(256)) is_tuser_stays (.a(results_data[511:256]), .b(tuser_past),
+      .same(tuser_stays));
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      waits <= 1'b0;
+      tdata_past <= 256'h0;
+      tkeep_past <= 32'd0;
+      tlast_past <= 1'b0;
+      tuser_past <= 256'h0;
+    end else begin
+      waits <= results_valid & (~m_axis_feat_tready);
+      tdata_past <= results_data[255:0];
+      tkeep_past <= kept_ports_15_joined;
+      tlast_past <= results_data[528];
+      tuser_past <= results_data[511:256];
+    end
+  end
+
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past};
+
+  // cfg_* change only while the unit is idle.
+  potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==
+      settings_before)));
+
+  // The segments are as many as the unit is built for.
+  potamoi_assume check_segments_built (.clk(clk), .on(checking), .good((idle & (~s_axis_rit_tvalid))
+      | ((7'd0 < cfg_segments) & (cfg_segments <= 7'd8))));
+
+  // The RIT stream raises no flag.
+  potamoi_assume check_regular (.clk(clk), .on(checking), .good(~(|rit_errors)));
+
+  // tvalid stays until tready.
+  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | results_valid));
+
+  // tdata, tkeep, tlast and tuser stay until tready.
+  potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
+      tkeep_stays & tlast_stays & tuser_stays)));
+`endif
 endmodule
 
 `default_nettype wire

@@ -493,6 +493,236 @@ module rit_buffer (
       ((~s_axis_rit_tkeep[14]) | s_axis_rit_tkeep[12])) : (&s_axis_rit_tkeep))) | (follows_beats &
       (write_user ^ s_axis_rit_tuser))), write_accept & s_axis_rit_tlast & (~(whole_entries |
       ((~some_bytes) & write_phase_is_0 & write_row_or_write_second)))};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire [2:0] write_accept_joined = {write_accept & ends_half & not_last & write_second &
+      (~s_axis_rit_tuser) & (7'd1 < cfg_segments), write_accept & ((~(s_axis_rit_tlast ?
+      ((s_axis_rit_tkeep[0] == s_axis_rit_tkeep[1]) & (s_axis_rit_tkeep[2] == s_axis_rit_tkeep[3]) &
+      ((~s_axis_rit_tkeep[2]) | s_axis_rit_tkeep[0]) & (s_axis_rit_tkeep[4] == s_axis_rit_tkeep[5])
+      & ((~s_axis_rit_tkeep[4]) | s_axis_rit_tkeep[2]) & (s_axis_rit_tkeep[6] ==
+      s_axis_rit_tkeep[7]) & ((~s_axis_rit_tkeep[6]) | s_axis_rit_tkeep[4]) & (s_axis_rit_tkeep[8]
+      == s_axis_rit_tkeep[9]) & ((~s_axis_rit_tkeep[8]) | s_axis_rit_tkeep[6]) &
+      (s_axis_rit_tkeep[10] == s_axis_rit_tkeep[11]) & ((~s_axis_rit_tkeep[10]) |
+      s_axis_rit_tkeep[8]) & (s_axis_rit_tkeep[12] == s_axis_rit_tkeep[13]) &
+      ((~s_axis_rit_tkeep[12]) | s_axis_rit_tkeep[10]) & (s_axis_rit_tkeep[14] ==
+      s_axis_rit_tkeep[15]) & ((~s_axis_rit_tkeep[14]) | s_axis_rit_tkeep[12])) :
+      (&s_axis_rit_tkeep))) | (follows_beats & (write_user ^ s_axis_rit_tuser))), write_accept &
+      s_axis_rit_tlast & (~(whole_entries | ((~some_bytes) & write_phase_is_0 &
+      write_row_or_write_second)))};
+  wire not_closed_0 = ~(closed_0 | closed_1 | follows_beats | q_valid | p_valid);
+  reg [1:0] vertices_past;
+  reg [6:0] segments_past;
+  wire [3:0] groups_a_row = (cfg_vertices == 2'd0) ? 4'd12 : {1'd0, (cfg_vertices == 2'd1) ? 3'd4 :
+      {1'd0, (cfg_vertices == 2'd2) ? 2'd2 : 2'd1}};
+  wire [3:0] groups_written = (cfg_vertices == 2'd0) ? ((write_phase == 3'd0) ? 4'd0 : (write_phase
+      == 3'd1) ? 4'd2 : (write_phase == 3'd2) ? 4'd4 : (write_phase == 3'd3) ? 4'd6 : (write_phase
+      == 3'd4) ? 4'd8 : 4'd10) : {2'd0, (cfg_vertices == 2'd1) ? ((write_phase == 3'd0) ? 2'd0 :
+      (write_phase == 3'd1) ? 2'd0 : (write_phase == 3'd2) ? 2'd1 : (write_phase == 3'd3) ? 2'd2 :
+      (write_phase == 3'd4) ? 2'd2 : 2'd3) : {1'd0, (cfg_vertices == 2'd2) ? ((write_phase == 3'd0)
+      ? 1'b0 : (write_phase == 3'd1) ? 1'b0 : (write_phase == 3'd2) ? 1'b0 : (write_phase == 3'd3) ?
+      1'b1 : 1'b1) : (write_phase == 3'd0) ? 1'b0 : (write_phase == 3'd1) ? 1'b0 : (write_phase ==
+      3'd2) ? 1'b0 : (write_phase == 3'd3) ? 1'b0 : 1'b0}};
+  wire pick_half;
+  potamoi_free #(.WIDTH(1)) any_pick_half (.value(pick_half));
+  wire [5:0] pick_row;
+  potamoi_free #(.WIDTH(6)) any_pick_row (.value(pick_row));
+  wire [3:0] pick_group;
+  potamoi_free #(.WIDTH(4)) any_pick_group (.value(pick_group));
+  wire [2:0] pick_from = (cfg_vertices == 2'd0) ? ((pick_group == 4'd0) ? 3'd0 : (pick_group ==
+      4'd1) ? 3'd0 : (pick_group == 4'd2) ? 3'd1 : (pick_group == 4'd3) ? 3'd1 : (pick_group ==
+      4'd4) ? 3'd2 : (pick_group == 4'd5) ? 3'd2 : (pick_group == 4'd6) ? 3'd3 : (pick_group ==
+      4'd7) ? 3'd3 : (pick_group == 4'd8) ? 3'd4 : (pick_group == 4'd9) ? 3'd4 : 3'd5) :
+      (cfg_vertices == 2'd1) ? ((pick_group == 4'd0) ? 3'd0 : (pick_group == 4'd1) ? 3'd1 :
+      (pick_group == 4'd2) ? 3'd3 : 3'd4) : {1'd0, (cfg_vertices == 2'd2) ? ((pick_group == 4'd0) ?
+      2'd0 : 2'd3) : 2'd0};
+  wire [2:0] pick_to = (cfg_vertices == 2'd0) ? ((pick_group == 4'd0) ? 3'd0 : (pick_group == 4'd1)
+      ? 3'd0 : (pick_group == 4'd2) ? 3'd1 : (pick_group == 4'd3) ? 3'd1 : (pick_group == 4'd4) ?
+      3'd2 : (pick_group == 4'd5) ? 3'd2 : (pick_group == 4'd6) ? 3'd3 : (pick_group == 4'd7) ? 3'd3
+      : (pick_group == 4'd8) ? 3'd4 : (pick_group == 4'd9) ? 3'd4 : 3'd5) : (cfg_vertices == 2'd1) ?
+      ((pick_group == 4'd0) ? 3'd1 : (pick_group == 4'd1) ? 3'd2 : (pick_group == 4'd2) ? 3'd4 :
+      3'd5) : (cfg_vertices == 2'd2) ? ((pick_group == 4'd0) ? 3'd2 : 3'd5) : 3'd5;
+  wire pick_is_group = pick_group < groups_a_row;
+  wire at_pick = (read_half == pick_half) & (read_row == pick_row) & (read_group == pick_group);
+  wire pick_closed = pick_half ? closed_1 : closed_0;
+  wire [6:0] pick_end_row = pick_half ? end_row_1 : end_row_0;
+  wire [3:0] pick_end_group = pick_half ? end_group_1 : end_group_0;
+  wire [1:0] pick_keep = pick_half ? last_keep_1 : last_keep_0;
+  wire pick_freed = pick_half ? release_1 : release_0;
+  wire pick_ends = ({1'd0, pick_row} == pick_end_row) & (({1'd0, pick_group} + 5'd1) == {1'd0,
+      pick_end_group});
+  wire pick_before_end = ({1'd0, pick_row} < pick_end_row) | (({1'd0, pick_row} == pick_end_row) &
+      (pick_group < pick_end_group));
+  wire write_in_pick = write_accept & some_bytes & (write_half == pick_half) & (write_row ==
+      pick_row);
+  wire pick_behind_reader = (read_half == pick_half) & ((pick_row < read_row) | ((pick_row ==
+      read_row) & (pick_group < read_group)));
+  wire pick_behind_writer = (write_half == pick_half) & ((pick_row < write_row) | ((pick_row ==
+      write_row) & (pick_to < write_phase)));
+  wire read_closed = read_half ? closed_1 : closed_0;
+  reg pick_written;
+  wire pick_completes = write_in_pick & (write_phase == pick_to);
+  reg pick_read;
+  wire [6:0] read_end_row = read_half ? end_row_1 : end_row_0;
+  wire [3:0] read_end_group = read_half ? end_group_1 : end_group_0;
+  wire last_pass = ~(next_segment < cfg_segments);
+  wire amid_half = (|write_row) | (|write_phase);
+  wire oldest = (closed_0 & closed_1) ? write_half : closed_0 ? 1'b0 : closed_1 ? 1'b1 : write_half;
+  wire oldest_goes_on = oldest ? (closed_1 & (~ends_mvoxel_1) & (~streamed_1)) : (closed_0 &
+      (~ends_mvoxel_0) & (~streamed_0));
+  wire read_in_empty = (~read_closed) & (~amid_half);
+  wire read_streamed = read_in_empty ? write_user : read_half ? streamed_1 : streamed_0;
+  wire spans_both = closed_0 & closed_1 & (~(write_half ? ends_mvoxel_1 : ends_mvoxel_0));
+  wire whole_is_kept = (read_start_half == oldest) & (oldest ? (closed_1 & (~streamed_1) &
+      (ends_mvoxel_1 | (closed_0 & ends_mvoxel_0))) : (closed_0 & (~streamed_0) & (ends_mvoxel_0 |
+      (closed_1 & ends_mvoxel_1))));
+  wire second_is_last = last_pass & (read_start_half != read_half) & (read_half == oldest) &
+      (read_half ? (closed_1 & (~streamed_1) & ends_mvoxel_1) : (closed_0 & (~streamed_0) &
+      ends_mvoxel_0));
+  wire [2:0] last_vertex = (cfg_vertices == 2'd0) ? 3'd0 : (cfg_vertices == 2'd1) ? 3'd1 :
+      (cfg_vertices == 2'd2) ? 3'd3 : 3'd7;
+  reg [2:0] due;
+  wire [3:0] by_due = (due == last_vertex) ? 4'd0 : ({1'd0, due} + 4'd1);
+  wire [3:0] q_due = p_valid ? ((due == last_vertex) ? 4'd0 : ({1'd0, due} + 4'd1)) : {1'd0, due};
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      vertices_past <= 2'd0;
+      segments_past <= 7'd0;
+      pick_written <= 1'b0;
+      pick_read <= 1'b0;
+      due <= 3'd0;
+    end else begin
+      vertices_past <= cfg_vertices;
+      segments_past <= cfg_segments;
+      if (pick_completes | pick_freed) begin
+        pick_written <= ~pick_freed;
+      end
+      if ((read_leave_half & (read_half == pick_half)) | (read_step & at_pick)) begin
+        pick_read <= ~(read_leave_half & (read_half == pick_half));
+      end
+      if (p_take) begin
+        due <= by_due[2:0];
+      end
+    end
+  end
+
+  wire unused_checks = &{1'b0, by_due[3]};
+
+  // The stream raises no flag: full beats, whole entries, halves that suffice.
+  potamoi_assert check_regular (.clk(clk), .on(checking), .good(~(|write_accept_joined)));
+
+  // Settings change only while the buffer is empty.
+  potamoi_assert check_settings_stay (.clk(clk), .on(checking), .good(not_closed_0 | ((cfg_vertices
+      == vertices_past) & (cfg_segments == segments_past))));
+
+  // The segments are as many as the unit is built for.
+  potamoi_assert check_segments_built (.clk(clk), .on(checking), .good((not_closed_0 &
+      (~s_axis_rit_tvalid)) | ((7'd0 < cfg_segments) & (cfg_segments <= 7'd8))));
+
+  // A vertex is taken only if there is one.
+  potamoi_assert check_takes_offered (.clk(clk), .on(checking), .good((~p_take) | p_valid));
+
+  // In each pass over a half, every group is read once, and in order.
+  potamoi_assert check_groups_in_order (.clk(clk), .on(checking), .good((~pick_is_group) |
+      (pick_read == pick_behind_reader)));
+
+  // A group is read only after all its beats are written, but for entries past the end.
+  potamoi_assert check_reads_written (.clk(clk), .on(checking), .good((~(read_fire & at_pick &
+      pick_is_group)) | pick_written | (pick_closed & pick_ends & (pick_keep != 2'd3))));
+
+  // A group is not overwritten before its half is freed.
+  potamoi_assert check_none_overwritten (.clk(clk), .on(checking), .good((~(write_in_pick &
+      pick_is_group & (pick_from <= write_phase) & (write_phase <= pick_to))) | (~pick_written)));
+
+  // A closed half always has a group to read, until it is freed.
+  potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~read_closed) | readable));
+
+  // A half is read once for every segment at most.
+  potamoi_assert check_segment_in_range (.clk(clk), .on(checking), .good(not_closed_0 |
+      (read_segment < cfg_segments)));
+  potamoi_assert check_end_0_follows_writer (.clk(clk), .on(checking), .good(closed_0 |
+      ((~write_half) ? ((end_row_0 == {1'd0, write_row}) & (end_group_0 == groups_written)) :
+      ((~(|end_row_0)) & (~(|end_group_0))))));
+  potamoi_assert check_end_0_in_range (.clk(clk), .on(checking), .good(((end_row_0 < 7'd64) |
+      ((end_row_0 == 7'd64) & (~(|end_group_0)))) & (end_group_0 <= groups_a_row)));
+  potamoi_assert check_closed_0_has_groups (.clk(clk), .on(checking), .good((~closed_0) |
+      (|end_row_0) | (|end_group_0)));
+  potamoi_assert check_closed_0_is_full (.clk(clk), .on(checking), .good((~(closed_0 &
+      (~ends_mvoxel_0))) | ((end_row_0 == 7'd64) & (~(|end_group_0)) & (last_keep_0 == 2'd3))));
+  potamoi_assert check_end_1_follows_writer (.clk(clk), .on(checking), .good(closed_1 | (write_half
+      ? ((end_row_1 == {1'd0, write_row}) & (end_group_1 == groups_written)) : ((~(|end_row_1)) &
+      (~(|end_group_1))))));
+  potamoi_assert check_end_1_in_range (.clk(clk), .on(checking), .good(((end_row_1 < 7'd64) |
+      ((end_row_1 == 7'd64) & (~(|end_group_1)))) & (end_group_1 <= groups_a_row)));
+  potamoi_assert check_closed_1_has_groups (.clk(clk), .on(checking), .good((~closed_1) |
+      (|end_row_1) | (|end_group_1)));
+  potamoi_assert check_closed_1_is_full (.clk(clk), .on(checking), .good((~(closed_1 &
+      (~ends_mvoxel_1))) | ((end_row_1 == 7'd64) & (~(|end_group_1)) & (last_keep_1 == 2'd3))));
+  potamoi_assert check_phase_in_range (.clk(clk), .on(checking), .good(write_phase < 3'd6));
+  potamoi_assert check_row_in_range (.clk(clk), .on(checking), .good({1'd0, write_row} < 7'd64));
+  potamoi_assert check_group_in_range (.clk(clk), .on(checking), .good(read_group < groups_a_row));
+  potamoi_assert check_waits_at_start (.clk(clk), .on(checking), .good(write_ready |
+      ((~(|write_row)) & (~(|write_phase)) & closed_0 & closed_1)));
+  potamoi_assert check_reader_up_to_end (.clk(clk), .on(checking), .good(readable | (({1'd0,
+      read_row} == read_end_row) & (read_group == read_end_group))));
+  potamoi_assert check_written_up_to_end (.clk(clk), .on(checking), .good((~(pick_is_group &
+      pick_before_end)) | pick_written | (pick_closed & pick_ends & (pick_keep != 2'd3))));
+  potamoi_assert check_written_behind_writer (.clk(clk), .on(checking), .good((~(pick_is_group &
+      (~pick_closed))) | (pick_written == pick_behind_writer)));
+  potamoi_assert check_unread_before_reader (.clk(clk), .on(checking), .good((~pick_read) |
+      pick_behind_reader));
+  potamoi_assert check_unwritten_before_writer (.clk(clk), .on(checking), .good((~(pick_written &
+      (~pick_closed))) | ((write_half == pick_half) & ((|write_row) | (|write_phase)))));
+  potamoi_assert check_reads_oldest (.clk(clk), .on(checking), .good((read_half == oldest) |
+      ((read_start_half == oldest) & oldest_goes_on & (~last_pass))));
+  potamoi_assert check_start_of_mvoxel (.clk(clk), .on(checking), .good((read_start_half ==
+      read_half) | read_streamed | last_pass | (read_start_half == oldest)));
+  potamoi_assert check_start_before_writer (.clk(clk), .on(checking), .good((read_start_half ==
+      read_half) | (~read_in_empty) | write_second));
+  potamoi_assert check_user_of_half (.clk(clk), .on(checking), .good((~amid_half) | (write_user ==
+      (write_half ? streamed_1 : streamed_0))));
+  potamoi_assert check_user_of_other_half (.clk(clk), .on(checking), .good((~(write_second &
+      (write_half ? closed_0 : closed_1))) | (write_user == (write_half ? streamed_0 :
+      streamed_1))));
+  potamoi_assert check_user_of_both (.clk(clk), .on(checking), .good((~spans_both) | (streamed_0 ==
+      streamed_1)));
+  potamoi_assert check_both_suffice (.clk(clk), .on(checking), .good((~(spans_both & (~streamed_0) &
+      (~last_pass))) | (write_half ? ends_mvoxel_0 : ends_mvoxel_1)));
+  potamoi_assert check_second_follows (.clk(clk), .on(checking), .good((~(write_half ? closed_0 :
+      closed_1)) | (write_second == (~(write_half ? ends_mvoxel_0 : ends_mvoxel_1)))));
+  potamoi_assert check_passes_over_kept (.clk(clk), .on(checking), .good((~(|read_segment)) |
+      whole_is_kept | second_is_last));
+
+  // The vertices of a group are offered in order, from 0 to V - 1.
+  potamoi_assert check_vertices_in_order (.clk(clk), .on(checking), .good((~p_valid) | ((p_first ==
+      (~(|due))) & (p_last == (due == last_vertex)))));
+  potamoi_assert check_due_in_range (.clk(clk), .on(checking), .good(due <= last_vertex));
+  potamoi_assert check_vertex_of_group (.clk(clk), .on(checking), .good((~(|read_vertex)) |
+      readable));
+  potamoi_assert check_q_in_order (.clk(clk), .on(checking), .good((~q_valid) | (({1'd0, q_vertex}
+      == q_due) & (q_first == (~(|q_due))) & (q_last == (q_due == {1'd0, last_vertex})))));
+  potamoi_assert check_read_in_order (.clk(clk), .on(checking), .good({2'd0, read_vertex} ==
+      (q_valid ? ((q_due == {1'd0, last_vertex}) ? 5'd0 : ({1'd0, q_due} + 5'd1)) : {1'd0,
+      q_due})));
+
+  // A group is read.
+  potamoi_cover check_begins (.clk(clk), .on(checking), .good(read_fire));
+
+  // A group is read from the half that is being written.
+  potamoi_cover check_reads_open_half (.clk(clk), .on(checking), .good(read_fire & (~read_closed)));
+
+  // The symbolic group is read.
+  potamoi_cover check_picked_group_read (.clk(clk), .on(checking), .good(pick_read));
+
+  // A half is read again for another segment.
+  potamoi_cover check_second_pass (.clk(clk), .on(checking), .good((|read_segment) & read_fire));
+
+  // The eighth vertex is offered.
+  potamoi_cover check_last_of_eight (.clk(clk), .on(checking), .good(p_valid & (due == 3'd7)));
+`endif
 endmodule
 
 `default_nettype wire

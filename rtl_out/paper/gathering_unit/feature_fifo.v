@@ -46,6 +46,101 @@ module feature_fifo (
 
   assign valid = |count;
   assign data = mem_out;
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire [3:0] pick;
+  potamoi_free #(.WIDTH(4)) any_pick (.value(pick));
+  reg [3:0] pushes;
+  wire [4:0] pushes_plus_1 = {1'd0, pushes} + 5'd1;
+  reg [3:0] pops;
+  wire [4:0] pops_plus_1 = {1'd0, pops} + 5'd1;
+  reg tracked;
+  reg [2:0] ahead;
+  reg [1058:0] word;
+  reg [1:0] slot;
+  wire enters = push & (pushes == pick) & (~tracked);
+  wire leaves = pop & tracked & (ahead == 3'd0);
+  reg waits;
+  reg [1058:0] head;
+  wire data_is_word;
+  potamoi_same #(.WIDTH(1059)) is_data_is_word (.a(mem_out), .b(word), .same(data_is_word));
+  wire data_is_head;
+  potamoi_same #(.WIDTH(1059)) is_data_is_head (.a(mem_out), .b(head), .same(data_is_head));
+  wire [1058:0] kept_word = mem[slot];
+  wire kept_is_word;
+  potamoi_same #(.WIDTH(1059)) is_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      pushes <= 4'd0;
+      pops <= 4'd0;
+      tracked <= 1'b0;
+      ahead <= 3'd0;
+      word <= 1059'h0;
+      slot <= 2'd0;
+      waits <= 1'b0;
+      head <= 1059'h0;
+    end else begin
+      if (push) begin
+        pushes <= pushes_plus_1[3:0];
+      end
+      if (pop) begin
+        pops <= pops_plus_1[3:0];
+      end
+      if (enters | leaves) begin
+        tracked <= enters;
+      end
+      if (enters | pop) begin
+        ahead <= enters ? (count - {2'd0, pop}) : (ahead - 3'd1);
+      end
+      if (enters) begin
+        word <= push_data;
+        slot <= write_pointer;
+      end
+      waits <= (|count) & (~pop);
+      head <= mem_out;
+    end
+  end
+
+  wire unused_checks = &{1'b0, pushes_plus_1[4], pops_plus_1[4], word, head, kept_word};
+
+  // A word is pushed only if there is room.
+  potamoi_assert check_has_room (.clk(clk), .on(checking), .good((~push) | (count < 3'd4)));
+
+  // A word is taken only if there is one.
+  potamoi_assert check_has_word (.clk(clk), .on(checking), .good((~pop) | (|count)));
+
+  // The n-th word pushed is the n-th taken, unchanged, for every n.
+  potamoi_assert check_in_order (.clk(clk), .on(checking), .good((~(tracked & (ahead == 3'd0))) |
+      data_is_word));
+
+  // A word that is pushed stays until it is taken.
+  potamoi_assert check_none_lost (.clk(clk), .on(checking), .good((~tracked) | (ahead < count)));
+
+  // It holds what is pushed and not taken: none is lost, and none is taken twice.
+  potamoi_assert check_occupancy (.clk(clk), .on(checking), .good(({1'd0, count} == (pushes - pops))
+      & (count <= 3'd4)));
+
+  // The word that is offered stays until it is taken.
+  potamoi_assert check_head_stays (.clk(clk), .on(checking), .good((~waits) | ((|count) &
+      data_is_head)));
+  potamoi_assert check_ring (.clk(clk), .on(checking), .good(({1'd0, read_pointer} < 3'd4) & ({1'd0,
+      write_pointer} < 3'd4) & ((({2'd0, read_pointer} + {1'd0, count}) == {2'd0, write_pointer}) |
+      (({2'd0, read_pointer} + {1'd0, count}) == ({2'd0, write_pointer} + 4'd4)))));
+  potamoi_assert check_place (.clk(clk), .on(checking), .good((~tracked) | (({1'd0, slot} < 3'd4) &
+      ((({2'd0, read_pointer} + {1'd0, ahead}) == {2'd0, slot}) | (({2'd0, read_pointer} + {1'd0,
+      ahead}) == ({2'd0, slot} + 4'd4))))));
+  potamoi_assert check_kept (.clk(clk), .on(checking), .good((~tracked) | kept_is_word));
+
+  // The FIFO is full.
+  potamoi_cover check_fills (.clk(clk), .on(checking), .good(count == 3'd4));
+
+  // A symbolic word passes.
+  potamoi_cover check_passes (.clk(clk), .on(checking), .good(leaves & (ahead == 3'd0)));
+`endif
 endmodule
 
 `default_nettype wire

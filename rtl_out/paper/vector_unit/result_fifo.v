@@ -45,6 +45,100 @@ module result_fifo (
 
   assign valid = |count;
   assign data = mem_out;
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire [2:0] pick;
+  potamoi_free #(.WIDTH(3)) any_pick (.value(pick));
+  reg [2:0] pushes;
+  wire [3:0] pushes_plus_1 = {1'd0, pushes} + 4'd1;
+  reg [2:0] pops;
+  wire [3:0] pops_plus_1 = {1'd0, pops} + 4'd1;
+  reg tracked;
+  reg [1:0] ahead, slot;
+  reg [792:0] word;
+  wire enters = push & (pushes == pick) & (~tracked);
+  wire leaves = pop & tracked & (ahead == 2'd0);
+  reg waits;
+  reg [792:0] head;
+  wire data_is_word;
+  potamoi_same #(.WIDTH(793)) is_data_is_word (.a(mem_out), .b(word), .same(data_is_word));
+  wire data_is_head;
+  potamoi_same #(.WIDTH(793)) is_data_is_head (.a(mem_out), .b(head), .same(data_is_head));
+  wire [792:0] kept_word = mem[slot];
+  wire kept_is_word;
+  potamoi_same #(.WIDTH(793)) is_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      pushes <= 3'd0;
+      pops <= 3'd0;
+      tracked <= 1'b0;
+      ahead <= 2'd0;
+      word <= 793'h0;
+      slot <= 2'd0;
+      waits <= 1'b0;
+      head <= 793'h0;
+    end else begin
+      if (push) begin
+        pushes <= pushes_plus_1[2:0];
+      end
+      if (pop) begin
+        pops <= pops_plus_1[2:0];
+      end
+      if (enters | leaves) begin
+        tracked <= enters;
+      end
+      if (enters | pop) begin
+        ahead <= enters ? (count - {1'd0, pop}) : (ahead - 2'd1);
+      end
+      if (enters) begin
+        word <= push_data;
+        slot <= write_pointer;
+      end
+      waits <= (|count) & (~pop);
+      head <= mem_out;
+    end
+  end
+
+  wire unused_checks = &{1'b0, pushes_plus_1[3], pops_plus_1[3], word, head, kept_word};
+
+  // A word is pushed only if there is room.
+  potamoi_assert check_has_room (.clk(clk), .on(checking), .good((~push) | (count < 2'd3)));
+
+  // A word is taken only if there is one.
+  potamoi_assert check_has_word (.clk(clk), .on(checking), .good((~pop) | (|count)));
+
+  // The n-th word pushed is the n-th taken, unchanged, for every n.
+  potamoi_assert check_in_order (.clk(clk), .on(checking), .good((~(tracked & (ahead == 2'd0))) |
+      data_is_word));
+
+  // A word that is pushed stays until it is taken.
+  potamoi_assert check_none_lost (.clk(clk), .on(checking), .good((~tracked) | (ahead < count)));
+
+  // It holds what is pushed and not taken: none is lost, and none is taken twice.
+  potamoi_assert check_occupancy (.clk(clk), .on(checking), .good({1'd0, count} == (pushes -
+      pops)));
+
+  // The word that is offered stays until it is taken.
+  potamoi_assert check_head_stays (.clk(clk), .on(checking), .good((~waits) | ((|count) &
+      data_is_head)));
+  potamoi_assert check_ring (.clk(clk), .on(checking), .good((read_pointer < 2'd3) & (write_pointer
+      < 2'd3) & ((({1'd0, read_pointer} + {1'd0, count}) == {1'd0, write_pointer}) | (({1'd0,
+      read_pointer} + {1'd0, count}) == ({1'd0, write_pointer} + 3'd3)))));
+  potamoi_assert check_place (.clk(clk), .on(checking), .good((~tracked) | ((slot < 2'd3) &
+      ((({1'd0, read_pointer} + {1'd0, ahead}) == {1'd0, slot}) | (({1'd0, read_pointer} + {1'd0,
+      ahead}) == ({1'd0, slot} + 3'd3))))));
+  potamoi_assert check_kept (.clk(clk), .on(checking), .good((~tracked) | kept_is_word));
+
+  // The FIFO is full.
+  potamoi_cover check_fills (.clk(clk), .on(checking), .good(count == 2'd3));
+
+  // A symbolic word passes.
+  potamoi_cover check_passes (.clk(clk), .on(checking), .good(leaves & (ahead == 2'd0)));
+`endif
 endmodule
 
 `default_nettype wire

@@ -215,6 +215,87 @@ module vector_unit (
   assign m_axis_vec_tlast = fifo_data[792];
   assign idle = ~(|in_flight);
   assign stat_errors = {lane_torn, rounding_reserved, operation_not_built};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire not_in_flight = ~(|in_flight);
+  wire value_and_may_accept = rst_n & may_accept;
+  wire [95:0] results_kept_23_joined = {{4{results_kept[23]}}, {4{results_kept[22]}},
+      {4{results_kept[21]}}, {4{results_kept[20]}}, {4{results_kept[19]}}, {4{results_kept[18]}},
+      {4{results_kept[17]}}, {4{results_kept[16]}}, {4{results_kept[15]}}, {4{results_kept[14]}},
+      {4{results_kept[13]}}, {4{results_kept[12]}}, {4{results_kept[11]}}, {4{results_kept[10]}},
+      {4{results_kept[9]}}, {4{results_kept[8]}}, {4{results_kept[7]}}, {4{results_kept[6]}},
+      {4{results_kept[5]}}, {4{results_kept[4]}}, {4{results_kept[3]}}, {4{results_kept[2]}},
+      {4{results_kept[1]}}, {4{results_kept[0]}}};
+`ifdef FORMAL
+  (* hierconn *) wire [1:0] \fifo.count ;
+  wire [1:0] fifo_count = \fifo.count ;
+`else
+  wire [1:0] fifo_count = fifo.count;
+`endif
+  wire engine_has_vector = |phase;
+  reg waits;
+  reg [767:0] tdata_past;
+  wire tdata_stays;
+  potamoi_same #(.WIDTH(768)) is_tdata_stays (.a(fifo_data[767:0]), .b(tdata_past),
+      .same(tdata_stays));
+  reg [95:0] tkeep_past;
+  wire tkeep_stays;
+  potamoi_same #(.WIDTH(96)) is_tkeep_stays (.a(results_kept_23_joined), .b(tkeep_past),
+      .same(tkeep_stays));
+  reg tlast_past;
+  wire tlast_stays;
+  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(fifo_data[792]), .b(tlast_past), .same(tlast_stays));
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      waits <= 1'b0;
+      tdata_past <= 768'h0;
+      tkeep_past <= 96'h0;
+      tlast_past <= 1'b0;
+    end else begin
+      waits <= fifo_valid & (~m_axis_vec_tready);
+      tdata_past <= fifo_data[767:0];
+      tkeep_past <= results_kept_23_joined;
+      tlast_past <= fifo_data[792];
+    end
+  end
+
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past};
+
+  potamoi_assert check_phase_in_range (.clk(clk), .on(checking), .good(phase <= 5'd19));
+
+  // Every vector in flight is in the engine or in the FIFO: none is lost, none is there twice.
+  potamoi_assert check_balance (.clk(clk), .on(checking), .good({2'd0, in_flight} == ({1'd0, {1'd0,
+      fifo_count} + {2'd0, result_valid}} + {3'd0, engine_has_vector})));
+
+  // No more vectors are in flight than the FIFO has words.
+  potamoi_assert check_credit (.clk(clk), .on(checking), .good(1'b1));
+
+  // An idle unit has nothing in flight.
+  potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~not_in_flight) |
+      (~(result_valid | fifo_valid))));
+
+  // tvalid stays until tready.
+  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | fifo_valid));
+
+  // tdata, tkeep and tlast stay until tready.
+  potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
+      tkeep_stays & tlast_stays)));
+
+  // With the source valid and the sink ready, a vector moves in every cycle.
+  potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~(s_axis_vec_tvalid &
+      m_axis_vec_tready)) | value_and_may_accept | (|fifo_count) | (|result_valid) |
+      (|engine_has_vector)));
+
+  // All credit is used.
+  potamoi_cover check_full (.clk(clk), .on(checking), .good(in_flight == 2'd3));
+
+  // A vector leaves.
+  potamoi_cover check_delivers (.clk(clk), .on(checking), .good(pop));
+`endif
 endmodule
 
 `default_nettype wire

@@ -277,6 +277,155 @@ module gathering_unit (
   assign s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
   assign stat_errors = {setting_moved, bad_setting, mft_row_dropped, rit_too_large, gap_in_beat,
       ragged_entries, weights_off_one, 1'b0, row_not_loaded};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire value_and_rit_s_axis_rit_tready = rst_n & rit_s_axis_rit_tready;
+  wire value_and_mft_s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
+`ifdef FORMAL
+  (* hierconn *) wire [2:0] \results.count ;
+  wire [2:0] results_count = \results.count ;
+`else
+  wire [2:0] results_count = results.count;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire \rit.read_fire ;
+  wire rit_read_fire = \rit.read_fire ;
+`else
+  wire rit_read_fire = rit.read_fire;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire \rit.p_free ;
+  wire rit_p_free = \rit.p_free ;
+`else
+  wire rit_p_free = rit.p_free;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire \rit.q_valid ;
+  wire rit_q_valid = \rit.q_valid ;
+`else
+  wire rit_q_valid = rit.q_valid;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire [2:0] \rit.due ;
+  wire [2:0] rit_due = \rit.due ;
+`else
+  wire [2:0] rit_due = rit.due;
+`endif
+  wire group_open = |rit_due;
+  reg waits;
+  reg [127:0] tdata_past;
+  wire tdata_stays;
+  potamoi_same #(.WIDTH(128)) is_tdata_stays (.a(results_data[127:0]), .b(tdata_past),
+      .same(tdata_stays));
+  reg [15:0] tkeep_past;
+  wire tkeep_stays;
+  potamoi_same #(.WIDTH(16)) is_tkeep_stays (.a({16{kept_ports}}), .b(tkeep_past),
+      .same(tkeep_stays));
+  reg tlast_past;
+  wire tlast_stays;
+  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(results_data[145]), .b(tlast_past),
+      .same(tlast_stays));
+  reg [15:0] tuser_past;
+  wire tuser_stays;
+  potamoi_same #(.WIDTH(16)) is_tuser_stays (.a(results_data[143:128]), .b(tuser_past),
+      .same(tuser_stays));
+  wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
+  wire fills_issue = rit_p_free & rit_q_valid;
+  reg [31:0] elapsed;
+  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
+      elapsed} + 33'd1);
+  reg [31:0] elapsed_shown;
+  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
+      ({1'd0, elapsed} + 33'd1);
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      waits <= 1'b0;
+      tdata_past <= 128'h0;
+      tkeep_past <= 16'd0;
+      tlast_past <= 1'b0;
+      tuser_past <= 16'd0;
+      elapsed <= 32'd0;
+      elapsed_shown <= 32'd0;
+    end else begin
+      waits <= results_valid & (~m_axis_feat_tready);
+      tdata_past <= results_data[127:0];
+      tkeep_past <= {16{kept_ports}};
+      tlast_past <= results_data[145];
+      tuser_past <= results_data[143:128];
+      if (cfg_clear | fire | begun) begin
+        elapsed <= by_cfg_clear[31:0];
+      end
+      if (cfg_clear | fire) begin
+        elapsed_shown <= by_cfg_clear_2[31:0];
+      end
+    end
+  end
+
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
+      by_cfg_clear_2[32]};
+
+  // cfg_* change only while the unit is idle.
+  potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==
+      settings_before)));
+
+  // The segments are as many as the unit is built for.
+  potamoi_assume check_segments_built (.clk(clk), .on(checking), .good((idle & (~s_axis_rit_tvalid))
+      | ((7'd0 < cfg_segments) & (cfg_segments <= 7'd8))));
+
+  // The RIT stream raises no flag.
+  potamoi_assume check_regular (.clk(clk), .on(checking), .good(~(|rit_errors)));
+
+  // Every group in flight is open, in the pipeline or in the FIFO: none is lost, none is there
+  // twice.
+  potamoi_assert check_balance (.clk(clk), .on(checking), .good({3'd0, in_flight} == ({1'd0, {1'd0,
+      {1'd0, results_count} + {3'd0, s2_push}} + {4'd0, s1_valid & s1_last}} + {5'd0,
+      group_open})));
+
+  // No more groups are in flight than the FIFO has words.
+  potamoi_assert check_credit (.clk(clk), .on(checking), .good(in_flight <= 3'd4));
+  potamoi_assert check_open_has_rows (.clk(clk), .on(checking), .good((~group_open) |
+      mft_is_loaded));
+  potamoi_assert check_s1_is_followed (.clk(clk), .on(checking), .good((~(s1_valid & (~s1_last))) |
+      group_open));
+
+  // An idle unit has nothing in flight.
+  potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~idle) | (~(s1_valid |
+      s2_push | rit_p_valid | results_valid))));
+
+  // tvalid stays until tready.
+  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | results_valid));
+
+  // tdata, tkeep, tlast and tuser stay until tready.
+  potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
+      tkeep_stays & tlast_stays & tuser_stays)));
+
+  // With both sources valid and the sink ready, a beat or a vertex moves in every cycle.
+  potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~all_ready) |
+      value_and_rit_s_axis_rit_tready | value_and_mft_s_axis_mft_tready | fire | pop | s1_valid |
+      s2_push | (|results_count) | rit_read_fire | fills_issue));
+  potamoi_assert check_running_sum (.clk(clk), .on(checking), .good((~(elapsed < 32'hffffffff)) |
+      ((({1'd0, {1'd0, {1'd0, stat_busy} + {1'd0, running_fifo}} + {2'd0, running_mft}} + {3'd0,
+      running_rit}) == {3'd0, elapsed}) & (begun == (|elapsed)))));
+
+  // Busy cycles and stalls are all cycles from the first issue to the last, until they
+  // saturate.
+  potamoi_assert check_no_cycle_lost (.clk(clk), .on(checking), .good((~(elapsed_shown <
+      32'hffffffff)) | (({1'd0, {1'd0, {1'd0, stat_busy} + {1'd0, stat_stall_fifo}} + {2'd0,
+      stat_stall_mft}} + {3'd0, stat_stall_rit}) == {3'd0, elapsed_shown})));
+
+  // All credit is used.
+  potamoi_cover check_full (.clk(clk), .on(checking), .good(in_flight == 3'd4));
+
+  // A feature vector leaves.
+  potamoi_cover check_delivers (.clk(clk), .on(checking), .good(pop));
+
+  // The last one of an MVoxel leaves.
+  potamoi_cover check_delivers_last (.clk(clk), .on(checking), .good(pop & results_data[145]));
+`endif
 endmodule
 
 `default_nettype wire

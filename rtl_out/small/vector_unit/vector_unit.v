@@ -303,6 +303,84 @@ module vector_unit (
   assign m_axis_vec_tlast = fifo_data[132];
   assign idle = ~(|in_flight);
   assign stat_errors = {lane_torn, rounding_reserved, operation_not_built};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire not_in_flight = ~(|in_flight);
+  wire value_and_may_accept = rst_n & may_accept;
+  wire [15:0] results_kept_3_joined = {{4{results_kept[3]}}, {4{results_kept[2]}},
+      {4{results_kept[1]}}, {4{results_kept[0]}}};
+`ifdef FORMAL
+  (* hierconn *) wire [4:0] \fifo.count ;
+  wire [4:0] fifo_count = \fifo.count ;
+`else
+  wire [4:0] fifo_count = fifo.count;
+`endif
+  reg waits;
+  reg [127:0] tdata_past;
+  wire tdata_stays;
+  potamoi_same #(.WIDTH(128)) is_tdata_stays (.a(fifo_data[127:0]), .b(tdata_past),
+      .same(tdata_stays));
+  reg [15:0] tkeep_past;
+  wire tkeep_stays;
+  potamoi_same #(.WIDTH(16)) is_tkeep_stays (.a(results_kept_3_joined), .b(tkeep_past),
+      .same(tkeep_stays));
+  reg tlast_past;
+  wire tlast_stays;
+  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(fifo_data[132]), .b(tlast_past), .same(tlast_stays));
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      waits <= 1'b0;
+      tdata_past <= 128'h0;
+      tkeep_past <= 16'd0;
+      tlast_past <= 1'b0;
+    end else begin
+      waits <= fifo_valid & (~m_axis_vec_tready);
+      tdata_past <= fifo_data[127:0];
+      tkeep_past <= results_kept_3_joined;
+      tlast_past <= fifo_data[132];
+    end
+  end
+
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past};
+
+  // Every vector in flight is in the engine or in the FIFO: none is lost, none is there twice.
+  potamoi_assert check_balance (.clk(clk), .on(checking), .good({14'd0, in_flight} == ({1'd0, {1'd0,
+      {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0,
+      fifo_count} + {5'd0, result_valid}} + {6'd0, valid_1}} + {7'd0, valid_2}} + {8'd0, valid_3}} +
+      {9'd0, valid_4}} + {10'd0, valid_5}} + {11'd0, valid_6}} + {12'd0, valid_7}} + {13'd0,
+      valid_8}} + {14'd0, valid_9}} + {15'd0, valid_10}} + {16'd0, valid_11}} + {17'd0, valid_12}} +
+      {18'd0, valid_13})));
+
+  // No more vectors are in flight than the FIFO has words.
+  potamoi_assert check_credit (.clk(clk), .on(checking), .good(in_flight <= 5'd18));
+
+  // An idle unit has nothing in flight.
+  potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~not_in_flight) |
+      (~(result_valid | fifo_valid))));
+
+  // tvalid stays until tready.
+  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | fifo_valid));
+
+  // tdata, tkeep and tlast stay until tready.
+  potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
+      tkeep_stays & tlast_stays)));
+
+  // With the source valid and the sink ready, a vector moves in every cycle.
+  potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~(s_axis_vec_tvalid &
+      m_axis_vec_tready)) | value_and_may_accept | (|fifo_count) | (|result_valid) | (|valid_1) |
+      (|valid_2) | (|valid_3) | (|valid_4) | (|valid_5) | (|valid_6) | (|valid_7) | (|valid_8) |
+      (|valid_9) | (|valid_10) | (|valid_11) | (|valid_12) | (|valid_13)));
+
+  // All credit is used.
+  potamoi_cover check_full (.clk(clk), .on(checking), .good(in_flight == 5'd18));
+
+  // A vector leaves.
+  potamoi_cover check_delivers (.clk(clk), .on(checking), .good(pop));
+`endif
 endmodule
 
 `default_nettype wire
