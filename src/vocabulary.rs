@@ -15,6 +15,7 @@ use crate::{renamed, roles};
 /// Value placeholders in help, with their meanings. A list is written `NAME,...`.
 const VALUES: &[(&str, &str)] = &[
     ("AXES", "three directions"),
+    ("CYCLES", "clock cycles"),
     ("DB", "dB"),
     ("DEG", "degrees"),
     ("DIR", "folder"),
