@@ -121,5 +121,8 @@ fn print(proof: &Proof) {
     say!("{table}");
     say!("with {supporting} invariants that support them");
     say!("abstractions: {}", proof.abstractions.join("; "));
-    say!("assumed: {}", proof.assumptions.join(" "));
+    match proof.assumptions.is_empty() {
+        true => say!("assumed: nothing"),
+        false => say!("assumed: {}", proof.assumptions.join(" ")),
+    }
 }

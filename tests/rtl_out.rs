@@ -169,7 +169,7 @@ const TOP_LINES: usize = 1000;
 /// Lines and the percentage of repetition, at most, of the units of a preset.
 const TEXT: [(&str, usize, f64); 4] = [
     ("paper", 1650, 12.0),
-    ("small", 1900, 30.0),
+    ("small", 1920, 30.0),
     ("parity", 2000, 23.0),
     ("feature-major", 2950, 35.0),
 ];

@@ -8,7 +8,9 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum ProveError {
     /// A program is missing.
-    #[error("{tool} is not installed: without it there are no proofs; to get it: {remedy}")]
+    #[error(
+        "{tool} is not in PATH: without it there are no proofs; to get it: {remedy}; tools/setup puts it into .tools/bin, which PATH must then have"
+    )]
     Missing {
         /// The program.
         tool: &'static str,
