@@ -170,8 +170,8 @@ const TOP_LINES: usize = 1000;
 const TEXT: [(&str, usize, f64); 4] = [
     ("paper", 1650, 12.0),
     ("small", 1920, 30.0),
-    ("parity", 2000, 23.0),
-    ("feature-major", 2950, 35.0),
+    ("parity", 2020, 23.0),
+    ("feature-major", 2970, 35.0),
 ];
 
 /// Folders beside the units.
