@@ -18,7 +18,7 @@ pub(super) struct Tool {
     pub(super) remedy: &'static str,
 }
 
-pub(super) const TOOLS: [Tool; 9] = [
+pub(super) const TOOLS: [Tool; 10] = [
     Tool {
         name: "verilator",
         programs: &["verilator"],
@@ -66,6 +66,18 @@ pub(super) const TOOLS: [Tool; 9] = [
         required: true,
         disables: "synth, and the tests that synthesise the emitted Verilog",
         remedy: "tools/setup, or: apt-get install yosys",
+    },
+    Tool {
+        name: "yices",
+        programs: &["yices-smt2"],
+        companion: None,
+        variable: None,
+        home: None,
+        ask: &["--version"],
+        minimum: "2.6",
+        required: false,
+        disables: "prove",
+        remedy: "tools/setup prove",
     },
     Tool {
         name: "sta",
