@@ -25,4 +25,5 @@ mod memory;
 pub mod memory_list;
 pub mod npu;
 pub mod package;
+mod stream_checks;
 pub mod vector_unit;

@@ -57,8 +57,10 @@ struct Unit {
 }
 
 impl Package {
-    /// The package of some units of a configuration. `files` are the paths of what was emitted, `sim`
-    /// included; `command` is the command that emits it again, without the output folder.
+    /// Describes a folder that `emit` writes: the Verilog and benches of `units`, in a configuration.
+    ///
+    /// `files` are the paths of all emitted files, from that folder. `prefix` begins the modules' names.
+    /// `command` is the command line that writes the folder again, without `--out-dir`.
     ///
     /// # Errors
     /// The netlists' own checks; none for a configuration that keeps its rules.

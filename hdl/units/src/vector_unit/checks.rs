@@ -2,6 +2,8 @@
 
 use potamoi_netlist::{Instance, ModuleBuilder};
 
+use crate::stream_checks::stable_stream;
+
 /// Checks of the unit.
 pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u32, longest: u32) {
     m.begin_checks();
@@ -34,27 +36,7 @@ pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u
         "idle -> ~(result_valid | m_axis_vec_tvalid)",
         "An idle unit has nothing in flight.",
     );
-    let waits = m.ghost_reg("waits", 1);
-    m.ghost_next(waits, "1", "m_axis_vec_tvalid & ~m_axis_vec_tready");
-    let mut same = vec![];
-    for field in ["tdata", "tkeep", "tlast"] {
-        let port = format!("m_axis_vec_{field}");
-        let width = m.named(&port).width();
-        let past = m.ghost_reg(&format!("{field}_past"), width);
-        m.ghost_next(past, "1", &port);
-        m.same(&format!("{field}_stays"), &port, &format!("{field}_past"));
-        same.push(format!("{field}_stays"));
-    }
-    m.assert(
-        "valid_stays",
-        "waits -> m_axis_vec_tvalid",
-        "tvalid stays until tready.",
-    );
-    m.assert(
-        "beat_stays",
-        &format!("waits -> {}", same.join(" & ")),
-        "tdata, tkeep and tlast stay until tready.",
-    );
+    stable_stream(m, "m_axis_vec", &["tdata", "tkeep", "tlast"]);
     m.assert(
         "never_stuck",
         &format!(

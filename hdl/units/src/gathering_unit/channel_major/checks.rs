@@ -6,7 +6,8 @@ use potamoi_netlist::{Instance, ModuleBuilder};
 
 use crate::gathering_unit::shared::counter_checks::counter_checks;
 use crate::gathering_unit::shared::reducer::stage_name;
-use crate::gathering_unit::shared::unit_checks::{environment, stable_stream};
+use crate::gathering_unit::shared::unit_checks::environment;
+use crate::stream_checks::stable_stream;
 
 /// Instances whose state the checks see.
 pub(crate) struct Parts {
@@ -76,7 +77,7 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         }
     }
     idle(m, &stages);
-    stable_stream(m);
+    stable_stream(m, "m_axis_feat", &["tdata", "tkeep", "tlast", "tuser"]);
     progress(m, config, &stages);
     if config.table_parts() == 1 {
         counter_checks(m, config.gu.counter_bits, &["fifo", "mft", "rit"]);

@@ -24,29 +24,3 @@ pub(crate) fn environment(m: &mut ModuleBuilder, config: &Config) {
         "The RIT stream raises no flag.",
     );
 }
-
-/// AXI4-Stream: what is offered stays until it is taken.
-pub(crate) fn stable_stream(m: &mut ModuleBuilder) {
-    let waits = m.ghost_reg("waits", 1);
-    m.ghost_next(waits, "1", "m_axis_feat_tvalid & ~m_axis_feat_tready");
-    let fields = ["tdata", "tkeep", "tlast", "tuser"];
-    let mut same = vec![];
-    for field in fields {
-        let port = format!("m_axis_feat_{field}");
-        let width = m.named(&port).width();
-        let past = m.ghost_reg(&format!("{field}_past"), width);
-        m.ghost_next(past, "1", &port);
-        m.same(&format!("{field}_stays"), &port, &format!("{field}_past"));
-        same.push(format!("{field}_stays"));
-    }
-    m.assert(
-        "valid_stays",
-        "waits -> m_axis_feat_tvalid",
-        "tvalid stays until tready.",
-    );
-    m.assert(
-        "beat_stays",
-        &format!("waits -> {}", same.join(" & ")),
-        "tdata, tkeep, tlast and tuser stay until tready.",
-    );
-}
