@@ -805,6 +805,7 @@ module potamoi_npu_ext_tb;
     end
   endtask
 
+  // Options, and memory files that are missing or have too few words.
   integer file;
   reg [8*256-1:0] dump;
   initial begin
@@ -815,7 +816,6 @@ module potamoi_npu_ext_tb;
       fail;
     end
     drawn = after(32'h9e3779b9 ^ (seed << 4)) | 32'd1;
-    bus_drawn = after(drawn);
     if (gaps > 0) cut = 20 + drawn[13:8];
     if ($value$plusargs("dump=%s", dump)) begin
       $dumpfile(dump);
@@ -823,6 +823,7 @@ module potamoi_npu_ext_tb;
     end else if ($test$plusargs("dump")) begin
       $dumpvars;
     end
+    bus_drawn = after(drawn);
     file = $fopen("gather_jobs.hex", "r");
     if (file == 0) begin
       if (!failed) $display("FAIL: gather_jobs.hex is missing: run in the folder of the .hex files");

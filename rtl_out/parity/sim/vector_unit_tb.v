@@ -138,7 +138,7 @@ module vector_unit_tb;
     .stat_errors(stat_errors)
   );
 
-  // A memory file that is missing, or has too few words.
+  // Options, and memory files that are missing or have too few words.
   integer file;
   reg [8*256-1:0] dump;
   initial begin

@@ -10,9 +10,9 @@ use potamoi_formats::units::NPU_EXT;
 use potamoi_units::npu::registers::{Access, Register, RegisterMap};
 use potamoi_units::npu::{npu_ext, register_map_of};
 
+use super::common::{OPTIONS, cut, declare_memory, list, read_memory};
 use super::memory::Memory;
 use super::npu_parts as parts;
-use super::parts::{comment, list};
 use super::ports::Stream;
 use super::suite::{Memories, Suite};
 use crate::RtlError;
@@ -68,6 +68,8 @@ pub(super) fn bench(
         side.job(&mut text, &map);
     }
     text += parts::MAIN;
+    text += OPTIONS;
+    text += "    bus_drawn = after(drawn);\n";
     for side in &sides {
         side.files(&mut text);
     }
@@ -212,12 +214,12 @@ impl Side {
 
     fn files(&self, text: &mut String) {
         let (file, memory) = &self.memories.jobs;
-        *text += &of_file(&format!("{}_job", self.short), file, memory);
+        *text += &read_memory(&format!("{}_job", self.short), file, memory);
         for (stream, (file, memory)) in self.suite.ports.inputs.iter().zip(&self.memories.inputs) {
-            *text += &of_file(&stream.name, file, memory);
+            *text += &read_memory(&stream.name, file, memory);
         }
         let (file, memory) = &self.memories.output;
-        *text += &of_file(&self.suite.ports.output.name, file, memory);
+        *text += &read_memory(&self.suite.ports.output.name, file, memory);
     }
 
     /// Tasks that begin a job, and that hold its end to what it must be.
@@ -307,42 +309,4 @@ fn of_stream(part: &str, stream: &Stream, memory: &Memory) -> String {
     part.replace("@NAME@", &stream.name)
         .replace("@WIDTH@", &memory.width().to_string())
         .replace("@COUNT@", &memory.count.to_string())
-}
-
-fn of_file(name: &str, file: &str, memory: &Memory) -> String {
-    parts::FILE
-        .replace("@NAME@", name)
-        .replace("@FILE@", file)
-        .replace("@LAST@", &(memory.count.max(1) - 1).to_string())
-}
-
-fn declare_memory(text: &mut String, name: &str, file: &str, memory: &Memory) {
-    let fields: Vec<_> = memory
-        .fields
-        .iter()
-        .map(|(f, w)| format!("{f} {w}"))
-        .collect();
-    let _ = writeln!(
-        text,
-        "{}\n  reg [{}:0] {name}_words [0:{}];",
-        comment(&format!("{name}, from {file}: {}", fields.join(", "))),
-        memory.width() - 1,
-        memory.count.max(1) - 1
-    );
-}
-
-/// Declares a wire for each field, cut from a word.
-fn cut(text: &mut String, before: &str, fields: &[(String, u32)], of: &str) {
-    for (field, bits) in fields {
-        let _ = writeln!(text, "  wire [{}:0] {before}_{field};", bits - 1);
-    }
-    let names: Vec<_> = fields
-        .iter()
-        .map(|(f, _)| format!("{before}_{f}"))
-        .collect();
-    let _ = writeln!(
-        text,
-        "  assign {{\n{}\n    }} = {of};",
-        list(&names, "      ")
-    );
 }

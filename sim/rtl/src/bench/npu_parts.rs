@@ -374,39 +374,6 @@ pub(super) const MAIN: &str = r#"
       round = round + 1;
     end
   endtask
-
-  integer file;
-  reg [8*256-1:0] dump;
-  initial begin
-    if (!$value$plusargs("gaps=%d", gaps)) gaps = 0;
-    if (!$value$plusargs("seed=%d", seed)) seed = 1;
-    if (gaps < 0 || gaps > 95) begin
-      $display("FAIL: +gaps=%0d: expected 0 to 95", gaps);
-      fail;
-    end
-    drawn = after(32'h9e3779b9 ^ (seed << 4)) | 32'd1;
-    bus_drawn = after(drawn);
-    if (gaps > 0) cut = 20 + drawn[13:8];
-    if ($value$plusargs("dump=%s", dump)) begin
-      $dumpfile(dump);
-      $dumpvars;
-    end else if ($test$plusargs("dump")) begin
-      $dumpvars;
-    end
-"#;
-
-pub(super) const FILE: &str = r#"    file = $fopen("@FILE@", "r");
-    if (file == 0) begin
-      if (!failed) $display("FAIL: @FILE@ is missing: run in the folder of the .hex files");
-      fail;
-    end else begin
-      $fclose(file);
-      $readmemh("@FILE@", @NAME@_words);
-      if (^@NAME@_words[@LAST@] === 1'bx) begin
-        if (!failed) $display("FAIL: @FILE@ has fewer words than this bench reads");
-        fail;
-      end
-    end
 "#;
 
 pub(super) const RUN: &str = r#"

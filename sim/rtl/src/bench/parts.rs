@@ -1,42 +1,5 @@
 //! Parts of a bench. `@NAME@` stands for what differs between benches.
 
-/// A comment of several lines.
-pub(super) fn comment(text: &str) -> String {
-    let mut lines = vec![String::from("\n  //")];
-    for word in text.split(' ') {
-        if lines
-            .last()
-            .is_some_and(|line| line.len() + word.len() > 98)
-        {
-            lines.push(String::from("  //"));
-        }
-        if let Some(line) = lines.last_mut() {
-            line.push(' ');
-            line.push_str(word);
-        }
-    }
-    lines.join("\n")
-}
-
-/// Names with commas, several a line.
-pub(super) fn list(names: &[String], indent: &str) -> String {
-    let mut lines = vec![indent.to_owned()];
-    for (i, name) in names.iter().enumerate() {
-        let item = format!("{name}{}", if i + 1 < names.len() { ", " } else { "" });
-        if lines
-            .last()
-            .is_some_and(|line| line.len() + item.len() > 98)
-        {
-            lines.push(indent.to_owned());
-        }
-        if let Some(line) = lines.last_mut() {
-            line.push_str(&item);
-        }
-    }
-    let lines: Vec<_> = lines.iter().map(|line| line.trim_end()).collect();
-    lines.join("\n")
-}
-
 pub(super) const OPTIONS: &str = "\
 // Options: +gaps=P  sources and sink pause in about P % of the clocks, in bursts (default 0)
 //          +seed=N  another pattern of pauses (default 1)
@@ -109,41 +72,6 @@ pub(super) const SINK: &str = r#"  integer @OUT@_at = 0;
   reg @OUT@_held = 1'b0;
   reg @OUT@_tready = 1'b0;
   wire @OUT@_tvalid;
-"#;
-
-pub(super) const FILES: &str = r#"
-  // A memory file that is missing, or has too few words.
-  integer file;
-  reg [8*256-1:0] dump;
-  initial begin
-    if (!$value$plusargs("gaps=%d", gaps)) gaps = 0;
-    if (!$value$plusargs("seed=%d", seed)) seed = 1;
-    if (gaps < 0 || gaps > 95) begin
-      $display("FAIL: +gaps=%0d: expected 0 to 95", gaps);
-      fail;
-    end
-    drawn = after(32'h9e3779b9 ^ (seed << 4)) | 32'd1;
-    if (gaps > 0) cut = 20 + drawn[13:8];
-    if ($value$plusargs("dump=%s", dump)) begin
-      $dumpfile(dump);
-      $dumpvars;
-    end else if ($test$plusargs("dump")) begin
-      $dumpvars;
-    end
-"#;
-
-pub(super) const FILE: &str = r#"    file = $fopen("@FILE@", "r");
-    if (file == 0) begin
-      if (!failed) $display("FAIL: @FILE@ is missing: run in the folder of the .hex files");
-      fail;
-    end else begin
-      $fclose(file);
-      $readmemh("@FILE@", @NAME@_words);
-      if (^@NAME@_words[@LAST@] === 1'bx) begin
-        if (!failed) $display("FAIL: @FILE@ has fewer words than this bench reads");
-        fail;
-      end
-    end
 "#;
 
 pub(super) const FAIL: &str = r#"

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::common;
 use super::memory::Memory;
 use super::parts;
 use super::ports::Stream;
@@ -84,31 +85,11 @@ impl<'a> Bench<'a> {
     }
 
     fn memory(&mut self, name: &str, file: &str, memory: &Memory) {
-        let fields: Vec<_> = memory
-            .fields
-            .iter()
-            .map(|(f, w)| format!("{f} {w}"))
-            .collect();
-        let _ = writeln!(
-            self.text,
-            "{}\n  reg [{}:0] {name}_words [0:{}];",
-            parts::comment(&format!("{name}, from {file}: {}", fields.join(", "))),
-            memory.width() - 1,
-            memory.count.max(1) - 1
-        );
+        common::declare_memory(&mut self.text, name, file, memory);
     }
 
-    /// Declares a wire for each field, cut from the word `of`.
     fn cut(&mut self, before: &str, fields: &[(String, u32)], of: &str) {
-        for (field, bits) in fields {
-            let _ = writeln!(self.text, "  wire [{}:0] {before}_{field};", bits - 1);
-        }
-        let names: Vec<_> = fields
-            .iter()
-            .map(|(f, _)| format!("{before}_{f}"))
-            .collect();
-        let list = parts::list(&names, "      ");
-        let _ = writeln!(self.text, "  assign {{\n{list}\n    }} = {of};");
+        common::cut(&mut self.text, before, fields, of);
     }
 
     fn job_words(&mut self) {
@@ -186,11 +167,9 @@ impl<'a> Bench<'a> {
         let memories = [&self.memories.jobs];
         let memories = memories.into_iter().chain(&self.memories.inputs);
         let memories = memories.chain([&self.memories.output]);
-        self.add(parts::FILES);
+        self.add(common::OPTIONS);
         for (name, (file, memory)) in names.zip(memories) {
-            let last = (memory.count.max(1) - 1).to_string();
-            let names = [("FILE", &**file), ("NAME", name), ("LAST", &last)];
-            self.part(parts::FILE, &names);
+            self.add(&common::read_memory(name, file, memory));
         }
         self.add("  end\n");
     }
