@@ -12,6 +12,7 @@ use super::gather_check::GatherCheck;
 use super::gather_drive::GatherTotals;
 use super::mismatch::Mismatch;
 use super::model::RtlError;
+use super::port_trace::Traced;
 use super::vector::VectorUnit;
 use super::vector_check::VectorCheck;
 use super::vector_drive::{VectorBatch, VectorTotals};
@@ -54,6 +55,34 @@ impl GatherUnit {
         let totals = self.watch(&work, &check.stalls, check.seed, DRAIN, &mut watch)?;
         flags(GATHERING_UNIT, totals.errors, check.flags, totals.cycles)?;
         Ok(totals)
+    }
+
+    /// As [`GatherUnit::check`], with the ports recorded in every clock. State without reset is
+    /// drawn from `state`, whatever the seed of the stalls.
+    ///
+    /// # Errors
+    /// Work that the unit cannot do, or an engine that cannot be started. The trace is returned
+    /// with every other error.
+    pub fn check_traced<T: Copy + Into<i32>>(
+        &self,
+        config: &Config,
+        tasks: &[GatherTask],
+        features: &[T],
+        check: Check<'_>,
+        state: u64,
+    ) -> Result<Traced<GatherTotals>, RtlError> {
+        let work = GatherWork::new(config, tasks)?;
+        let expected = work.entries() as usize * work.channels();
+        if features.len() != expected {
+            return Err(lengths(features.len(), expected));
+        }
+        let mut watch = GatherCheck::new(config, &work, features, check.progress)?;
+        let seeds = [check.seed, state];
+        let run = self.watch_traced(&work, &check.stalls, seeds, DRAIN, &mut watch)?;
+        Ok(run.and_then(|totals| {
+            flags(GATHERING_UNIT, totals.errors, check.flags, totals.cycles)?;
+            Ok(totals)
+        }))
     }
 }
 
@@ -132,6 +161,31 @@ impl VectorUnit {
         let totals = self.watch(&vectors, &check.stalls, check.seed, DRAIN, &mut watch)?;
         flags(VECTOR_UNIT, totals.errors, check.flags, totals.cycles)?;
         Ok(totals)
+    }
+
+    /// As [`GatherUnit::check_traced`].
+    ///
+    /// # Errors
+    /// As [`GatherUnit::check_traced`].
+    pub fn check_traced(
+        &self,
+        config: &Config,
+        batches: &[VectorBatch<'_>],
+        results: &[i32],
+        check: Check<'_>,
+        state: u64,
+    ) -> Result<Traced<VectorTotals>, RtlError> {
+        let vectors = self.vectors(batches)?;
+        if results.len() != vectors.elements() {
+            return Err(lengths(results.len(), vectors.elements()));
+        }
+        let mut watch = VectorCheck::new(config, &vectors, results, check.progress)?;
+        let seeds = [check.seed, state];
+        let run = self.watch_traced(&vectors, &check.stalls, seeds, DRAIN, &mut watch)?;
+        Ok(run.and_then(|totals| {
+            flags(VECTOR_UNIT, totals.errors, check.flags, totals.cycles)?;
+            Ok(totals)
+        }))
     }
 }
 

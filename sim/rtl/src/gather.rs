@@ -10,6 +10,7 @@ use potamoi_units::gathering_unit::gathering_unit;
 use super::engine::EngineKind;
 use super::gather_drive::{Drive, GatherSeen, GatherTotals, GatherWatch};
 use super::model::RtlError;
+use super::port_trace::Traced;
 use super::post_failure_window::PostFailureWindow;
 use super::runner::Runner;
 use super::wave_dump::Window;
@@ -133,6 +134,20 @@ impl GatherUnit {
     ) -> Result<GatherTotals, RtlError> {
         let drive = self.drive(work, stalls, seed, drain, watch)?;
         self.runner.run(seed, drive)
+    }
+
+    /// As [`GatherUnit::watch`], with the ports recorded. State without reset is drawn from
+    /// `state`, stalls from `seed`.
+    pub(super) fn watch_traced(
+        &self,
+        work: &GatherWork<'_>,
+        stalls: &Stalls,
+        [seed, state]: [u64; 2],
+        drain: u64,
+        watch: &mut impl GatherWatch,
+    ) -> Result<Traced<GatherTotals>, RtlError> {
+        let drive = self.drive(work, stalls, seed, drain, watch)?;
+        self.runner.run_traced(state, drive)
     }
 
     /// Repeats the run, and dumps a window of it. The observer's failure is returned some cycles

@@ -9,6 +9,7 @@ use potamoi_verilated::{Library, PortId, Toolchain, Trace, Warnings};
 use super::engine::{Engine, EngineKind, Job, Verilated, pass_on};
 use super::icarus;
 use super::model::{RtlError, compile, model_of_files};
+use super::port_trace::{Traced, traced};
 use super::wave_dump::{TracedModel, TracedPorts, Window};
 
 /// Records the inputs of every clock.
@@ -93,6 +94,20 @@ impl Runner {
             Program::Verilator(library) => job.run(&mut Verilated::new(library, seed)?),
             Program::Interpreter => job.run(&mut Interpreter::new(&self.module, seed)),
             Program::Icarus(program) => job.run(&mut program.start()?),
+        }
+    }
+
+    /// As [`Runner::run`], with the ports recorded in every clock.
+    pub(super) fn run_traced<J: Job>(
+        &self,
+        seed: u64,
+        job: J,
+    ) -> Result<Traced<J::Output>, RtlError> {
+        let module = &self.module;
+        match &self.program {
+            Program::Verilator(library) => traced(Verilated::new(library, seed)?, module, job),
+            Program::Interpreter => traced(Interpreter::new(module, seed), module, job),
+            Program::Icarus(program) => traced(program.start()?, module, job),
         }
     }
 

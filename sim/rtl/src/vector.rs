@@ -8,6 +8,7 @@ use potamoi_units::vector_unit::vector_unit;
 
 use super::engine::EngineKind;
 use super::model::RtlError;
+use super::port_trace::Traced;
 use super::post_failure_window::PostFailureWindow;
 use super::runner::Runner;
 use super::vector_drive::{Drive, VectorBatch, VectorSeen, VectorTotals, VectorWatch, Vectors};
@@ -129,6 +130,25 @@ impl VectorUnit {
             watch,
         };
         self.runner.run(seed, drive)
+    }
+
+    /// As [`VectorUnit::watch`], with the ports recorded. State without reset is drawn from
+    /// `state`, stalls from `seed`.
+    pub(super) fn watch_traced(
+        &self,
+        vectors: &Vectors<'_>,
+        stalls: &Stalls,
+        [seed, state]: [u64; 2],
+        drain: u64,
+        watch: &mut impl VectorWatch,
+    ) -> Result<Traced<VectorTotals>, RtlError> {
+        let drive = Drive {
+            vectors,
+            plan: Plan::new(seed, stalls)?,
+            drain,
+            watch,
+        };
+        self.runner.run_traced(state, drive)
     }
 
     /// Repeats the run, and dumps a window of it. The observer's failure is returned some cycles
