@@ -136,7 +136,8 @@ impl PortTrace {
                 }
                 let words = at + port.words.start..at + port.words.end;
                 let differs = self.values[words.clone()] != other.values[words.clone()];
-                let is_unknown = |trace: &Self| trace.unknown[words.clone()].iter().any(|w| *w != 0);
+                let is_unknown =
+                    |trace: &Self| trace.unknown[words.clone()].iter().any(|w| *w != 0);
                 if differs || is_unknown(self) || is_unknown(other) {
                     return Some(TraceDifference {
                         cycle,
@@ -274,10 +275,7 @@ mod tests {
                 second: second.to_owned(),
             })
         };
-        assert_eq!(
-            found,
-            wanted(1, "m_axis_a_tdata", "000000ab", "000000aa")
-        );
+        assert_eq!(found, wanted(1, "m_axis_a_tdata", "000000ab", "000000aa"));
         let mut short = one.clone();
         for words in [&mut short.values, &mut short.unknown] {
             words.truncate(3);

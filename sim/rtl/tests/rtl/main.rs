@@ -11,6 +11,7 @@ mod exponentials;
 mod faults;
 mod feature_major;
 mod foreign;
+mod four_engines;
 mod gather_cells;
 mod gather_common;
 mod gather_unit;
