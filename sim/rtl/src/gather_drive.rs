@@ -73,7 +73,8 @@ impl GatherTotals {
     const fn note_first(&mut self, cycle: u64, counters: [u64; 6], valid: bool) {
         let [busy, _, _, _, _, bank] = counters;
         if (busy != 0 || bank != 0) && self.first_issue == 0 {
-            self.first_issue = cycle - 1;
+            // A counter that counts from the first cycle on is wrong, and not refused here.
+            self.first_issue = cycle.saturating_sub(1);
         }
         if valid && self.first_feature == 0 {
             self.first_feature = cycle;

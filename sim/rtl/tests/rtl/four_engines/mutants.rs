@@ -73,12 +73,13 @@ fn judge(engines: Vec<Engine>, config: &Config, unit: &str, port: &str) {
 
 #[test]
 fn a_control_register_without_reset_is_found() {
-    find(VECTOR_UNIT, "m_axis_vec_tvalid", |text| {
-        without_reset(text, "result_valid")
+    find(VECTOR_UNIT, "s_axis_vec_tready", |text| {
+        without_reset(text, "phase")
     });
 }
 
-/// X goes through gates, where no `if` decides for it.
+/// Verilog's `if` takes X for 0, so that Icarus Verilog alone does not see this one. X goes through
+/// gates.
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn a_control_register_without_reset_is_found_in_gates() {
