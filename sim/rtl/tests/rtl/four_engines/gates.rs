@@ -3,18 +3,12 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-use potamoi_formats::config::Config;
-
 /// Memories of more words stay memories.
 const WORDS: u32 = 8;
 
 /// The files of a unit as one module of gates and flip-flops without enable or reset. The gates
 /// alone see to it that unknown state ends.
-pub(super) fn of(
-    config: &Config,
-    unit: &str,
-    files: &BTreeMap<String, String>,
-) -> BTreeMap<String, String> {
+pub(super) fn of(unit: &str, files: &BTreeMap<String, String>) -> BTreeMap<String, String> {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
         std::fs::write(folder.path().join(name), text).unwrap();
@@ -22,8 +16,9 @@ pub(super) fn of(
     let names: Vec<_> = files.keys().map(String::as_str).collect();
     let script = format!(
         "read_verilog {}; hierarchy -check -top {unit}; proc; flatten; opt; memory -nomap; \
-         memory_map r:SIZE<={WORDS}; opt; techmap; simplemap; opt; dfflegalize -cell $_DFF_P_ x; \
-         opt_expr; opt_merge; opt_clean; write_verilog -noattr gates.v",
+         memory_map r:SIZE<={WORDS}; opt; techmap; opt_expr; opt_merge; opt_clean; simplemap; \
+         dfflegalize -cell $_DFF_P_ x; opt_expr; opt_merge; opt_clean; \
+         write_verilog -noattr gates.v",
         names.join(" ")
     );
     let done = Command::new("yosys")
@@ -33,8 +28,7 @@ pub(super) fn of(
     let done = done.unwrap_or_else(|e| panic!("yosys: {e}; tools/setup installs it"));
     assert!(
         done.status.success(),
-        "yosys, {unit} of {}: {}",
-        config.gu.banks,
+        "yosys, {unit}: {}",
         String::from_utf8_lossy(&done.stderr)
     );
     let text = std::fs::read_to_string(folder.path().join("gates.v")).unwrap();

@@ -87,7 +87,7 @@ fn a_control_register_without_reset_is_found_in_gates() {
     let mut files = verilog_of(&config, VECTOR_UNIT);
     let text = files.get_mut("vector_unit.v").unwrap();
     *text = without_reset(text, "result_valid");
-    let netlist = gates::of(&config, VECTOR_UNIT, &files);
+    let netlist = gates::of(VECTOR_UNIT, &files);
     let unit = Unit::of(
         EngineKind::Icarus,
         &config,
