@@ -1,13 +1,15 @@
 //! Jobs of the gathering unit as beats.
 
+use potamoi_cycles::work::RitPiece;
 use potamoi_cycles::{BeatWords, GatherInputs, GatherWork, Source, UnitModel};
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_reference::GatherTask;
 
 use super::garbage::Garbage;
+use super::gather_edges::Edge;
 use super::suite::{Beat, Job};
 use crate::RtlError;
-use crate::gather_check::Expected;
+use crate::beats::{FeatureBeat, feature_beats};
 
 /// Cycles without a handshake after which a model counts as hanging.
 const PATIENCE: u32 = 10_000;
@@ -24,26 +26,72 @@ pub(super) fn job(
     flags: u64,
     garbage: &mut Garbage,
 ) -> Result<Job, RtlError> {
-    let work = GatherWork::new(config, tasks)?;
-    work.run().check(config)?;
-    let (cycles, stats) = run(config, &work)?;
+    GatherWork::new(config, tasks)?.run().check(config)?;
+    edge(config, &Edge::plain(tasks.to_vec()), features, flags, garbage)
+}
+
+/// As [`job`], of tasks that need not keep all promises.
+///
+/// # Errors
+/// Tasks that cannot follow one another.
+pub(super) fn edge(
+    config: &Config,
+    edge: &Edge,
+    features: &[i32],
+    flags: u64,
+    garbage: &mut Garbage,
+) -> Result<Job, RtlError> {
+    let work = GatherWork::new(config, &edge.tasks)?;
+    let table = table(config, &work, edge.bare);
+    let output = outputs(config, &work, features, &table)?;
+    let (cycles, stats) = run(config, &work, &table, output.len())?;
     let mut job = Job {
-        title: format!(
-            "{} MVoxels of {} entries, {} vertices, {} channels in {} segments",
-            tasks.len(),
-            work.entries(),
-            work.vertices().count(),
-            work.channels(),
-            work.segments()
-        ),
+        title: title(edge, &work),
         settings: settings(&work),
-        inputs: inputs(config, &work, garbage)?,
-        output: outputs(&work, features),
+        inputs: inputs(config, &work, &table, garbage)?,
+        output,
         cycles,
         stats,
     };
     job.stats.insert("stat_errors", flags);
     Ok(job)
+}
+
+fn title(edge: &Edge, work: &GatherWork<'_>) -> String {
+    let tasks = match edge.tasks.len() {
+        1 => "1 MVoxel".to_owned(),
+        tasks => format!("{tasks} MVoxels"),
+    };
+    let mut title = format!(
+        "{tasks} of {} entries, {} vertices, {} channels in {} segments",
+        work.entries(),
+        work.vertices().count(),
+        work.channels(),
+        work.segments()
+    );
+    if !edge.what.is_empty() {
+        title += ": ";
+        title += edge.what;
+    }
+    title
+}
+
+/// Beats of the RIT stream. A beat without bytes ends the MVoxels that fill their last beat, if `bare`.
+fn table(config: &Config, work: &GatherWork<'_>, bare: bool) -> Vec<RitPiece> {
+    let full = config.rit_stream_bits() / 16;
+    let mut pieces = vec![];
+    for mut piece in work.run().rit_beats(config) {
+        let ends = bare && piece.beat.last && piece.beat.halfwords == full;
+        piece.beat.last &= !ends;
+        pieces.push(piece);
+        if ends {
+            piece.byte += 2 * u64::from(full);
+            piece.beat.halfwords = 0;
+            piece.beat.last = true;
+            pieces.push(piece);
+        }
+    }
+    pieces
 }
 
 /// Counters that gaps do not change. Of lanes that wait for banks, gaps change who waits.
@@ -65,12 +113,13 @@ fn settings(work: &GatherWork<'_>) -> Vec<(&'static str, u64)> {
 fn inputs(
     config: &Config,
     work: &GatherWork<'_>,
+    table: &[RitPiece],
     garbage: &mut Garbage,
 ) -> Result<Vec<Vec<Beat>>, RtlError> {
     let mut layout = BeatWords::new(work);
     let (mut rit, mut mft) = (vec![], vec![]);
-    for piece in work.run().rit_beats(config) {
-        layout.rit(&piece)?;
+    for piece in table {
+        layout.rit(piece)?;
         let mut data = layout.data.clone();
         garbage.fill(&mut data, &layout.keep, 8);
         rit.push(Beat::from([
@@ -91,38 +140,47 @@ fn inputs(
     Ok(vec![rit, mft])
 }
 
-fn outputs(work: &GatherWork<'_>, features: &[i32]) -> Vec<Beat> {
+fn outputs(
+    config: &Config,
+    work: &GatherWork<'_>,
+    features: &[i32],
+    table: &[RitPiece],
+) -> Result<Vec<Beat>, RtlError> {
     let slot_bits = work.slot_bits();
-    let beat = |group: potamoi_cycles::Group| {
-        let beat = Expected::new(work, features, group);
+    let bare = |piece: &&RitPiece| piece.beat.last && piece.beat.halfwords == 0;
+    let bare: Vec<_> = table.iter().filter(bare).map(|p| p.mvoxel).collect();
+    let beats = feature_beats(config, work.tasks(), features, |task, _| bare.contains(&task))?;
+    let beat = |beat: FeatureBeat| {
         let mut user = vec![0u32; (slot_bits as usize * work.side()).div_ceil(32)];
-        for port in 0..group.kept {
-            let slot = work.tasks()[group.task].entries[group.entry + port].slot;
-            if slot_bits == 32 {
-                user[port] = slot;
-            } else {
-                user[port / 2] |= (slot & 0xffff) << (16 * (port % 2));
+        for (port, slot) in beat.slots.into_iter().enumerate() {
+            match slot_bits {
+                32 => user[port] = slot,
+                _ => user[port / 2] |= (slot & 0xffff) << (16 * (port % 2)),
             }
         }
         Beat::from([
-            ("tlast", vec![u32::from(group.last)]),
+            ("tlast", vec![u32::from(beat.last)]),
             ("tkeep", beat.keep),
             ("tuser", user),
             ("tdata", beat.data),
         ])
     };
-    work.groups().map(beat).collect()
+    Ok(beats.into_iter().map(beat).collect())
 }
 
 type Stats = std::collections::BTreeMap<&'static str, u64>;
 
 /// Cycles and counters by the stepwise model, with sources and sink always ready.
-fn run(config: &Config, work: &GatherWork<'_>) -> Result<(u64, Stats), RtlError> {
+fn run(
+    config: &Config,
+    work: &GatherWork<'_>,
+    table: &[RitPiece],
+    beats: usize,
+) -> Result<(u64, Stats), RtlError> {
     let mut model = UnitModel::new(config, work)?;
-    let gathered = work.run();
-    let mut rit = Source::new(gathered.rit_beats(config));
+    let mut rit = Source::new(table.iter().copied());
     let mut mft = Source::new(work.mft_pieces(config));
-    let (mut left, mut cycles, mut quiet) = (work.beats(), 0, 0);
+    let (mut left, mut cycles, mut quiet) = (beats, 0, 0);
     while left > 0 {
         let inputs = GatherInputs {
             rit: rit.offer(true).map(|piece| piece.beat),
@@ -141,7 +199,7 @@ fn run(config: &Config, work: &GatherWork<'_>) -> Result<(u64, Stats), RtlError>
         if moves[1] {
             mft.accepted();
         }
-        left -= u64::from(moves[2]);
+        left -= usize::from(moves[2]);
         cycles += 1;
         quiet = if moves.contains(&true) { 0 } else { quiet + 1 };
         if quiet > PATIENCE {

@@ -15,10 +15,7 @@ const MOST_DIGITS: usize = 150_000;
 
 /// Tasks of every job.
 pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Vec<GatherTask>> {
-    let mut draw = Draw {
-        config,
-        random: Pcg64Mcg::seed_from_u64(seed),
-    };
+    let mut draw = Draw::new(config, seed);
     let side = config.gu.ports as usize;
     let built = config.supported_vertices();
     let mut jobs = vec![];
@@ -33,10 +30,7 @@ pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Vec<GatherTask>> {
         let channels = config.gu.banks as usize / 2;
         jobs.push(draw.tasks(Vertices::One, channels, FEW_ROWS, &[3, 2 * side + 1]));
     }
-    let (least, most) = (built[0], built[built.len() - 1]);
-    let one_segment = draw.channels(1, true);
-    let rows = config.mvoxel.rows as usize;
-    jobs.push(draw.tasks(least, one_segment, rows, &[4 * side + 1, 1]));
+    let most = built[built.len() - 1];
     // Of the buffer's halves: one and a part, and both and a part.
     let half = config.rit_entries(most) as usize;
     let counts = [half + 3, 2 * half + 2 * side + 1, 2];
@@ -50,14 +44,20 @@ pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Vec<GatherTask>> {
     jobs
 }
 
-struct Draw<'a> {
-    config: &'a Config,
-    random: Pcg64Mcg,
+/// A source of tasks.
+pub(super) struct Draw<'a> {
+    pub(super) config: &'a Config,
+    pub(super) random: Pcg64Mcg,
 }
 
-impl Draw<'_> {
+impl<'a> Draw<'a> {
+    pub(super) fn new(config: &'a Config, seed: u64) -> Self {
+        let random = Pcg64Mcg::seed_from_u64(seed);
+        Self { config, random }
+    }
+
     /// Channels that take so many segments, the last of them whole or in part.
-    fn channels(&mut self, segments: usize, whole: bool) -> usize {
+    pub(super) fn channels(&mut self, segments: usize, whole: bool) -> usize {
         let a_segment = match self.config.organisation().0 {
             Organisation::FeatureMajor => self.config.gu.banks,
             _ => self.config.lanes_a_port(),
@@ -80,7 +80,7 @@ impl Draw<'_> {
         counts.iter().map(of).collect()
     }
 
-    fn task(
+    pub(super) fn task(
         &mut self,
         vertices: Vertices,
         channels: usize,
@@ -118,7 +118,7 @@ impl Draw<'_> {
         }
     }
 
-    fn feature(&mut self) -> i16 {
+    pub(super) fn feature(&mut self) -> i16 {
         let top = 1i32 << (self.config.gu.feature_bits - 1);
         let code = match self.random.random_range(0..8) {
             0 => top - 1,
@@ -130,7 +130,7 @@ impl Draw<'_> {
     }
 
     /// Any rows with any weights that sum to 1.
-    fn scattered(&mut self, vertices: Vertices, rows: usize, end: Option<usize>) -> RitEntry {
+    pub(super) fn scattered(&mut self, vertices: Vertices, rows: usize, end: Option<usize>) -> RitEntry {
         let count = vertices.count();
         let mut entry = RitEntry {
             slot: 0,

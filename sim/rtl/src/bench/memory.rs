@@ -1,5 +1,7 @@
 //! Words of `$readmemh` files.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 /// Description of one memory file.
@@ -55,6 +57,33 @@ impl Memory {
         self.count += 1;
     }
 
+    /// Where the words of another memory of these fields lie in this one. They are appended unless they
+    /// are there, one after the other.
+    pub(super) fn place(&mut self, words: &Self) -> Range<usize> {
+        let line = self.width().div_ceil(4) as usize + 1;
+        match self.text.find(&words.text).map(|at| at / line) {
+            Some(from) => from..from + words.count,
+            None => self.append(words),
+        }
+    }
+
+    /// Appends the words of another memory of these fields: where they lie.
+    pub(super) fn append(&mut self, words: &Self) -> Range<usize> {
+        self.text.push_str(&words.text);
+        let from = self.count;
+        self.count += words.count;
+        from..self.count
+    }
+
+    /// Appends a word of fields of at most 64 bits.
+    pub(super) fn push_values(&mut self, values: &[u64]) {
+        let words: Vec<_> = values
+            .iter()
+            .map(|v| [*v as u32, (*v >> 32) as u32])
+            .collect();
+        self.push(words.iter().map(|w| &w[..]));
+    }
+
     pub(super) fn description(&self) -> MemoryFile {
         MemoryFile {
             width: self.width(),
@@ -76,5 +105,19 @@ mod tests {
         memory.push([&[2][..], &[5][..]]);
         assert_eq!(memory.text, "1fdeadbeef\n0000000005\n");
         assert_eq!(memory.description().count, 2);
+    }
+
+    #[test]
+    fn words_that_are_there_are_not_written_again() {
+        let of = |values: &[u32]| {
+            let mut memory = Memory::new(vec![("data".to_owned(), 12)]);
+            values.iter().for_each(|v| memory.push([&[*v][..]]));
+            memory
+        };
+        let mut memory = of(&[0x123, 0x456, 0x789]);
+        assert_eq!(memory.place(&of(&[0x456, 0x789])), 1..3);
+        assert_eq!(memory.place(&of(&[0x456, 0x123])), 3..5);
+        assert_eq!(memory.place(&of(&[])).len(), 0);
+        assert_eq!(memory.text, "123\n456\n789\n456\n123\n");
     }
 }

@@ -12,6 +12,8 @@ mod exponential_sums;
 mod exponential_twins;
 mod garbage;
 mod gather;
+mod gather_edges;
+mod gather_flags;
 mod gather_tasks;
 mod makefile;
 mod memory;
@@ -19,9 +21,11 @@ mod npu;
 mod npu_parts;
 mod parts;
 mod ports;
+mod script;
 mod suite;
 mod text;
 mod vector;
+mod vector_flags;
 mod vector_operands;
 
 use std::collections::BTreeMap;
@@ -41,6 +45,7 @@ use potamoi_units::vector_unit::vector_unit;
 use super::model::RtlError;
 use super::vector_drive::VectorBatch;
 use garbage::Garbage;
+use gather_edges::Edge;
 use ports::UnitPorts;
 use suite::{Memories, Owes, Suite};
 use vector_operands::Batch;
@@ -178,8 +183,11 @@ fn files_of(suite: &Suite, unit: &str, commands: &[String]) -> Result<BenchFiles
         inputs,
         output,
         jobs,
+        script,
+        ..
     } = memories;
-    for (name, memory) in inputs.into_iter().chain([output, jobs]) {
+    let all = inputs.into_iter().chain([output, jobs]).chain(script);
+    for (name, memory) in all {
         files.memories.insert(name.clone(), memory.description());
         files.texts.insert(name, memory.text);
     }
@@ -216,37 +224,65 @@ fn suite(
         jobs: vec![],
         steady,
         owes,
+        shared: usize::MAX,
+        script: None,
     })
 }
 
 fn edges_of_gathers(config: &Config) -> Result<Suite, RtlError> {
     let mut suite = gather_suite(config)?;
     let mut garbage = Garbage::new(SEED);
+    let of = |edge: &Edge, garbage: &mut Garbage| {
+        let (features, flags) = gathered(config, &edge.tasks)?;
+        gather::edge(config, edge, &features, flags, garbage)
+    };
     for tasks in gather_tasks::jobs(config, SEED) {
-        let (features, flags) = gathered(config, &tasks)?;
-        let job = gather::job(config, &tasks, &features, flags, &mut garbage)?;
-        suite.jobs.push(job);
+        suite.jobs.push(of(&Edge::plain(tasks), &mut garbage)?);
     }
+    suite.shared = suite.jobs.len();
+    // Equal beats have equal bytes that are not kept, and lie in the memories once.
+    for edge in gather_edges::jobs(config, SEED) {
+        suite.jobs.push(of(&edge, &mut Garbage::new(SEED))?);
+    }
+    suite.script = Some(gather_flags::script(config));
     Ok(suite)
 }
 
 fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
     let mut suite = vector_suite(config)?;
     let mut garbage = Garbage::new(SEED);
-    let twin = ReferenceVectorUnit::new(&config.vu);
-    for own in vector_operands::jobs(config, SEED) {
-        let mut results = vec![];
-        for Batch { op, a, b } in &own {
-            let mut out = vec![0; a.len()];
-            let computed = twin.slice(*op, a, b, &mut out);
-            computed.map_err(|error| RtlError::Usage(error.to_string()))?;
-            results.extend(out);
-        }
+    let mut of = |ports: &UnitPorts, own: &[Batch]| {
+        let results = computed_by_twin(config, own)?;
         let batches: Vec<_> = own.iter().map(Batch::borrowed).collect();
-        let job = vector::job(config, &suite.ports, &batches, &results, &mut garbage, true)?;
+        vector::job(config, ports, &batches, &results, &mut garbage, true)
+    };
+    for own in vector_operands::jobs(config, SEED) {
+        let job = of(&suite.ports, &own)?;
         suite.jobs.push(job);
     }
+    suite.shared = suite.jobs.len();
+    let room = config.vu.fifo_depth as usize;
+    let own = vector_flags::batches(config, room.clamp(9, 40));
+    for break_promises in [vector_flags::tear, vector_flags::strip] {
+        let mut job = of(&suite.ports, &own)?;
+        break_promises(&mut job, config);
+        suite.jobs.push(job);
+    }
+    suite.script = Some(vector_flags::script(config));
     Ok(suite)
+}
+
+/// Results of all elements, by the reference unit.
+fn computed_by_twin(config: &Config, batches: &[Batch]) -> Result<Vec<i32>, RtlError> {
+    let twin = ReferenceVectorUnit::new(&config.vu);
+    let mut results = vec![];
+    for Batch { op, a, b } in batches {
+        let mut out = vec![0; a.len()];
+        let computed = twin.slice(*op, a, b, &mut out);
+        computed.map_err(|error| RtlError::Usage(error.to_string()))?;
+        results.extend(out);
+    }
+    Ok(results)
 }
 
 /// Features (or sums) and flags of tasks, by the reference unit.

@@ -165,6 +165,15 @@ fn read_write(text: &mut String, own: &Register) {
 }
 
 impl Side {
+    /// Inputs and output, with their memories and the number of beats of the jobs that the top runs.
+    fn streams(&self) -> impl Iterator<Item = (&Stream, &Memory, usize)> {
+        let Suite { ports, .. } = &self.suite;
+        let streams = ports.inputs.iter().chain([&ports.output]);
+        let memories = self.memories.inputs.iter().chain([&self.memories.output]);
+        let used = streams.zip(memories).zip(&self.memories.shared);
+        used.map(|((stream, (_, memory)), beats)| (stream, memory, *beats))
+    }
+
     fn declare(&self, text: &mut String) {
         let short = self.short;
         let (file, memory) = &self.memories.jobs;
@@ -173,7 +182,7 @@ impl Side {
             text,
             "  localparam {}_JOBS = {};",
             short.to_uppercase(),
-            memory.count
+            self.suite.shared
         );
         declare_memory(text, &format!("{short}_job"), file, memory);
         let whole = format!("{short}_job_words[{short}_job]");
@@ -181,7 +190,7 @@ impl Side {
         for (stream, (file, memory)) in self.suite.ports.inputs.iter().zip(&self.memories.inputs) {
             let name = &stream.name;
             declare_memory(text, name, file, memory);
-            *text += &of_stream(parts::SOURCE, stream, memory);
+            *text += &of_stream(parts::SOURCE, stream, memory, memory.count);
             let of = format!("{name}_tvalid ? {name}_word : ~{name}_word");
             cut(text, name, &stream.fields, &of);
         }
@@ -189,7 +198,7 @@ impl Side {
         let (file, memory) = &self.memories.output;
         let name = &stream.name;
         declare_memory(text, name, file, memory);
-        *text += &of_stream(parts::SINK, stream, memory);
+        *text += &of_stream(parts::SINK, stream, memory, memory.count);
         for (field, bits) in &stream.fields {
             let _ = writeln!(text, "  wire [{}:0] {name}_{field};", bits - 1);
         }
@@ -202,14 +211,11 @@ impl Side {
     }
 
     fn process(&self, text: &mut String) {
-        for (stream, (_, memory)) in self.suite.ports.inputs.iter().zip(&self.memories.inputs) {
-            *text += &of_stream(parts::OFFER, stream, memory);
+        let inputs = self.suite.ports.inputs.len();
+        for (i, (stream, memory, beats)) in self.streams().enumerate() {
+            let part = if i < inputs { parts::OFFER } else { parts::TAKE };
+            *text += &of_stream(part, stream, memory, beats);
         }
-        *text += &of_stream(
-            parts::TAKE,
-            &self.suite.ports.output,
-            &self.memories.output.1,
-        );
     }
 
     fn files(&self, text: &mut String) {
@@ -305,8 +311,8 @@ impl Side {
     }
 }
 
-fn of_stream(part: &str, stream: &Stream, memory: &Memory) -> String {
+fn of_stream(part: &str, stream: &Stream, memory: &Memory, beats: usize) -> String {
     part.replace("@NAME@", &stream.name)
         .replace("@WIDTH@", &memory.width().to_string())
-        .replace("@COUNT@", &memory.count.to_string())
+        .replace("@COUNT@", &beats.to_string())
 }

@@ -13,7 +13,7 @@ pub(super) const BEGIN: &str = r#"`timescale 1ns/1ps
 
 module @UNIT@_tb;
   localparam JOBS = @JOBS@;
-  localparam RESET = 0, BEGIN = 1, RUN = 2, DRAIN = 3, DONE = 4;
+  localparam RESET = 0, BEGIN = 1, RUN = 2, DRAIN = 3, DONE = 4, SCRIPT = 5;
   localparam CLOSED = 160;  // clocks in which the sink of every second job takes nothing
 
   reg clk = 1'b0;
@@ -62,11 +62,12 @@ pub(super) const SOURCE: &str = r#"  integer @IN@_at = 0;
   integer @IN@_packets = 0;
   reg @IN@_tvalid = 1'b0;
   wire @IN@_tready;
-  wire [@WIDTH@-1:0] @IN@_word = @IN@_words[@IN@_at < @COUNT@ ? @IN@_at : 0];
+@SCRIPTED@  wire [@WIDTH@-1:0] @IN@_word = @CHOICE@@IN@_words[@IN@_at < @COUNT@ ? @IN@_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
 "#;
 
 pub(super) const SINK: &str = r#"  integer @OUT@_at = 0;
+  integer beats = 0;  // taken in all jobs
   integer @OUT@_rate = 0;
   integer @OUT@_packets = 0;
   reg @OUT@_held = 1'b0;
@@ -86,6 +87,15 @@ pub(super) const FAIL: &str = r#"
 `else
       $fatal(1);
 `endif
+    end
+  endtask
+
+  task pass;
+    begin
+      $display("PASS: @UNIT@, %0d beats in %0d jobs, +gaps=%0d +seed=%0d", beats, JOBS, gaps, seed);
+      failed = 1'b1;
+      state = DONE;
+      $finish(0);
     end
   endtask
 
@@ -121,7 +131,7 @@ pub(super) const IDLE: &str = r#"
   wire idle;
   task check_idle;
     begin
-      if (!failed && state != RESET && idle !== 1'b0
+      if (!failed && state != RESET && state != SCRIPT && idle !== 1'b0
           && (idle !== 1'b1 || @OUT@_tvalid || @OWED@)) begin
         $display("FAIL: idle is %b while there is work inside", idle);
         fail;
@@ -159,7 +169,7 @@ pub(super) const PROCESS: &str = r#"
     if (state == RUN) cycles = cycles + 1;
 "#;
 
-pub(super) const RESET: &str = r#"    if (!failed && state != RESET) begin
+pub(super) const RESET: &str = r#"    if (!failed && state != RESET && state != SCRIPT) begin
       if (@OUT@_tvalid !== 1'b0 && @OUT@_tvalid !== 1'b1) begin
         $display("FAIL: @OUT@_tvalid is %b", @OUT@_tvalid);
         fail;
@@ -175,6 +185,7 @@ pub(super) const RESET: &str = r#"    if (!failed && state != RESET) begin
       @OUT@_held = @OUT@_tvalid && !@OUT@_tready;
       if (@OUT@_tvalid && @OUT@_tready) begin
         @OUT@_at = @OUT@_at + 1;
+        beats = beats + 1;
         if (@OUT@_tlast === 1'b1) @OUT@_packets = @OUT@_packets + 1;
         quiet = 0;
       end
@@ -202,6 +213,7 @@ pub(super) const BEGIN_JOB: &str = r#"        if (!failed && clocks == 4) begin
       end
       BEGIN: begin
         if (clocks == 1) begin
+          @OUT@_at = job_@OUT@_from;
           cfg_clear <= 1'b1;
 "#;
 
@@ -243,11 +255,7 @@ pub(super) const DRAIN: &str = r#"      DRAIN: begin
         if (clocks == 40) begin
           check_job;
 @IS_IDLE@          if (!failed && job + 1 == JOBS) begin
-            $display("PASS: @UNIT@, %0d beats in %0d jobs, +gaps=%0d +seed=%0d",
-              @OUT@_at, JOBS, gaps, seed);
-            failed = 1'b1;
-            state = DONE;
-            $finish(0);
+            @AFTER@;
           end else if (!failed) begin
             job = job + 1;
             state = BEGIN;
@@ -271,7 +279,7 @@ pub(super) const OFFER: &str = r#"    moved = rst_n && @IN@_tvalid && @IN@_tread
     if (clocks % 32 == 1) @IN@_rate = rate(drawn[9:8]);
     drawn = after(drawn);
     willing = closed || drawn[30:8] % 100 >= @IN@_rate;
-    @IN@_next = @IN@_at + (moved ? 1 : 0);
+    @IN@_next = state == BEGIN ? job_@IN@_from : @IN@_at + (moved ? 1 : 0);
     @IN@_at <= @IN@_next;
     @IN@_tvalid <= state == RUN && @IN@_next < job_@IN@_end
       && (willing || (@IN@_tvalid && !moved));
@@ -281,7 +289,7 @@ pub(super) const ACCEPT: &str = r#"    drawn = after(drawn);
     if (clocks % 32 == 1) @OUT@_rate = rate(drawn[9:8]);
     drawn = after(drawn);
     willing = !closed && drawn[30:8] % 100 >= @OUT@_rate;
-    @OUT@_tready <= state == DRAIN || (state == RUN && willing);
+    @OUT@_tready <= state == DRAIN || state == SCRIPT || (state == RUN && willing);
 
     // A reset in the middle of the first job, which then begins again.
     if (state == RUN && job == 0 && cut != 0 && cycles == cut) begin
@@ -290,6 +298,7 @@ pub(super) const ACCEPT: &str = r#"    drawn = after(drawn);
       clocks = 0;
       rst_n <= 1'b0;
       @OUT@_at = 0;
+      beats = 0;
       @OUT@_packets = 0;
       @OUT@_held = 1'b0;
       @OUT@_tready <= 1'b0;
@@ -301,8 +310,58 @@ pub(super) const RESTART_SOURCE: &str = r#"      @IN@_at <= 0;
       @IN@_tvalid <= 1'b0;
 "#;
 
-pub(super) const END: &str = r#"    end
-  end
+pub(super) const END: &str = r#"  end
 endmodule
 `default_nettype wire
+"#;
+
+/// Registers of a script: inputs, and flags that are due after the clock before.
+pub(super) const SCRIPT: &str = r#"
+  // After the jobs: clocks with broken promises. A word has the inputs of so many clocks, and the flags
+  // that must be up, and those that must be down, after each of them. What the unit gives is not compared.
+  reg scripted = 1'b0;  // the inputs are those of the script
+  integer script_at = 0;
+  integer script_clocks = 0;  // of this word
+  integer driven_at = 0;
+  reg [@FLAGS@-1:0] driven_up = 0;
+  reg [@FLAGS@-1:0] driven_down = 0;
+  integer due_at = 0;
+  reg [@FLAGS@-1:0] due_up = 0;
+  reg [@FLAGS@-1:0] due_down = 0;
+"#;
+
+pub(super) const RUN_SCRIPT: &str = r#"
+    if (!failed && state == SCRIPT) begin
+      if ((stat_errors & due_up) !== due_up || (stat_errors & due_down) !== 0) begin
+        $display("FAIL: stat_errors is %b after word %0d of @FILE@: expected %b up, %b down",
+          stat_errors, due_at, due_up, due_down);
+        fail;
+      end
+"#;
+
+pub(super) const SCRIPT_TAKEN: &str = r#"      if (!failed && rst_n && @IN@_tvalid && @IN@_tready !== 1'b1) begin
+        $display("FAIL: word %0d of @FILE@: @IN@_tready is %b", driven_at, @IN@_tready);
+        fail;
+      end
+"#;
+
+pub(super) const SCRIPT_DRIVES: &str = r#"      due_at = driven_at;
+      due_up = driven_up;
+      due_down = driven_down;
+      driven_at = script_at;
+      driven_up = script_at < @COUNT@ ? script_up : 0;
+      driven_down = script_at < @COUNT@ ? script_down : 0;
+      scripted <= 1'b1;
+      rst_n <= script_rst_n;
+      cfg_clear <= script_cfg_clear;
+"#;
+
+pub(super) const SCRIPT_STEPS: &str = r#"      script_clocks = script_clocks + 1;
+      if (script_at == @COUNT@) begin
+        if (!failed && script_clocks == 3) pass;
+      end else if (script_clocks == script_times) begin
+        script_at <= script_at + 1;
+        script_clocks = 0;
+      end
+    end
 "#;

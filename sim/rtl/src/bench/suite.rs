@@ -1,9 +1,11 @@
 //! Jobs of a unit, and the files that hold them.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::memory::{Memory, MemoryFile};
-use super::ports::UnitPorts;
+use super::ports::{Stream, UnitPorts};
+use super::script::Script;
 use crate::RtlError;
 
 /// Payload of a beat: words, low first, by field.
@@ -35,6 +37,11 @@ pub(super) struct Suite {
     pub(super) steady: Vec<&'static str>,
     /// What is owed while the unit is not idle.
     pub(super) owes: Owes,
+    /// Number of the first jobs, which the bench of the SoC top runs too. Their beats lie one after the
+    /// other; a later job may use beats of an earlier one again.
+    pub(super) shared: usize,
+    /// Clocks after the last job, in which promises are broken.
+    pub(super) script: Option<Script>,
 }
 
 /// How a bench knows that a unit cannot be idle.
@@ -51,6 +58,9 @@ pub(super) struct Memories {
     pub(super) inputs: Vec<(String, Memory)>,
     pub(super) output: (String, Memory),
     pub(super) jobs: (String, Memory),
+    pub(super) script: Option<(String, Memory)>,
+    /// Beats of the shared jobs, of each input and of the output.
+    pub(super) shared: Vec<usize>,
 }
 
 /// Generated files.
@@ -69,60 +79,76 @@ impl Suite {
         let name = |short: &str| format!("{}_{short}.hex", self.prefix);
         let ports = &self.ports;
         let single = ports.inputs.len() == 1;
-        let mut inputs = vec![];
-        for (i, stream) in ports.inputs.iter().enumerate() {
-            let mut memory = Memory::new(stream.fields.clone());
-            for beat in self.jobs.iter().flat_map(|job| &job.inputs[i]) {
-                memory.push(fields_of(&stream.fields, beat)?);
+        let mut streams: Vec<_> = ports.inputs.iter().chain([&ports.output]).collect();
+        let mut memories: Vec<_> = streams
+            .iter()
+            .map(|stream| Memory::new(stream.fields.clone()))
+            .collect();
+        let (mut places, mut shared) = (vec![], vec![0; streams.len()]);
+        for (number, job) in self.jobs.iter().enumerate() {
+            let mut own = vec![];
+            let beats = job.inputs.iter().chain([&job.output]);
+            for ((stream, memory), beats) in streams.iter().zip(&mut memories).zip(beats) {
+                let mut words = Memory::new(stream.fields.clone());
+                for beat in beats {
+                    words.push(fields_of(&stream.fields, beat)?);
+                }
+                own.push(match number < self.shared {
+                    true => memory.append(&words),
+                    false => memory.place(&words),
+                });
             }
-            let short = if single { "in" } else { stream.short() };
-            inputs.push((name(short), memory));
+            if number < self.shared {
+                shared = own.iter().map(|place| place.end).collect();
+            }
+            places.push(own);
         }
-        let mut output = Memory::new(ports.output.fields.clone());
-        for beat in self.jobs.iter().flat_map(|job| &job.output) {
-            output.push(fields_of(&ports.output.fields, beat)?);
-        }
+        let output = memories.pop().zip(streams.pop());
+        let output = output.ok_or_else(|| unknown("m_axis_*"))?.0;
+        let short = |stream: &Stream| name(if single { "in" } else { stream.short() });
+        let names = streams.into_iter().map(short);
         let short = if single { "out" } else { ports.output.short() };
+        let script = self.script.as_ref();
+        let script = script.map(|script| script.memory(ports)).transpose()?;
         Ok(Memories {
-            inputs,
+            inputs: names.zip(memories).collect(),
             output: (name(short), output),
-            jobs: (name("jobs"), self.job_memory()?),
+            jobs: (name("jobs"), self.job_memory(&places)?),
+            script: script.map(|memory| (name("flags"), memory)),
+            shared,
         })
     }
 
-    fn job_memory(&self) -> Result<Memory, RtlError> {
+    /// `places` are those of the beats of every job.
+    fn job_memory(&self, places: &[Vec<Range<usize>>]) -> Result<Memory, RtlError> {
         let ports = &self.ports;
         let mut fields: Vec<_> = ports.settings.clone();
-        let ends = ports.inputs.iter().chain([&ports.output]);
-        fields.extend(ends.map(|s| (format!("{}_end", s.name), END_BITS)));
+        for stream in ports.inputs.iter().chain([&ports.output]) {
+            let ends = ["from", "end"].map(|end| (format!("{}_{end}", stream.name), END_BITS));
+            fields.extend(ends);
+        }
         fields.push(("cycles".to_owned(), END_BITS));
         fields.extend(ports.stats.clone());
         let mut memory = Memory::new(fields);
-        let mut ends = vec![0; ports.inputs.len() + 1];
-        for job in &self.jobs {
-            let counts = job.inputs.iter().chain([&job.output]).map(Vec::len);
-            ends.iter_mut().zip(counts).for_each(|(end, n)| *end += n);
+        for (job, places) in self.jobs.iter().zip(places) {
             let mut values = vec![];
             for (name, _) in &ports.settings {
                 let own = job.settings.iter().find(|(own, _)| own == name);
                 values.push(own.ok_or_else(|| unknown(name))?.1);
             }
-            values.extend(ends.iter().map(|end| *end as u64));
+            let ends = places.iter().flat_map(|place| [place.start, place.end]);
+            values.extend(ends.map(|end| end as u64));
             values.push(job.cycles);
             for (name, _) in &ports.stats {
                 values.push(*job.stats.get(&**name).ok_or_else(|| unknown(name))?);
             }
-            let words: Vec<_> = values
-                .iter()
-                .map(|v| [*v as u32, (*v >> 32) as u32])
-                .collect();
-            memory.push(words.iter().map(|w| &w[..]));
+            memory.push_values(&values);
         }
         Ok(memory)
     }
 }
 
-fn unknown(port: &str) -> RtlError {
+pub(super) fn unknown(port: &str) -> RtlError {
     RtlError::Usage(format!("the benches know no value of the port {port}"))
 }
 

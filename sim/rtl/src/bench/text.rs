@@ -6,6 +6,7 @@ use super::common;
 use super::memory::Memory;
 use super::parts;
 use super::ports::Stream;
+use super::script::is_scripted;
 use super::suite::{Memories, Owes, Suite};
 
 /// A bench under construction.
@@ -37,6 +38,7 @@ impl<'a> Bench<'a> {
     pub(super) fn text(mut self) -> String {
         self.header();
         self.job_words();
+        self.script_words();
         let inputs = self.suite.ports.inputs.iter().zip(&self.memories.inputs);
         for (stream, (file, memory)) in inputs {
             self.source(stream, file, memory);
@@ -73,14 +75,27 @@ impl<'a> Bench<'a> {
             let _ = writeln!(self.text, "//   {command}");
         }
         self.add(parts::OPTIONS);
-        for (i, job) in self.suite.jobs.iter().take(40).enumerate() {
-            let _ = writeln!(self.text, "//   {i}: {}", job.title);
+        let mut listed = 0;
+        let alike = self.suite.jobs.chunk_by(|a, b| a.title == b.title);
+        for jobs in alike.take(40) {
+            let last = listed + jobs.len() - 1;
+            let _ = match jobs.len() {
+                1 => writeln!(self.text, "//   {last}: {}", jobs[0].title),
+                _ => writeln!(self.text, "//   {listed} to {last}: {}", jobs[0].title),
+            };
+            listed = last + 1;
         }
-        let more = self.suite.jobs.len().saturating_sub(40);
+        let more = self.suite.jobs.len() - listed;
         if more > 0 {
             let _ = writeln!(self.text, "//   and {more} more");
         }
         let jobs = self.suite.jobs.len().to_string();
+        if let Some((file, _)) = &self.memories.script {
+            let _ = writeln!(
+                self.text,
+                "// Then clocks in which promises are broken, from {file}, and what flags must say of them."
+            );
+        }
         self.part(parts::BEGIN, &[("JOBS", &jobs)]);
     }
 
@@ -101,11 +116,36 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// The words of the script, where there is one.
+    fn script_words(&mut self) {
+        let Some((file, memory)) = &self.memories.script else {
+            return;
+        };
+        let flags = memory.fields.last().map_or(1, |field| field.1).to_string();
+        self.part(parts::SCRIPT, &[("FLAGS", &flags)]);
+        self.memory("script", file, memory);
+        let word = format!("script_words[script_at < {0} ? script_at : {0} - 1]", memory.count);
+        self.cut("script", &memory.fields, &word);
+    }
+
     fn source(&mut self, stream: &Stream, file: &str, memory: &Memory) {
         let name = &stream.name;
         self.memory(name, file, memory);
         let (width, count) = (memory.width().to_string(), memory.count.to_string());
-        let names = [("IN", &**name), ("WIDTH", &width), ("COUNT", &count)];
+        let (scripted, choice) = match self.memories.script {
+            Some(_) => (
+                format!("  reg [{width}-1:0] {name}_scripted;\n"),
+                format!("scripted ? {name}_scripted\n    : "),
+            ),
+            None => (String::new(), String::new()),
+        };
+        let names = [
+            ("SCRIPTED", &*scripted),
+            ("CHOICE", &*choice),
+            ("IN", &**name),
+            ("WIDTH", &width),
+            ("COUNT", &count),
+        ];
         self.part(parts::SOURCE, &names);
         let of = format!("{name}_tvalid ? {name}_word : ~{name}_word");
         self.cut(name, &stream.fields, &of);
@@ -163,10 +203,12 @@ impl<'a> Bench<'a> {
         let names = ["job"]
             .into_iter()
             .chain(names)
-            .chain([&*ports.output.name]);
+            .chain([&*ports.output.name])
+            .chain(self.memories.script.iter().map(|_| "script"));
         let memories = [&self.memories.jobs];
         let memories = memories.into_iter().chain(&self.memories.inputs);
         let memories = memories.chain([&self.memories.output]);
+        let memories = memories.chain(&self.memories.script);
         self.add(common::OPTIONS);
         for (name, (file, memory)) in names.zip(memories) {
             self.add(&common::read_memory(name, file, memory));
@@ -234,7 +276,11 @@ impl<'a> Bench<'a> {
         }
         self.part(parts::RUN, &[]);
         let last = if ports.idle { parts::IS_IDLE } else { "" };
-        self.part(parts::DRAIN, &[("IS_IDLE", last)]);
+        let after = match self.memories.script {
+            Some(_) => "state = SCRIPT",
+            None => "pass",
+        };
+        self.part(parts::DRAIN, &[("IS_IDLE", last), ("AFTER", after)]);
         for stream in &ports.inputs {
             let names = [("IN", &*stream.name)];
             self.part(parts::OFFER, &names);
@@ -243,6 +289,38 @@ impl<'a> Bench<'a> {
         for stream in &ports.inputs {
             self.part(parts::RESTART_SOURCE, &[("IN", &stream.name)]);
         }
+        self.add("    end\n");
+        self.script();
         self.add(parts::END);
+    }
+
+    /// Checks the flags, and drives the script, where there is one.
+    fn script(&mut self) {
+        let Some((file, memory)) = &self.memories.script else {
+            return;
+        };
+        let ports = &self.suite.ports;
+        let count = memory.count.to_string();
+        self.part(parts::RUN_SCRIPT, &[("FILE", file)]);
+        for stream in &ports.inputs {
+            let names = [("IN", &*stream.name), ("FILE", file)];
+            self.part(parts::SCRIPT_TAKEN, &names);
+        }
+        self.part(parts::SCRIPT_DRIVES, &[("COUNT", &count)]);
+        for (setting, _) in &ports.settings {
+            let _ = writeln!(self.text, "      {setting} <= script_{setting};");
+        }
+        for stream in &ports.inputs {
+            let name = &stream.name;
+            let _ = writeln!(self.text, "      {name}_tvalid <= script_{name}_tvalid;");
+            let field = |(field, bits): &(String, u32)| match is_scripted(field) {
+                true => format!("script_{name}_{field}"),
+                false => format!("{bits}'d0"),
+            };
+            let fields: Vec<_> = stream.fields.iter().map(field).collect();
+            let fields = common::list(&fields, "        ");
+            let _ = writeln!(self.text, "      {name}_scripted <= {{\n{fields}\n      }};");
+        }
+        self.part(parts::SCRIPT_STEPS, &[("COUNT", &count)]);
     }
 }

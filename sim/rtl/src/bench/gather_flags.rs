@@ -1,0 +1,410 @@
+//! Beats that break promises of the gathering unit's streams and settings. What the flags must be is
+//! computed from the rules of `docs/reference/gathering-unit.md`.
+
+use potamoi_formats::config::{Config, Organisation};
+use potamoi_formats::rit::Vertices;
+
+use super::script::{Clock, Script, keep_of};
+use super::suite::Beat;
+
+const RAGGED: u64 = 1 << 3;
+const GAP: u64 = 1 << 4;
+const TOO_LARGE: u64 = 1 << 5;
+const ROWS: u64 = 1 << 6;
+const SETTING: u64 = 1 << 7;
+const MOVED: u64 = 1 << 8;
+const ALL: u64 = 0x1ff;
+/// Clocks after which an MVoxel of one entry is issued.
+const ISSUED: u32 = 60;
+
+type Settings = Vec<(&'static str, u64)>;
+
+/// Kept bytes of a beat of the RIT stream, `tlast` and `tuser`.
+#[derive(Debug, Clone)]
+struct Table {
+    keep: Vec<u32>,
+    last: bool,
+    user: bool,
+}
+
+/// The script of the unit's flags.
+pub(super) fn script(config: &Config) -> Script {
+    let mut writer = Writer::new(config);
+    for vertices in config.supported_vertices() {
+        writer.settings = writer.of(vertices, 1);
+        writer.ends(vertices);
+    }
+    writer.keeps();
+    writer.users();
+    writer.sizes();
+    writer.rows();
+    writer.ranges();
+    writer.moves();
+    Script {
+        clocks: writer.clocks,
+    }
+}
+
+struct Writer<'a> {
+    config: &'a Config,
+    /// Bytes of a beat of the RIT stream.
+    bytes: usize,
+    settings: Settings,
+    clocks: Vec<Clock>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(config: &'a Config) -> Self {
+        let mut writer = Self {
+            config,
+            bytes: config.rit_stream_bits() as usize / 8,
+            settings: vec![],
+            clocks: vec![],
+        };
+        writer.settings = writer.of(config.supported_vertices()[0], 1);
+        writer.reset();
+        writer
+    }
+
+    fn of(&self, vertices: Vertices, segments: u64) -> Settings {
+        vec![
+            ("cfg_vertices", u64::from(vertices.log2())),
+            ("cfg_segments", segments),
+            ("cfg_two_records", 0),
+            ("cfg_channels", 1),
+        ]
+    }
+
+    /// A clock after which these flags are up, and all others down.
+    fn clock(&mut self, beats: [Option<Beat>; 2], up: u64) -> &mut Clock {
+        self.clocks.push(Clock {
+            beats: beats.to_vec(),
+            settings: self.settings.clone(),
+            up,
+            down: ALL & !up,
+            ..Clock::default()
+        });
+        let last = self.clocks.len() - 1;
+        &mut self.clocks[last]
+    }
+
+    fn reset(&mut self) {
+        self.clock([None, None], 0).reset = true;
+    }
+
+    fn idle(&mut self, times: u32, up: u64) {
+        self.clock([None, None], up).times = times;
+    }
+
+    fn table(&mut self, table: &Table, up: u64) -> &mut Clock {
+        let beat = Beat::from([
+            ("tkeep", table.keep.clone()),
+            ("tlast", vec![u32::from(table.last)]),
+            ("tuser", vec![u32::from(table.user)]),
+        ]);
+        self.clock([Some(beat), None], up)
+    }
+
+    /// A beat of the MFT with so many bytes kept.
+    fn row(&mut self, keep: &dyn Fn(usize) -> bool, last: bool, up: u64) -> &mut Clock {
+        let bytes = 2 * self.config.gu.banks as usize;
+        let beat = Beat::from([
+            ("tkeep", keep_of(bytes, keep)),
+            ("tlast", vec![u32::from(last)]),
+        ]);
+        self.clock([None, Some(beat)], up)
+    }
+
+    fn kept(&self, bytes: usize, last: bool) -> Table {
+        Table {
+            keep: keep_of(self.bytes, |byte| byte < bytes),
+            last,
+            user: false,
+        }
+    }
+
+    fn full(&self) -> Table {
+        self.kept(self.bytes, false)
+    }
+
+    /// So many full beats, in which nothing is wrong.
+    fn fulls(&mut self, times: usize) {
+        let full = self.full();
+        if times > 0 {
+            self.table(&full, 0).times = times as u32;
+        }
+    }
+
+    /// Ends of an MVoxel after every number of beats and bytes: flag 3 where its entries are not whole,
+    /// flag 4 where half a word is kept.
+    fn ends(&mut self, vertices: Vertices) {
+        let entry = self.config.entry_bytes(vertices);
+        let row = 48 * self.config.gu.ports as usize;
+        for before in 0..row.div_ceil(self.bytes) {
+            for bytes in (0..=self.bytes).filter(|bytes| bytes % 2 == 0 || before == 0) {
+                let (all, odd) = (before * self.bytes + bytes, bytes % 2 == 1);
+                let ragged = all == 0 || !all.is_multiple_of(entry);
+                let up = if odd { GAP } else { u64::from(ragged) * RAGGED };
+                self.fulls(before);
+                let end = self.kept(bytes, true);
+                self.table(&end, up).down = ALL & !(up | if odd { RAGGED } else { 0 });
+                self.reset();
+            }
+        }
+    }
+
+    /// Beats with a hole, without their first bytes, or not full, first and last: flag 4.
+    fn keeps(&mut self) {
+        let bytes = self.bytes;
+        for (byte, last) in (0..bytes).flat_map(|byte| [(byte, false), (byte, true)]) {
+            let patterns: [&dyn Fn(usize) -> bool; 3] =
+                [&|own| own != byte, &|own| own > byte, &|own| own <= byte];
+            for (i, pattern) in patterns.into_iter().enumerate() {
+                let keep = keep_of(bytes, pattern);
+                let count = (0..bytes).filter(|own| pattern(*own)).count();
+                let contiguous = (0..count).all(pattern);
+                let right = count == 0 || contiguous && count.is_multiple_of(2) && last;
+                if right || contiguous && count == bytes {
+                    continue;
+                }
+                let table = Table {
+                    keep,
+                    last,
+                    user: false,
+                };
+                // Whether entries are whole is not defined where bytes are not.
+                self.table(&table, GAP).down = ALL & !(GAP | RAGGED);
+                if i == 0 {
+                    self.clock([None, None], GAP).down = ALL & !(GAP | RAGGED);
+                    let down = ALL & !RAGGED;
+                    let clear = self.clock([None, None], 0);
+                    (clear.clear, clear.down) = (true, down);
+                }
+                self.reset();
+            }
+        }
+        // In the clock of the clear nothing is flagged.
+        let hole = Table {
+            keep: keep_of(bytes, |own| own == 1),
+            last: true,
+            user: false,
+        };
+        self.table(&hole, 0).clear = true;
+        self.reset();
+    }
+
+    /// `tuser` changes within an MVoxel: flag 4; between two, or on beats that are ignored, it may.
+    fn users(&mut self) {
+        let full = self.full();
+        let other = Table {
+            user: true,
+            ..self.full()
+        };
+        let ignored = Table {
+            user: true,
+            ..self.kept(0, false)
+        };
+        for (first, then) in [(&full, &other), (&other, &full)] {
+            self.table(first, 0);
+            self.idle(1, 0);
+            self.table(then, GAP);
+            self.idle(3, GAP);
+            self.clock([None, None], 0).clear = true;
+            self.reset();
+        }
+        self.table(&ignored, 0);
+        self.table(&full, 0);
+        self.table(&ignored, 0);
+        self.table(&full, 0);
+        self.reset();
+        // An end without bytes ends whole entries only, and has the `tuser` of its MVoxel.
+        for vertices in self.config.supported_vertices() {
+            self.settings = self.of(vertices, 1);
+            let entry = self.config.entry_bytes(vertices);
+            for beats in 1..=12 {
+                let ragged = !(beats * self.bytes).is_multiple_of(entry);
+                self.fulls(beats);
+                self.idle(1, 0);
+                let end = self.kept(0, true);
+                self.table(&end, u64::from(ragged) * RAGGED);
+                self.reset();
+            }
+        }
+        self.fulls(1);
+        let end = Table {
+            user: true,
+            ..self.kept(0, true)
+        };
+        self.table(&end, GAP).down = ALL & !(GAP | RAGGED);
+        self.reset();
+    }
+
+    /// More than both halves of the buffer hold: flag 5, if they are to be kept for further segments.
+    fn sizes(&mut self) {
+        let config = self.config;
+        let both = 2 * 48 * config.rit.entries as usize / self.bytes;
+        let vertices = config.supported_vertices()[0];
+        let most = u64::from(config.gu.segments);
+        for (segments, user, last) in [
+            (most, false, false),
+            (most.min(2), false, false),
+            (1, false, false),
+            (most, true, false),
+            (most, false, true),
+        ] {
+            self.settings = self.of(vertices, segments);
+            let full = Table {
+                user,
+                ..self.full()
+            };
+            self.table(&full, 0).times = both as u32 - 1;
+            let large = segments > 1 && !user && !last;
+            let up = u64::from(large) * TOO_LARGE;
+            self.table(&Table { last, ..full }, up);
+            self.idle(3, up);
+            self.clock([None, None], 0).clear = true;
+            self.reset();
+        }
+        self.settings = self.of(vertices, 1);
+    }
+
+    /// Rows past those of an MVoxel: flag 6, and what else the feature-major unit flags.
+    fn rows(&mut self) {
+        let config = self.config;
+        let lanes = config.organisation().0 == Organisation::FeatureMajor;
+        let rows = config.mft_rows();
+        let most = if lanes { rows / config.gu.banks } else { rows };
+        for last in [false, true] {
+            self.row(&|_| true, false, 0).times = most;
+            self.row(&|_| true, last, ROWS);
+            self.idle(3, ROWS);
+            self.clock([None, None], 0).clear = true;
+            self.reset();
+        }
+        self.row(&|_| true, false, 0).times = most - 1;
+        self.row(&|_| true, true, 0);
+        self.row(&|_| true, false, 0);
+        self.reset();
+        if !lanes {
+            return;
+        }
+        let patterns: [&dyn Fn(usize) -> bool; 3] =
+            [&|own| own < 1, &|own| own == 2 || own == 3, &|own| own != 4 && own != 5];
+        for keep in patterns {
+            self.row(keep, true, ROWS);
+            self.reset();
+        }
+        // A block after a short one; of two channels, other rows than the first, and the end within.
+        self.row(&|own| own < 4, false, 0);
+        self.row(&|_| true, true, ROWS);
+        self.reset();
+        self.set("cfg_channels", 2);
+        self.row(&|own| own < 4, false, 0);
+        self.row(&|own| own < 2, true, ROWS);
+        self.reset();
+        self.row(&|_| true, true, ROWS);
+        self.reset();
+        self.set("cfg_channels", 1);
+    }
+
+    fn set(&mut self, name: &str, to: u64) {
+        let own = self.settings.iter_mut().filter(|(own, _)| *own == name);
+        own.for_each(|(_, value)| *value = to);
+    }
+
+    /// A setting out of range: flag 7, once an entry is issued. Results are not defined, nor other flags.
+    fn ranges(&mut self) {
+        let config = self.config;
+        let built = config.supported_vertices();
+        let most = u64::from(config.gu.segments);
+        let normal = self.of(built[0], 1);
+        self.settings = normal.clone();
+        self.issue(built[0], false);
+        let powers = (0..7).map(|bit| 1 << bit);
+        for segments in powers.clone().filter(|own| *own <= most) {
+            self.set("cfg_segments", segments);
+            self.issue(built[0], false);
+        }
+        for segments in powers.filter(|own| *own > most).chain([0, most + 1, 127]) {
+            if (1..=most).contains(&segments) || segments > 127 {
+                continue;
+            }
+            self.set("cfg_segments", segments);
+            self.issue(built[0], true);
+        }
+        self.settings = normal.clone();
+        for vertices in [Vertices::One, Vertices::Two, Vertices::Four, Vertices::Eight] {
+            self.set("cfg_vertices", u64::from(vertices.log2()));
+            self.issue(vertices, !built.contains(&vertices));
+        }
+        self.settings = normal.clone();
+        if config.organisation().0 == Organisation::FeatureMajor {
+            for channels in [0, u64::from(config.gu.banks) + 1, 127] {
+                self.set("cfg_channels", channels.min(127));
+                self.issue(built[0], true);
+            }
+        }
+        self.settings = normal;
+    }
+
+    /// An MVoxel of one row and one entry, which reads it.
+    fn issue(&mut self, vertices: Vertices, wrong: bool) {
+        let entry = self.config.entry_bytes(vertices);
+        let (up, down) = if wrong { (SETTING, 0) } else { (0, SETTING) };
+        let first = self.clocks.len();
+        self.row(&|_| true, true, 0);
+        let beats = entry.div_ceil(self.bytes);
+        self.fulls(beats - 1);
+        let end = self.kept(entry - (beats - 1) * self.bytes, true);
+        self.table(&end, 0);
+        self.idle(ISSUED, 0);
+        for clock in &mut self.clocks[first..] {
+            clock.down = down;
+        }
+        self.idle(3, up);
+        let last = self.clocks.len() - 1;
+        self.clocks[last].down = down;
+        self.reset();
+    }
+
+    /// Settings that change: flag 8 while `idle` is low, whichever bit it is, and nothing while it is high.
+    fn moves(&mut self) {
+        let built = self.config.supported_vertices();
+        let normal = self.of(built[0], 1);
+        let full = self.full();
+        for (setting, bits) in [
+            ("cfg_vertices", 2),
+            ("cfg_segments", 7),
+            ("cfg_two_records", 1),
+            ("cfg_channels", 7),
+        ] {
+            let channels = setting == "cfg_channels"
+                && self.config.organisation().0 != Organisation::FeatureMajor;
+            let records = setting == "cfg_two_records" && self.config.gu.records_a_row != 2;
+            for bit in (0..bits).filter(|_| !channels && !records) {
+                let own = normal.iter().find(|(name, _)| *name == setting);
+                let moved = own.map_or(0, |own| own.1) ^ 1 << bit;
+                self.set(setting, moved);
+                self.idle(2, 0);
+                self.settings = normal.clone();
+                self.table(&full, 0);
+                self.idle(2, 0);
+                self.set(setting, moved);
+                self.idle(1, MOVED);
+                self.settings = normal.clone();
+                self.idle(2, MOVED);
+                self.reset();
+            }
+        }
+        // A table that is written, or loaded, keeps the unit from being idle.
+        for last in [false, true] {
+            self.row(&|_| true, last, 0);
+            self.idle(2, 0);
+            self.set("cfg_segments", 2);
+            self.idle(3, MOVED);
+            self.clock([None, None], 0).clear = true;
+            self.settings = normal.clone();
+            self.reset();
+        }
+    }
+}
