@@ -7,6 +7,8 @@ use potamoi_formats::rit::Vertices;
 use super::script::{Clock, Script, keep_of};
 use super::suite::Beat;
 
+/// Flags of rows and weights.
+const ENTRIES: u64 = 7;
 const RAGGED: u64 = 1 << 3;
 const GAP: u64 = 1 << 4;
 const TOO_LARGE: u64 = 1 << 5;
@@ -50,6 +52,9 @@ struct Writer<'a> {
     /// Bytes of a beat of the RIT stream.
     bytes: usize,
     settings: Settings,
+    /// Flags that only these beats raise: where lanes load entries before a table is there, those may
+    /// have weights and rows that are not right.
+    known: u64,
     clocks: Vec<Clock>,
 }
 
@@ -59,6 +64,10 @@ impl<'a> Writer<'a> {
             config,
             bytes: config.rit_stream_bits() as usize / 8,
             settings: vec![],
+            known: match config.organisation().0 {
+                Organisation::FeatureMajor => ALL & !ENTRIES,
+                _ => ALL,
+            },
             clocks: vec![],
         };
         writer.settings = writer.of(config.supported_vertices()[0], 1);
@@ -81,7 +90,7 @@ impl<'a> Writer<'a> {
             beats: beats.to_vec(),
             settings: self.settings.clone(),
             up,
-            down: ALL & !up,
+            down: self.known & !up,
             ..Clock::default()
         });
         let last = self.clocks.len() - 1;
@@ -147,7 +156,7 @@ impl<'a> Writer<'a> {
                 let up = if odd { GAP } else { u64::from(ragged) * RAGGED };
                 self.fulls(before);
                 let end = self.kept(bytes, true);
-                self.table(&end, up).down = ALL & !(up | if odd { RAGGED } else { 0 });
+                self.table(&end, up).down = self.known & !(up | if odd { RAGGED } else { 0 });
                 self.reset();
             }
         }
@@ -173,10 +182,10 @@ impl<'a> Writer<'a> {
                     user: false,
                 };
                 // Whether entries are whole is not defined where bytes are not.
-                self.table(&table, GAP).down = ALL & !(GAP | RAGGED);
+                self.table(&table, GAP).down = self.known & !(GAP | RAGGED);
                 if i == 0 {
-                    self.clock([None, None], GAP).down = ALL & !(GAP | RAGGED);
-                    let down = ALL & !RAGGED;
+                    self.clock([None, None], GAP).down = self.known & !(GAP | RAGGED);
+                    let down = self.known & !RAGGED;
                     let clear = self.clock([None, None], 0);
                     (clear.clear, clear.down) = (true, down);
                 }
@@ -235,7 +244,7 @@ impl<'a> Writer<'a> {
             user: true,
             ..self.kept(0, true)
         };
-        self.table(&end, GAP).down = ALL & !(GAP | RAGGED);
+        self.table(&end, GAP).down = self.known & !(GAP | RAGGED);
         self.reset();
     }
 
@@ -349,7 +358,13 @@ impl<'a> Writer<'a> {
 
     /// An MVoxel of one row and one entry, which reads it.
     fn issue(&mut self, vertices: Vertices, wrong: bool) {
-        let entry = self.config.entry_bytes(vertices);
+        // Entries of every size fill as many bytes as the largest that was built.
+        let built = self.config.supported_vertices().into_iter();
+        let largest = built.map(|built| self.config.entry_bytes(built)).max();
+        let entry = match wrong {
+            true => largest.unwrap_or_default(),
+            false => self.config.entry_bytes(vertices),
+        };
         let (up, down) = if wrong { (SETTING, 0) } else { (0, SETTING) };
         let first = self.clocks.len();
         self.row(&|_| true, true, 0);
@@ -389,10 +404,13 @@ impl<'a> Writer<'a> {
                 self.settings = normal.clone();
                 self.table(&full, 0);
                 self.idle(2, 0);
+                // What moves may be out of range as well.
+                let down = self.known & !(MOVED | SETTING);
                 self.set(setting, moved);
-                self.idle(1, MOVED);
+                self.clock([None, None], MOVED).down = down;
                 self.settings = normal.clone();
-                self.idle(2, MOVED);
+                self.clock([None, None], MOVED).down = down;
+                self.clock([None, None], MOVED).down = down;
                 self.reset();
             }
         }

@@ -60,6 +60,7 @@ pub(super) const SOURCE: &str = r#"  integer @IN@_at = 0;
   integer @IN@_rate = 0;
   reg @IN@_open = 1'b0;
   integer @IN@_packets = 0;
+  integer @IN@_beats = 0;  // given in all jobs
   reg @IN@_tvalid = 1'b0;
   wire @IN@_tready;
 @SCRIPTED@  wire [@WIDTH@-1:0] @IN@_word = @CHOICE@@IN@_words[@IN@_at < @COUNT@ ? @IN@_at : 0];
@@ -67,7 +68,7 @@ pub(super) const SOURCE: &str = r#"  integer @IN@_at = 0;
 "#;
 
 pub(super) const SINK: &str = r#"  integer @OUT@_at = 0;
-  integer beats = 0;  // taken in all jobs
+  integer @OUT@_beats = 0;  // taken in all jobs
   integer @OUT@_rate = 0;
   integer @OUT@_packets = 0;
   reg @OUT@_held = 1'b0;
@@ -92,7 +93,8 @@ pub(super) const FAIL: &str = r#"
 
   task pass;
     begin
-      $display("PASS: @UNIT@, %0d beats in %0d jobs, +gaps=%0d +seed=%0d", beats, JOBS, gaps, seed);
+      $display("PASS: @UNIT@, %0d beats in %0d jobs, +gaps=%0d +seed=%0d",
+        @OUT@_beats, JOBS, gaps, seed);
       failed = 1'b1;
       state = DONE;
       $finish(0);
@@ -185,7 +187,7 @@ pub(super) const RESET: &str = r#"    if (!failed && state != RESET && state != 
       @OUT@_held = @OUT@_tvalid && !@OUT@_tready;
       if (@OUT@_tvalid && @OUT@_tready) begin
         @OUT@_at = @OUT@_at + 1;
-        beats = beats + 1;
+        @OUT@_beats = @OUT@_beats + 1;
         if (@OUT@_tlast === 1'b1) @OUT@_packets = @OUT@_packets + 1;
         quiet = 0;
       end
@@ -272,6 +274,7 @@ pub(super) const DRAIN: &str = r#"      DRAIN: begin
 pub(super) const OFFER: &str = r#"    moved = rst_n && @IN@_tvalid && @IN@_tready === 1'b1;
     if (moved) begin
       quiet = 0;
+      @IN@_beats = @IN@_beats + 1;
       @IN@_open = !@IN@_tlast;
       if (@IN@_tlast) @IN@_packets = @IN@_packets + 1;
     end
@@ -279,7 +282,7 @@ pub(super) const OFFER: &str = r#"    moved = rst_n && @IN@_tvalid && @IN@_tread
     if (clocks % 32 == 1) @IN@_rate = rate(drawn[9:8]);
     drawn = after(drawn);
     willing = closed || drawn[30:8] % 100 >= @IN@_rate;
-    @IN@_next = state == BEGIN ? job_@IN@_from : @IN@_at + (moved ? 1 : 0);
+    @IN@_next = state == BEGIN && clocks == 1 ? job_@IN@_from : @IN@_at + (moved ? 1 : 0);
     @IN@_at <= @IN@_next;
     @IN@_tvalid <= state == RUN && @IN@_next < job_@IN@_end
       && (willing || (@IN@_tvalid && !moved));
@@ -298,7 +301,7 @@ pub(super) const ACCEPT: &str = r#"    drawn = after(drawn);
       clocks = 0;
       rst_n <= 1'b0;
       @OUT@_at = 0;
-      beats = 0;
+      @OUT@_beats = 0;
       @OUT@_packets = 0;
       @OUT@_held = 1'b0;
       @OUT@_tready <= 1'b0;
@@ -307,6 +310,7 @@ pub(super) const ACCEPT: &str = r#"    drawn = after(drawn);
 pub(super) const RESTART_SOURCE: &str = r#"      @IN@_at <= 0;
       @IN@_open = 1'b0;
       @IN@_packets = 0;
+      @IN@_beats = 0;
       @IN@_tvalid <= 1'b0;
 "#;
 

@@ -238,9 +238,9 @@ impl<'a> Bench<'a> {
                     open.join(" || ")
                 }
                 Owes::Beats => {
-                    let given = |s: &Stream| format!("{}_at", s.name);
+                    let given = |s: &Stream| format!("{}_beats", s.name);
                     let given: Vec<_> = self.suite.ports.inputs.iter().map(given).collect();
-                    format!("{} != {}_at", given.join(" + "), output.name)
+                    format!("{} != {}_beats", given.join(" + "), output.name)
                 }
             };
             self.part(parts::IDLE, &[("OWED", &owed)]);

@@ -167,6 +167,57 @@ const MUTANTS: &[Mutant] = &[
         "m_axis_vec_tdata",
     ),
     mutant(
+        "a flag that a right beat takes back",
+        "gathering_unit.v",
+        ["(gap_in_beat | rit_errors[1])", "rit_errors[1]"],
+        "stat_errors is",
+    ),
+    mutant(
+        "a flag that cfg_clear leaves",
+        "gathering_unit.v",
+        [
+            "setting_moved <= (setting_moved | ((settings != settings_before) & (~idle))) & (~cfg_clear)",
+            "setting_moved <= (setting_moved | ((settings != settings_before) & (~idle)))",
+        ],
+        "stat_errors is",
+    ),
+    mutant(
+        "a row past the MVoxel's that is written",
+        "mft.v",
+        ["write = write_accept & write_room", "write = write_accept"],
+        "m_axis_feat_tdata",
+    ),
+    mutant(
+        "a bit of the number of rows in the second half",
+        "mft.v",
+        ["rows_1 <= rows_after", "rows_1 <= rows_after & 10'h3df"],
+        "m_axis_feat_tdata",
+    ),
+    mutant(
+        "half an entry that passes as whole",
+        "rit_buffer.v",
+        ["row_last & 24'h820820", "row_last & 24'h820830"],
+        "stat_errors is",
+    ),
+    mutant(
+        "an end without bytes that keeps an entry",
+        "rit_buffer.v",
+        ["s_axis_rit_tlast ? some_bytes : 1'b1", "1'b1"],
+        "m_axis_feat",
+    ),
+    mutant(
+        "a torn lane that passes",
+        "vector_unit.v",
+        ["(accept & (|lane_torn))", "(accept & (|lane_torn[2:0]))"],
+        "stat_errors is",
+    ),
+    mutant(
+        "an operation that was not built and gives something",
+        "vector_lane.v",
+        ["{{33{a[31]}}, a} : 65'h0", "{{33{a[31]}}, a} : 65'h1"],
+        "m_axis_vec_tdata",
+    ),
+    mutant(
         "room for one vector more",
         "vector_unit.v",
         ["room = in_flight < 5'd18", "room = in_flight < 5'd19"],

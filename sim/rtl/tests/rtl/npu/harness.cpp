@@ -219,6 +219,8 @@ int main() {
     struct gather_job own;
     {
       GATHER_JOB_FIELDS(FIELD)
+      // Jobs that raise flags, or use beats again, come last, and are for the unit alone.
+      if (job_stat_errors != 0 || job_m_axis_feat_from != before) break;
       own = {uint32_t(job_cfg_vertices), uint32_t(job_cfg_segments), uint32_t(job_cfg_two_records),
              uint32_t(job_cfg_channels), ends(device.feat, before, job_m_axis_feat_end, FEAT_LAST),
              uint32_t(job_stat_entries), uint32_t(job_stat_errors)};
@@ -232,6 +234,7 @@ int main() {
   for (const Bits &word : words_of("vector_jobs.hex")) {
     unsigned low = 0 VECTOR_JOB_FIELDS(WIDTH);
     VECTOR_JOB_FIELDS(FIELD)
+    if (job_stat_errors != 0 || job_m_axis_vec_from != before) break;
     struct vector_job own = {ends(device.vec_out, before, job_m_axis_vec_end, VEC_OUT_LAST),
                              uint32_t(job_stat_vectors), uint32_t(job_stat_errors)};
     before = job_m_axis_vec_end;

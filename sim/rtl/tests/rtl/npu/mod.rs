@@ -67,7 +67,7 @@ fn payload(ports: &[PortInfo], stream: &str) -> Vec<(String, u32)> {
     own.collect()
 }
 
-/// Settings, ends, cycles and counters of a job.
+/// Settings, beats, cycles and counters of a job.
 fn job(ports: &[PortInfo], streams: &[&str]) -> Vec<(String, u32)> {
     let begin = |begin: &str| {
         let own = ports.iter().filter(|port| port.name.starts_with(begin));
@@ -76,7 +76,8 @@ fn job(ports: &[PortInfo], streams: &[&str]) -> Vec<(String, u32)> {
             .collect::<Vec<_>>()
     };
     let mut all = begin("cfg_");
-    all.extend(streams.iter().map(|stream| (format!("{stream}_end"), 32)));
+    let beats = |stream: &&str| ["from", "end"].map(|end| (format!("{stream}_{end}"), 32));
+    all.extend(streams.iter().flat_map(beats));
     all.push(("cycles".to_owned(), 32));
     all.extend(begin("stat_"));
     all
