@@ -27,7 +27,13 @@ pub(super) fn job(
     garbage: &mut Garbage,
 ) -> Result<Job, RtlError> {
     GatherWork::new(config, tasks)?.run().check(config)?;
-    edge(config, &Edge::plain(tasks.to_vec()), features, flags, garbage)
+    edge(
+        config,
+        &Edge::plain(tasks.to_vec()),
+        features,
+        flags,
+        garbage,
+    )
 }
 
 /// As [`job`], of tasks that need not keep all promises.
@@ -149,7 +155,9 @@ fn outputs(
     let slot_bits = work.slot_bits();
     let bare = |piece: &&RitPiece| piece.beat.last && piece.beat.halfwords == 0;
     let bare: Vec<_> = table.iter().filter(bare).map(|p| p.mvoxel).collect();
-    let beats = feature_beats(config, work.tasks(), features, |task, _| bare.contains(&task))?;
+    let beats = feature_beats(config, work.tasks(), features, |task, _| {
+        bare.contains(&task)
+    })?;
     let beat = |beat: FeatureBeat| {
         let mut user = vec![0u32; (slot_bits as usize * work.side()).div_ceil(32)];
         for (port, slot) in beat.slots.into_iter().enumerate() {

@@ -65,9 +65,17 @@ fn loaded(task: &GatherTask) -> usize {
     task.rows.len() / task.channels
 }
 
+/// A whole segment; a few channels where each is a beat of its own.
+fn channels(draw: &mut Draw<'_>) -> usize {
+    match draw.config.organisation().0 {
+        Organisation::FeatureMajor => draw.config.gu.banks.min(2) as usize,
+        _ => draw.channels(1, true),
+    }
+}
+
 /// A task of few entries and rows, of one segment.
 fn small(draw: &mut Draw<'_>, vertices: Vertices, entries: usize) -> GatherTask {
-    let channels = draw.channels(1, true);
+    let channels = channels(draw);
     draw.task(vertices, channels, 2, entries)
 }
 
@@ -132,7 +140,7 @@ fn ends(draw: &mut Draw<'_>, vertices: Vertices) -> Vec<Edge> {
     let side = config.gu.ports as usize;
     let entry = config.entry_bytes(vertices);
     let groups = 48 / entry.min(48);
-    let channels = draw.channels(1, true);
+    let channels = channels(draw);
     let of = |count: usize, draw: &mut Draw<'_>| draw.task(vertices, channels, 2, count);
     let partial = (0..=groups).map(|group| group * side + 1 + group % side);
     let tasks = partial.map(|count| of(count, draw)).collect();

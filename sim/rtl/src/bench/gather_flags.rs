@@ -298,7 +298,9 @@ impl<'a> Writer<'a> {
             return;
         }
         let patterns: [&dyn Fn(usize) -> bool; 3] =
-            [&|own| own < 1, &|own| own == 2 || own == 3, &|own| own != 4 && own != 5];
+            [&|own| own < 1, &|own| own == 2 || own == 3, &|own| {
+                own != 4 && own != 5
+            }];
         for keep in patterns {
             self.row(keep, true, ROWS);
             self.reset();
@@ -342,7 +344,12 @@ impl<'a> Writer<'a> {
             self.issue(built[0], true);
         }
         self.settings = normal.clone();
-        for vertices in [Vertices::One, Vertices::Two, Vertices::Four, Vertices::Eight] {
+        for vertices in [
+            Vertices::One,
+            Vertices::Two,
+            Vertices::Four,
+            Vertices::Eight,
+        ] {
             self.set("cfg_vertices", u64::from(vertices.log2()));
             self.issue(vertices, !built.contains(&vertices));
         }

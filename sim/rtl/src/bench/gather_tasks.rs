@@ -130,7 +130,12 @@ impl<'a> Draw<'a> {
     }
 
     /// Any rows with any weights that sum to 1.
-    pub(super) fn scattered(&mut self, vertices: Vertices, rows: usize, end: Option<usize>) -> RitEntry {
+    pub(super) fn scattered(
+        &mut self,
+        vertices: Vertices,
+        rows: usize,
+        end: Option<usize>,
+    ) -> RitEntry {
         let count = vertices.count();
         let mut entry = RitEntry {
             slot: 0,

@@ -213,7 +213,11 @@ impl Side {
     fn process(&self, text: &mut String) {
         let inputs = self.suite.ports.inputs.len();
         for (i, (stream, memory, beats)) in self.streams().enumerate() {
-            let part = if i < inputs { parts::OFFER } else { parts::TAKE };
+            let part = if i < inputs {
+                parts::OFFER
+            } else {
+                parts::TAKE
+            };
             *text += &of_stream(part, stream, memory, beats);
         }
     }

@@ -257,8 +257,7 @@ pub(super) const DRAIN: &str = r#"      DRAIN: begin
         if (clocks == 40) begin
           check_job;
 @IS_IDLE@          if (!failed && job + 1 == JOBS) begin
-            @AFTER@;
-          end else if (!failed) begin
+@AFTER@          end else if (!failed) begin
             job = job + 1;
             state = BEGIN;
             clocks = 0;
@@ -333,6 +332,15 @@ pub(super) const SCRIPT: &str = r#"
   reg [@FLAGS@-1:0] due_up = 0;
   reg [@FLAGS@-1:0] due_down = 0;
 "#;
+
+/// After the last job.
+pub(super) const THEN_SCRIPT: &str = "\
+`ifdef POTAMOI_CHECKS
+            pass;  // the assertions take kept promises for granted
+`else
+            state = SCRIPT;
+`endif
+";
 
 pub(super) const RUN_SCRIPT: &str = r#"
     if (!failed && state == SCRIPT) begin

@@ -124,7 +124,10 @@ impl<'a> Bench<'a> {
         let flags = memory.fields.last().map_or(1, |field| field.1).to_string();
         self.part(parts::SCRIPT, &[("FLAGS", &flags)]);
         self.memory("script", file, memory);
-        let word = format!("script_words[script_at < {0} ? script_at : {0} - 1]", memory.count);
+        let word = format!(
+            "script_words[script_at < {0} ? script_at : {0} - 1]",
+            memory.count
+        );
         self.cut("script", &memory.fields, &word);
     }
 
@@ -277,8 +280,8 @@ impl<'a> Bench<'a> {
         self.part(parts::RUN, &[]);
         let last = if ports.idle { parts::IS_IDLE } else { "" };
         let after = match self.memories.script {
-            Some(_) => "state = SCRIPT",
-            None => "pass",
+            Some(_) => parts::THEN_SCRIPT,
+            None => "            pass;\n",
         };
         self.part(parts::DRAIN, &[("IS_IDLE", last), ("AFTER", after)]);
         for stream in &ports.inputs {
@@ -319,7 +322,10 @@ impl<'a> Bench<'a> {
             };
             let fields: Vec<_> = stream.fields.iter().map(field).collect();
             let fields = common::list(&fields, "        ");
-            let _ = writeln!(self.text, "      {name}_scripted <= {{\n{fields}\n      }};");
+            let _ = writeln!(
+                self.text,
+                "      {name}_scripted <= {{\n{fields}\n      }};"
+            );
         }
         self.part(parts::SCRIPT_STEPS, &[("COUNT", &count)]);
     }

@@ -67,7 +67,11 @@ pub(super) fn script(config: &Config) -> Script {
         for rounding in 0..4 {
             let shift = 7 * code % 64;
             let reserved = u64::from(rounding == 3) * ROUNDING;
-            add(code | shift << 4 | rounding << 10, keep_of(bytes, all), up | reserved);
+            add(
+                code | shift << 4 | rounding << 10,
+                keep_of(bytes, all),
+                up | reserved,
+            );
         }
     }
     // A byte too few and a byte too many in the first and the last lane, and one byte in each other.
@@ -135,7 +139,10 @@ pub(super) fn batches(config: &Config, vectors: usize) -> Vec<Batch> {
 pub(super) fn tear(job: &mut Job, config: &Config) {
     let lanes = config.vu.lanes as usize;
     let bytes = LANE_BYTES * lanes;
-    job.title = format!("{} vectors with torn lanes, and some without a lane", job.output.len());
+    job.title = format!(
+        "{} vectors with torn lanes, and some without a lane",
+        job.output.len()
+    );
     let beats = job.inputs[0].iter_mut().zip(&mut job.output);
     for (i, (given, wanted)) in beats.enumerate() {
         let none = i % 3 == 2;
@@ -147,10 +154,8 @@ pub(super) fn tear(job: &mut Job, config: &Config) {
         given.insert("tkeep", keep);
         wanted.insert("tkeep", keep_of(4 * lanes, |byte| kept(byte / 4)));
         let data = wanted.get_mut("tdata").into_iter().flatten();
-        for (lane, word) in data.enumerate().filter(|(lane, _)| !kept(*lane)) {
-            let _ = lane;
-            *word = 0;
-        }
+        let dropped = data.enumerate().filter(|(lane, _)| !kept(*lane));
+        dropped.for_each(|(_, word)| *word = 0);
     }
     job.stats.insert("stat_errors", TORN);
 }
@@ -158,7 +163,10 @@ pub(super) fn tear(job: &mut Job, config: &Config) {
 /// Asks for operations that were not built, whose results are 0.
 pub(super) fn strip(job: &mut Job, config: &Config) {
     let codes = not_built(config);
-    job.title = format!("{} vectors of operations that were not built", job.output.len());
+    job.title = format!(
+        "{} vectors of operations that were not built",
+        job.output.len()
+    );
     let beats = job.inputs[0].iter_mut().zip(&mut job.output);
     for (i, (given, wanted)) in beats.enumerate() {
         let user = given.get_mut("tuser").into_iter().flatten();
