@@ -42,7 +42,7 @@ pub fn exponential(config: &Config, prefix: &str) -> Result<BTreeMap<String, Str
         b: &vec![0; operands.len()],
     };
     let vectors = Vectors::new(&[batch], 1, &Exponents::of(&config))?;
-    let (cycles, _) = run(&config, &vectors)?;
+    let (cycles, _) = run(&config, &vectors, 0)?;
     let bench = BENCH
         .replace("@UNIT@", &format!("{prefix}{EXPONENTIAL}"))
         .replace("@COMMAND@", &makefile::commands(EXPONENTIAL)[1])

@@ -50,12 +50,13 @@ pub(super) fn edge(
     let work = GatherWork::new(config, &edge.tasks)?;
     let table = table(config, &work, edge.bare);
     let output = outputs(config, &work, features, &table)?;
-    let (cycles, stats) = run(config, &work, &table, output.len())?;
+    let (cycles, stats) = run(config, &work, &table, output.len(), edge.closed)?;
     let mut job = Job {
         title: title(edge, &work),
         settings: settings(&work),
         inputs: inputs(config, &work, &table, garbage)?,
         output,
+        closed: edge.closed,
         cycles,
         stats,
     };
@@ -178,12 +179,14 @@ fn outputs(
 
 type Stats = std::collections::BTreeMap<&'static str, u64>;
 
-/// Cycles and counters by the stepwise model, with sources and sink always ready.
+/// Cycles and counters by the stepwise model, with sources always ready, and a sink that is so after some
+/// cycles.
 fn run(
     config: &Config,
     work: &GatherWork<'_>,
     table: &[RitPiece],
     beats: usize,
+    closed: u32,
 ) -> Result<(u64, Stats), RtlError> {
     let mut model = UnitModel::new(config, work)?;
     let mut rit = Source::new(table.iter().copied());
@@ -193,13 +196,13 @@ fn run(
         let inputs = GatherInputs {
             rit: rit.offer(true).map(|piece| piece.beat),
             mft: mft.offer(true).map(|piece| piece.last),
-            feat_ready: true,
+            feat_ready: cycles >= u64::from(closed),
         };
         let outputs = model.step(&inputs);
         let moves = [
             inputs.rit.is_some() && outputs.rit_ready,
             inputs.mft.is_some() && outputs.mft_ready,
-            outputs.feat.is_some(),
+            outputs.feat.is_some() && inputs.feat_ready,
         ];
         if moves[0] {
             rit.accepted();

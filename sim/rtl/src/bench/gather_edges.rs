@@ -15,11 +15,30 @@ pub(super) struct Edge {
     pub(super) tasks: Vec<GatherTask>,
     /// Whether beats without bytes end the MVoxels, where these end with a full beat.
     pub(super) bare: bool,
+    /// Cycles in which the sink takes nothing.
+    pub(super) closed: u32,
 }
+
+/// Cycles after which a unit with a closed sink stands still, whatever its tables load.
+const CLOSED: u32 = 1500;
 
 impl Edge {
     pub(super) const fn plain(tasks: Vec<GatherTask>) -> Self {
         Self::of("", tasks)
+    }
+
+    /// The same job, with a sink that is closed for so many cycles.
+    fn again(&self, closed: u32) -> Self {
+        Self {
+            what: if closed > 0 {
+                "a sink that is closed for long"
+            } else {
+                self.what
+            },
+            tasks: self.tasks.clone(),
+            bare: self.bare,
+            closed,
+        }
     }
 
     const fn of(what: &'static str, tasks: Vec<GatherTask>) -> Self {
@@ -27,6 +46,7 @@ impl Edge {
             what,
             tasks,
             bare: false,
+            closed: 0,
         }
     }
 }
@@ -88,8 +108,8 @@ fn far(draw: &mut Draw<'_>) -> Vec<Edge> {
     let channels = draw.channels(1, true);
     let mut full = draw.task(vertices, channels, rows, 4 * config.gu.ports as usize + 1);
     if is_cell(config, vertices) {
-        let twice = || Edge::of("all rows", vec![full.clone()]);
-        return vec![twice(), twice()];
+        let full = Edge::of("all rows", vec![full]);
+        return vec![full.again(0), full.again(0), full.again(CLOSED)];
     }
     full.entries = far_entries(draw, vertices, rows);
     let mut jobs = vec![];
@@ -106,9 +126,8 @@ fn far(draw: &mut Draw<'_>) -> Vec<Edge> {
     if reuses {
         jobs.push(Edge::of("a row too many", vec![extra]));
     }
-    for _ in 0..2 {
-        jobs.push(Edge::of("all rows", vec![full.clone()]));
-    }
+    let full = Edge::of("all rows", vec![full]);
+    jobs.extend([full.again(0), full.again(0), full.again(CLOSED)]);
     for _ in (0..2).filter(|_| reuses) {
         jobs.push(Edge::of("all rows but one", vec![fewer.clone()]));
     }

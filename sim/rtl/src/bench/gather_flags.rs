@@ -406,8 +406,13 @@ impl<'a> Writer<'a> {
             for bit in (0..bits).filter(|_| !channels && !records) {
                 let own = normal.iter().find(|(name, _)| *name == setting);
                 let moved = own.map_or(0, |own| own.1) ^ 1 << bit;
+                let steady = self.known & !SETTING;
                 self.set(setting, moved);
                 self.idle(2, 0);
+                self.table(&full, 0);
+                self.clock([None, None], 0).down = steady;
+                self.clock([None, None], 0).down = steady;
+                self.reset();
                 self.settings = normal.clone();
                 self.table(&full, 0);
                 self.idle(2, 0);

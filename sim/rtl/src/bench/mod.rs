@@ -32,6 +32,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use potamoi_cycles::runs;
+use potamoi_cycles::vector_unit::VectorTiming;
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 use potamoi_netlist::Module;
@@ -261,13 +262,17 @@ fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
         suite.jobs.push(job);
     }
     suite.shared = suite.jobs.len();
-    let room = config.vu.fifo_depth as usize;
-    let own = vector_flags::batches(config, room.clamp(9, 40));
+    let room = VectorTiming::new(config)?.room as usize;
+    let own = vector_flags::batches(config, room + 9);
     for break_promises in [vector_flags::tear, vector_flags::strip] {
         let mut job = of(&suite.ports, &own)?;
         break_promises(&mut job, config);
         suite.jobs.push(job);
     }
+    let mut job = of(&suite.ports, &own)?;
+    let batches: Vec<_> = own.iter().map(Batch::borrowed).collect();
+    vector::close(&mut job, config, &batches)?;
+    suite.jobs.push(job);
     suite.script = Some(vector_flags::script(config));
     Ok(suite)
 }

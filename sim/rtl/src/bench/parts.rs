@@ -267,7 +267,7 @@ pub(super) const DRAIN: &str = r#"      DRAIN: begin
       default: ;
     endcase
 
-    closed = gaps > 0 && job % 2 == 1 && state == RUN && cycles < CLOSED;
+    closed = state == RUN && cycles < (gaps == 0 ? job_closed : job % 2 == 1 ? CLOSED : 0);
 "#;
 
 pub(super) const OFFER: &str = r#"    moved = rst_n && @IN@_tvalid && @IN@_tready === 1'b1;

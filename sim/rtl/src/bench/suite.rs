@@ -20,10 +20,12 @@ pub(super) struct Job {
     /// Beats of the inputs, in the order of the unit's streams.
     pub(super) inputs: Vec<Vec<Beat>>,
     pub(super) output: Vec<Beat>,
+    /// Cycles, the first ones, in which the sink takes nothing, where streams do not pause.
+    pub(super) closed: u32,
     /// Cycles from the first in which the sources offer a beat to that in which the sink takes the
-    /// last one, both included, with sources and sink always ready.
+    /// last one, both included, with sources and, from `closed` on, the sink always ready.
     pub(super) cycles: u64,
-    /// Counters and flags afterwards, with sources and sink always ready.
+    /// Counters and flags afterwards, likewise.
     pub(super) stats: BTreeMap<&'static str, u64>,
 }
 
@@ -73,6 +75,7 @@ pub struct BenchFiles {
 }
 
 const END_BITS: u32 = 32;
+const CLOSED_BITS: u32 = 16;
 
 impl Suite {
     pub(super) fn memories(&self) -> Result<Memories, RtlError> {
@@ -127,6 +130,7 @@ impl Suite {
             let ends = ["from", "end"].map(|end| (format!("{}_{end}", stream.name), END_BITS));
             fields.extend(ends);
         }
+        fields.push(("closed".to_owned(), CLOSED_BITS));
         fields.push(("cycles".to_owned(), END_BITS));
         fields.extend(ports.stats.clone());
         let mut memory = Memory::new(fields);
@@ -138,6 +142,7 @@ impl Suite {
             }
             let ends = places.iter().flat_map(|place| [place.start, place.end]);
             values.extend(ends.map(|end| end as u64));
+            values.push(u64::from(job.closed));
             values.push(job.cycles);
             for (name, _) in &ports.stats {
                 values.push(*job.stats.get(&**name).ok_or_else(|| unknown(name))?);

@@ -24,7 +24,7 @@ pub(super) fn job(
 ) -> Result<Job, RtlError> {
     let lanes = config.vu.lanes as usize;
     let vectors = Vectors::new(batches, lanes, &Exponents::of(config))?;
-    let (cycles, counters) = run(config, &vectors)?;
+    let (cycles, counters) = run(config, &vectors, 0)?;
     let input = ports.input("vec");
     let [given_bits, wanted_bits] =
         [input, Some(&ports.output)].map(|s| s.map_or(0, |s| s.width("tkeep")) as usize / lanes);
@@ -74,6 +74,7 @@ pub(super) fn job(
         settings: vec![],
         inputs: vec![given],
         output: wanted,
+        closed: 0,
         cycles,
         stats: [
             ("stat_vectors", vectors_in),
@@ -98,8 +99,33 @@ pub(super) fn steady(config: &Config) -> Vec<&'static str> {
     all[..if config.vu.exp.pipelined { 2 } else { 3 }].to_vec()
 }
 
-/// Cycles and counters by the stepwise model, with source and sink always ready.
-pub(super) fn run(config: &Config, vectors: &Vectors<'_>) -> Result<(u64, [u64; 3]), RtlError> {
+/// The same job, with a sink that takes nothing for some cycles: more than fill the unit.
+///
+/// # Errors
+/// A configuration that breaks its rules.
+pub(super) fn close(
+    job: &mut Job,
+    config: &Config,
+    batches: &[VectorBatch<'_>],
+) -> Result<(), RtlError> {
+    let vectors = Vectors::new(batches, config.vu.lanes as usize, &Exponents::of(config))?;
+    job.closed = 3 * vectors.list.len() as u32;
+    let (cycles, [accepted, busy, stall_out]) = run(config, &vectors, job.closed)?;
+    job.cycles = cycles;
+    job.stats.insert("stat_vectors", accepted);
+    job.stats.insert("stat_busy", busy);
+    job.stats.insert("stat_stall_out", stall_out);
+    job.title += ", and a sink that is closed for long";
+    Ok(())
+}
+
+/// Cycles and counters by the stepwise model, with a source that is always ready, and a sink that is so
+/// after some cycles.
+pub(super) fn run(
+    config: &Config,
+    vectors: &Vectors<'_>,
+    closed: u32,
+) -> Result<(u64, [u64; 3]), RtlError> {
     let mut model = VectorModel::new(config)?;
     let mut next = vectors.list.iter().peekable();
     let (mut taken, mut cycles) = (0, 0);
@@ -108,12 +134,12 @@ pub(super) fn run(config: &Config, vectors: &Vectors<'_>) -> Result<(u64, [u64; 
         let outputs = model.step(&VectorInputs {
             op: offered.map(|v| v.op.code.code()),
             exponent: offered.map_or(0, |v| v.exponent),
-            ready: true,
+            ready: cycles >= u64::from(closed),
         });
         if outputs.ready {
             next.next();
         }
-        taken += usize::from(outputs.valid);
+        taken += usize::from(outputs.valid && cycles >= u64::from(closed));
         cycles += 1;
     }
     let last = model.step(&VectorInputs::default());

@@ -78,6 +78,7 @@ fn job(ports: &[PortInfo], streams: &[&str]) -> Vec<(String, u32)> {
     let mut all = begin("cfg_");
     let beats = |stream: &&str| ["from", "end"].map(|end| (format!("{stream}_{end}"), 32));
     all.extend(streams.iter().flat_map(beats));
+    all.push(("closed".to_owned(), 16));
     all.push(("cycles".to_owned(), 32));
     all.extend(begin("stat_"));
     all
