@@ -83,13 +83,23 @@ fn title(edge: &Edge, work: &GatherWork<'_>) -> String {
     title
 }
 
-/// Beats of the RIT stream. A beat without bytes ends the MVoxels that fill their last beat, if `bare`.
+/// Beats without bytes before every second beat of the RIT stream: more than the entries before keep the
+/// unit busy.
+const IGNORED: usize = 5;
+
+/// Beats of the RIT stream. If `bare`, beats without bytes delay every second beat, and one ends the
+/// MVoxels that fill their last beat.
 fn table(config: &Config, work: &GatherWork<'_>, bare: bool) -> Vec<RitPiece> {
     let full = config.rit_stream_bits() / 16;
     let mut pieces = vec![];
     for mut piece in work.run().rit_beats(config) {
         let ends = bare && piece.beat.last && piece.beat.halfwords == full;
         piece.beat.last &= !ends;
+        if bare && (piece.byte / (2 * u64::from(full))) % 2 == 1 {
+            let mut ignored = piece;
+            (ignored.beat.halfwords, ignored.beat.last) = (0, false);
+            pieces.extend([ignored; IGNORED]);
+        }
         pieces.push(piece);
         if ends {
             piece.byte += 2 * u64::from(full);

@@ -170,7 +170,7 @@ fn ends(draw: &mut Draw<'_>, vertices: Vertices) -> Vec<Edge> {
     let tasks: Vec<_> = whole.into_iter().map(|count| of(count, draw)).collect();
     let bare = Edge {
         bare: true,
-        ..Edge::of("ended by a beat without bytes", tasks)
+        ..Edge::of("delayed and ended by beats without bytes", tasks)
     };
     let some = !bare.tasks.is_empty();
     [every].into_iter().chain(some.then_some(bare)).collect()

@@ -77,7 +77,7 @@ const MUTANTS: &[Mutant] = &[
         "idle although a table is loaded",
         "gathering_unit.v",
         ["~(rit_is_empty & mft_is_empty)", "~rit_is_empty"],
-        "idle is 1",
+        "expected 100000000 up",
     ),
     mutant(
         "the keep of a neighbouring lane",
@@ -92,7 +92,7 @@ const MUTANTS: &[Mutant] = &[
         "a FIFO one word shorter",
         "feature_fifo.v",
         ["LAST_WORD = 2'd3", "LAST_WORD = 2'd2"],
-        "+gaps=60",
+        "m_axis_feat",
     ),
     mutant(
         "half-up instead of half-even",
@@ -103,15 +103,15 @@ const MUTANTS: &[Mutant] = &[
     mutant(
         "a counter that counts twice",
         "gathering_unit.v",
-        ["{1'd0, stat_busy} + 33'd1", "{1'd0, stat_busy} + 33'd2"],
-        "stat_busy",
+        ["(running_rit + 32'd1)", "(running_rit + 32'd2)"],
+        "stat_stall_rit",
     ),
     mutant(
         "a counter that cfg_clear leaves",
         "gathering_unit.v",
         [
-            "stat_entries <= cfg_clear ? 32'd0 : group_done",
-            "stat_entries <= group_done",
+            "stat_entries <= cfg_clear ? 32'd0 : stat_entries_sum[32]",
+            "stat_entries <= stat_entries_sum[32]",
         ],
         "after cfg_clear",
     ),
@@ -141,8 +141,8 @@ const MUTANTS: &[Mutant] = &[
     ),
     mutant(
         "lanes that are not kept give results",
-        "vector_unit.v",
-        ["{32{result_keep[3]}}", "{32{1'b1}}"],
+        "vector_lane.v",
+        ["& {32{result_keep}}", "& {32{1'b1}}"],
         "m_axis_vec_tdata",
     ),
     mutant(
@@ -180,6 +180,12 @@ const MUTANTS: &[Mutant] = &[
             "setting_moved <= (setting_moved | ((settings != settings_before) & (~idle)))",
         ],
         "stat_errors is",
+    ),
+    mutant(
+        "stalls of a full FIFO that are not counted",
+        "gathering_unit.v",
+        ["(stalled & (~credit))", "1'b0"],
+        "stat_stall_fifo",
     ),
     mutant(
         "a row past the MVoxel's that is written",
