@@ -61,11 +61,14 @@ pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Edge> {
     let listed = |v: &Vertices| !is_cell(config, *v);
     let built = config.supported_vertices();
     for vertices in built.iter().copied().filter(listed) {
-        jobs.push(words(&mut draw, vertices));
+        let words = words(&mut draw, vertices);
+        let closed = words.again(CLOSED);
+        jobs.extend([words, closed]);
     }
     let weighted = built.iter().copied().filter(listed);
     let weighted = weighted.filter(|v| v.is_structured());
     if let Some(vertices) = weighted.min_by_key(|v| v.count()) {
+        jobs.push(ties(&mut draw, vertices));
         jobs.extend(weights(&mut draw, vertices));
     }
     if built.contains(&Vertices::One) {
@@ -182,14 +185,44 @@ fn words(draw: &mut Draw<'_>, vertices: Vertices) -> Edge {
     let rows = loaded(&task) as u16;
     for entry in &mut task.entries {
         for (row, weight) in entry.rows.iter_mut().zip(&mut entry.weights) {
-            *row = match draw.random.random_range(0..3) {
+            *row = match draw.random.random_range(0..4) {
                 0 => draw.random.random(),
+                // One bit too many.
+                1 => draw.random.random_range(0..rows) | 1 << draw.random.random_range(2..16),
                 _ => draw.random.random_range(0..rows),
             };
             *weight = draw.random.random();
         }
     }
     Edge::of("entries of any bits", vec![task])
+}
+
+/// Sums of a half and one bit below it, of either sign, which each decide the rounding alone; and one that
+/// rounds past the largest feature.
+fn ties(draw: &mut Draw<'_>, vertices: Vertices) -> Edge {
+    let gu = &draw.config.gu;
+    let (half, one) = (1u16 << (gu.weight_bits - 1), 1u16 << gu.weight_bits);
+    let top = (1i32 << (gu.feature_bits - 1)) - 1;
+    let below = gu.weight_bits - 1;
+    let mut task = small(draw, vertices, 1);
+    let rows = [1, -1, 0, top as i16];
+    let codes = rows.iter().flat_map(|code| vec![*code; task.channels]);
+    task.rows = codes.collect();
+    let entry = |terms: [(u16, u16); 2]| {
+        let mut entry = task.entries[0];
+        (entry.rows, entry.weights) = ([2; 8], [0; 8]);
+        for (v, (row, weight)) in terms.into_iter().enumerate() {
+            (entry.rows[v], entry.weights[v]) = (row, weight);
+        }
+        entry
+    };
+    let bits = (0..below).map(|bit| 1u16 << bit).chain([0]);
+    let signs = bits.flat_map(|bit| [(0, bit), (1, bit)]);
+    let ties = signs.map(|(row, bit)| entry([(row, half + bit), (2, half - bit)]));
+    task.entries = ties
+        .chain([entry([(3, one), (0, half + half / 2)])])
+        .collect();
+    Edge::of("sums that one bit rounds", vec![task])
 }
 
 /// Single entries whose weights miss the sum of 1 by one bit, each in a job of its own, and whose weights

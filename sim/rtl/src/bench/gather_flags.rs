@@ -221,6 +221,15 @@ impl<'a> Writer<'a> {
             self.clock([None, None], 0).clear = true;
             self.reset();
         }
+        // A MVoxel that fills a half goes on in the other one.
+        let half = 48 * self.config.rit.entries as usize / self.bytes;
+        self.fulls(half);
+        self.table(&other, GAP);
+        self.reset();
+        self.fulls(half);
+        let end = self.kept(0, true);
+        self.table(&end, 0);
+        self.reset();
         self.table(&ignored, 0);
         self.table(&full, 0);
         self.table(&ignored, 0);
@@ -386,6 +395,8 @@ impl<'a> Writer<'a> {
         self.idle(3, up);
         let last = self.clocks.len() - 1;
         self.clocks[last].down = down;
+        let clear = self.clock([None, None], 0);
+        (clear.clear, clear.down) = (true, SETTING);
         self.reset();
     }
 

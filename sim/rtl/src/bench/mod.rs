@@ -263,16 +263,20 @@ fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
     }
     suite.shared = suite.jobs.len();
     let room = VectorTiming::new(config)?.room as usize;
-    let own = vector_flags::batches(config, room + 9);
+    let own = vector_flags::batches(config, room.clamp(9, 30));
     for break_promises in [vector_flags::tear, vector_flags::strip] {
         let mut job = of(&suite.ports, &own)?;
         break_promises(&mut job, config);
         suite.jobs.push(job);
     }
-    let mut job = of(&suite.ports, &own)?;
-    let batches: Vec<_> = own.iter().map(Batch::borrowed).collect();
-    vector::close(&mut job, config, &batches)?;
-    suite.jobs.push(job);
+    // A vector alone, as many as have room, and more.
+    for vectors in [1, room, room + 9] {
+        let own = vector_flags::batches(config, vectors);
+        let mut job = of(&suite.ports, &own)?;
+        let batches: Vec<_> = own.iter().map(Batch::borrowed).collect();
+        vector::close(&mut job, config, &batches)?;
+        suite.jobs.push(job);
+    }
     suite.script = Some(vector_flags::script(config));
     Ok(suite)
 }

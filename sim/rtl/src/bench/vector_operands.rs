@@ -74,6 +74,9 @@ pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Vec<Batch>> {
         });
     }
     jobs.push(mixed);
+    if config.vu.ops.contains(&OpCode::Multiply) {
+        jobs.push(ties(&mut random, lanes));
+    }
     jobs
 }
 
@@ -92,6 +95,38 @@ fn element_wise(random: &mut Pcg64Mcg, op: VectorOp, elements: usize) -> Batch {
     let a = (0..elements).map(&mut operand).collect();
     let b = (0..elements).map(&mut operand).collect();
     Batch { op, a, b }
+}
+
+/// Products of a half and one bit below it, or above, which decide the rounding to even alone.
+fn ties(random: &mut Pcg64Mcg, lanes: usize) -> Vec<Batch> {
+    let shifts = [3, 9, 17, 24, 31, 38, 45, 52, 59, 61].into_iter();
+    let batch = |shift: u8| {
+        let half = u32::from(shift) - 1;
+        let (mut a, mut b) = (vec![], vec![]);
+        for _ in 0..lanes.max(12) {
+            // 2^low (1 + 2^up): the half is the higher or the lower of both bits.
+            let up = random.random_range(1..=half.clamp(1, 29));
+            let low = match half + up <= 60 && random.random() {
+                true => half,
+                false => half.saturating_sub(up),
+            };
+            let of_a = low.min(30);
+            a.push(1 << of_a);
+            b.push(((1i32 << up) + 1) << (low - of_a));
+        }
+        let rounding = Rounding::HalfEven;
+        let code = OpCode::Multiply;
+        Batch {
+            op: VectorOp {
+                code,
+                shift,
+                rounding,
+            },
+            a,
+            b,
+        }
+    };
+    shifts.map(batch).collect()
 }
 
 /// Arguments at the ends of the range and of every power of two, and between.
