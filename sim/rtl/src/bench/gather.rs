@@ -5,9 +5,10 @@ use potamoi_cycles::{BeatWords, GatherInputs, GatherWork, Source, UnitModel};
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_reference::GatherTask;
 
+use super::beat::Beat;
 use super::garbage::Garbage;
 use super::gather_edges::Edge;
-use super::suite::{Beat, Job};
+use super::suite::Job;
 use crate::RtlError;
 use crate::beats::{FeatureBeat, feature_beats};
 

@@ -4,8 +4,8 @@
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::Vertices;
 
+use super::beat::Beat;
 use super::script::{Clock, Script, keep_of};
-use super::suite::Beat;
 
 /// Flags of rows and weights.
 const ENTRIES: u64 = 7;

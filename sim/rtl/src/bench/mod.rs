@@ -6,6 +6,7 @@
 //! ports and widths are those of the netlist; its expected values are the reference units' and the
 //! cycle models'.
 
+mod beat;
 mod common;
 mod exponential;
 mod exponential_sums;

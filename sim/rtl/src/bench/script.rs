@@ -1,8 +1,8 @@
 //! Clocks in which promises are broken, and the flags that must be up, or down, after each.
 
+use super::beat::{Beat, unknown};
 use super::memory::Memory;
 use super::ports::UnitPorts;
-use super::suite::{Beat, unknown};
 use crate::RtlError;
 
 /// Bits of the number of clocks that a word stands for.

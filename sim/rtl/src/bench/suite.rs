@@ -3,13 +3,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::beat::{Beat, unknown};
 use super::memory::{Memory, MemoryFile};
 use super::ports::{Stream, UnitPorts};
 use super::script::Script;
 use crate::RtlError;
-
-/// Payload of a beat: words, low first, by field.
-pub(super) type Beat = BTreeMap<&'static str, Vec<u32>>;
 
 /// Work between two changes of the settings, and what must come of it.
 #[derive(Debug, Clone, Default)]
@@ -151,10 +149,6 @@ impl Suite {
         }
         Ok(memory)
     }
-}
-
-pub(super) fn unknown(port: &str) -> RtlError {
-    RtlError::Usage(format!("the benches know no value of the port {port}"))
 }
 
 fn fields_of<'a>(fields: &[(String, u32)], beat: &'a Beat) -> Result<Vec<&'a [u32]>, RtlError> {

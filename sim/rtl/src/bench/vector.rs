@@ -3,9 +3,10 @@
 use potamoi_cycles::{Exponents, VectorInputs, VectorModel};
 use potamoi_formats::config::Config;
 
+use super::beat::Beat;
 use super::garbage::Garbage;
 use super::ports::UnitPorts;
-use super::suite::{Beat, Job};
+use super::suite::Job;
 use crate::RtlError;
 use crate::vector_drive::{VectorBatch, Vectors};
 

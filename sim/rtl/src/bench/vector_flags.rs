@@ -5,8 +5,9 @@ use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
+use super::beat::Beat;
 use super::script::{Clock, Script, keep_of};
-use super::suite::{Beat, Job};
+use super::suite::Job;
 use super::vector_operands::Batch;
 
 const NOT_BUILT: u64 = 1;
@@ -99,7 +100,7 @@ pub(super) fn script(config: &Config) -> Script {
         down: ALL,
         ..Clock::default()
     });
-    let up = TORN | ROUNDING | u64::from(not_built(config).contains(&15)) * NOT_BUILT;
+    let up = TORN | ROUNDING | (u64::from(not_built(config).contains(&15)) * NOT_BUILT);
     script.clocks.push(Clock {
         beats: vec![Some(wrong)],
         up,
