@@ -103,17 +103,22 @@ module potamoi_npu_ext_tb;
   localparam [31:0] IRQ_STATUS_VU_REFUSED = 32'h20;
 
   integer gu_job = 0;
-  localparam GU_JOBS = 4;
+  localparam GU_JOBS = 3;
 
-  // gu_job, from gather_jobs.hex: cfg_vertices 2, cfg_segments 7, s_axis_rit_end 32,
-  // s_axis_mft_end 32, m_axis_feat_end 32, cycles 32, stat_busy 32, stat_stall_fifo 32,
-  // stat_stall_mft 32, stat_stall_rit 32, stat_entries 32, stat_errors 9
-  reg [305:0] gu_job_words [0:3];
+  // gu_job, from gather_jobs.hex: cfg_vertices 2, cfg_segments 7, s_axis_rit_from 32,
+  // s_axis_rit_end 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32, m_axis_feat_end
+  // 32, closed 16, cycles 32, stat_busy 32, stat_stall_fifo 32, stat_stall_mft 32, stat_stall_rit
+  // 32, stat_entries 32, stat_errors 9
+  reg [417:0] gu_job_words [0:7];
   wire [1:0] gu_job_cfg_vertices;
   wire [6:0] gu_job_cfg_segments;
+  wire [31:0] gu_job_s_axis_rit_from;
   wire [31:0] gu_job_s_axis_rit_end;
+  wire [31:0] gu_job_s_axis_mft_from;
   wire [31:0] gu_job_s_axis_mft_end;
+  wire [31:0] gu_job_m_axis_feat_from;
   wire [31:0] gu_job_m_axis_feat_end;
+  wire [15:0] gu_job_closed;
   wire [31:0] gu_job_cycles;
   wire [31:0] gu_job_stat_busy;
   wire [31:0] gu_job_stat_stall_fifo;
@@ -122,18 +127,20 @@ module potamoi_npu_ext_tb;
   wire [31:0] gu_job_stat_entries;
   wire [8:0] gu_job_stat_errors;
   assign {
-      gu_job_cfg_vertices, gu_job_cfg_segments, gu_job_s_axis_rit_end, gu_job_s_axis_mft_end,
-      gu_job_m_axis_feat_end, gu_job_cycles, gu_job_stat_busy, gu_job_stat_stall_fifo,
-      gu_job_stat_stall_mft, gu_job_stat_stall_rit, gu_job_stat_entries, gu_job_stat_errors
+      gu_job_cfg_vertices, gu_job_cfg_segments, gu_job_s_axis_rit_from, gu_job_s_axis_rit_end,
+      gu_job_s_axis_mft_from, gu_job_s_axis_mft_end, gu_job_m_axis_feat_from,
+      gu_job_m_axis_feat_end, gu_job_closed, gu_job_cycles, gu_job_stat_busy,
+      gu_job_stat_stall_fifo, gu_job_stat_stall_mft, gu_job_stat_stall_rit, gu_job_stat_entries,
+      gu_job_stat_errors
     } = gu_job_words[gu_job];
 
   // s_axis_rit, from gather_rit.hex: tdata 128, tkeep 16, tlast 1, tuser 1
-  reg [145:0] s_axis_rit_words [0:1958];
+  reg [145:0] s_axis_rit_words [0:2057];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   reg s_axis_rit_tvalid = 1'b0;
   wire s_axis_rit_tready;
-  wire [146-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 1959 ? s_axis_rit_at : 0];
+  wire [146-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 2058 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [127:0] s_axis_rit_tdata;
   wire [15:0] s_axis_rit_tkeep;
@@ -144,12 +151,12 @@ module potamoi_npu_ext_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 512, tlast 1
-  reg [512:0] s_axis_mft_words [0:457];
+  reg [512:0] s_axis_mft_words [0:721];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   reg s_axis_mft_tvalid = 1'b0;
   wire s_axis_mft_tready;
-  wire [513-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 458 ? s_axis_mft_at : 0];
+  wire [513-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 722 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [511:0] s_axis_mft_tdata;
   wire [0:0] s_axis_mft_tlast;
@@ -158,7 +165,7 @@ module potamoi_npu_ext_tb;
     } = s_axis_mft_tvalid ? s_axis_mft_word : ~s_axis_mft_word;
 
   // m_axis_feat, from gather_feat.hex: tdata 128, tkeep 16, tlast 1, tuser 32
-  reg [176:0] m_axis_feat_words [0:2357];
+  reg [176:0] m_axis_feat_words [0:2411];
   integer m_axis_feat_at = 0;
   reg m_axis_feat_held = 1'b0;
   reg m_axis_feat_tready = 1'b0;
@@ -173,30 +180,35 @@ module potamoi_npu_ext_tb;
     };
 
   integer vu_job = 0;
-  localparam VU_JOBS = 8;
+  localparam VU_JOBS = 9;
 
-  // vu_job, from vector_jobs.hex: s_axis_vec_end 32, m_axis_vec_end 32, cycles 32, stat_vectors
-  // 32, stat_busy 32, stat_stall_out 32, stat_errors 3
-  reg [194:0] vu_job_words [0:7];
+  // vu_job, from vector_jobs.hex: s_axis_vec_from 32, s_axis_vec_end 32, m_axis_vec_from 32,
+  // m_axis_vec_end 32, closed 16, cycles 32, stat_vectors 32, stat_busy 32, stat_stall_out 32,
+  // stat_errors 3
+  reg [274:0] vu_job_words [0:13];
+  wire [31:0] vu_job_s_axis_vec_from;
   wire [31:0] vu_job_s_axis_vec_end;
+  wire [31:0] vu_job_m_axis_vec_from;
   wire [31:0] vu_job_m_axis_vec_end;
+  wire [15:0] vu_job_closed;
   wire [31:0] vu_job_cycles;
   wire [31:0] vu_job_stat_vectors;
   wire [31:0] vu_job_stat_busy;
   wire [31:0] vu_job_stat_stall_out;
   wire [2:0] vu_job_stat_errors;
   assign {
-      vu_job_s_axis_vec_end, vu_job_m_axis_vec_end, vu_job_cycles, vu_job_stat_vectors,
-      vu_job_stat_busy, vu_job_stat_stall_out, vu_job_stat_errors
+      vu_job_s_axis_vec_from, vu_job_s_axis_vec_end, vu_job_m_axis_vec_from,
+      vu_job_m_axis_vec_end, vu_job_closed, vu_job_cycles, vu_job_stat_vectors, vu_job_stat_busy,
+      vu_job_stat_stall_out, vu_job_stat_errors
     } = vu_job_words[vu_job];
 
   // s_axis_vec, from vector_in.hex: tdata 1536, tkeep 192, tlast 1, tuser 12
-  reg [1740:0] s_axis_vec_words [0:75];
+  reg [1740:0] s_axis_vec_words [0:119];
   integer s_axis_vec_at = 0;
   integer s_axis_vec_next;
   reg s_axis_vec_tvalid = 1'b0;
   wire s_axis_vec_tready;
-  wire [1741-1:0] s_axis_vec_word = s_axis_vec_words[s_axis_vec_at < 76 ? s_axis_vec_at : 0];
+  wire [1741-1:0] s_axis_vec_word = s_axis_vec_words[s_axis_vec_at < 120 ? s_axis_vec_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [1535:0] s_axis_vec_tdata;
   wire [191:0] s_axis_vec_tkeep;
@@ -207,7 +219,7 @@ module potamoi_npu_ext_tb;
     } = s_axis_vec_tvalid ? s_axis_vec_word : ~s_axis_vec_word;
 
   // m_axis_vec, from vector_out.hex: tdata 768, tkeep 96, tlast 1
-  reg [864:0] m_axis_vec_words [0:75];
+  reg [864:0] m_axis_vec_words [0:119];
   integer m_axis_vec_at = 0;
   reg m_axis_vec_held = 1'b0;
   reg m_axis_vec_tready = 1'b0;
@@ -439,7 +451,7 @@ module potamoi_npu_ext_tb;
       end
       drawn = after(drawn);
       s_axis_rit_at <= s_axis_rit_next;
-      s_axis_rit_tvalid <= s_axis_rit_next < 1959
+      s_axis_rit_tvalid <= s_axis_rit_next < 1953
         && (drawn[30:8] % 100 >= gaps || (s_axis_rit_tvalid && s_axis_rit_next == s_axis_rit_at));
     end
     if (!rst_n) begin
@@ -457,7 +469,7 @@ module potamoi_npu_ext_tb;
       end
       drawn = after(drawn);
       s_axis_mft_at <= s_axis_mft_next;
-      s_axis_mft_tvalid <= s_axis_mft_next < 458
+      s_axis_mft_tvalid <= s_axis_mft_next < 378
         && (drawn[30:8] % 100 >= gaps || (s_axis_mft_tvalid && s_axis_mft_next == s_axis_mft_at));
     end
     drawn = after(drawn);
@@ -472,7 +484,7 @@ module potamoi_npu_ext_tb;
       end else if (m_axis_feat_held && !m_axis_feat_tvalid) begin
         $display("FAIL: m_axis_feat_tvalid fell before beat %0d was taken", m_axis_feat_at);
         fail;
-      end else if (m_axis_feat_tvalid && m_axis_feat_at == 2358) begin
+      end else if (m_axis_feat_tvalid && m_axis_feat_at == 2352) begin
         $display("FAIL: a surplus beat of m_axis_feat");
         fail;
       end else if (m_axis_feat_tvalid && m_axis_feat_found !== m_axis_feat_words[m_axis_feat_at]) begin
@@ -502,7 +514,7 @@ module potamoi_npu_ext_tb;
       end
       drawn = after(drawn);
       s_axis_vec_at <= s_axis_vec_next;
-      s_axis_vec_tvalid <= s_axis_vec_next < 76
+      s_axis_vec_tvalid <= s_axis_vec_next < 86
         && (drawn[30:8] % 100 >= gaps || (s_axis_vec_tvalid && s_axis_vec_next == s_axis_vec_at));
     end
     drawn = after(drawn);
@@ -517,7 +529,7 @@ module potamoi_npu_ext_tb;
       end else if (m_axis_vec_held && !m_axis_vec_tvalid) begin
         $display("FAIL: m_axis_vec_tvalid fell before beat %0d was taken", m_axis_vec_at);
         fail;
-      end else if (m_axis_vec_tvalid && m_axis_vec_at == 76) begin
+      end else if (m_axis_vec_tvalid && m_axis_vec_at == 86) begin
         $display("FAIL: a surplus beat of m_axis_vec");
         fail;
       end else if (m_axis_vec_tvalid && m_axis_vec_found !== m_axis_vec_words[m_axis_vec_at]) begin
@@ -831,7 +843,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", gu_job_words);
-      if (^gu_job_words[3] === 1'bx) begin
+      if (^gu_job_words[7] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -843,7 +855,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[1958] === 1'bx) begin
+      if (^s_axis_rit_words[2057] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -855,7 +867,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[457] === 1'bx) begin
+      if (^s_axis_mft_words[721] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end
@@ -867,7 +879,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_feat.hex", m_axis_feat_words);
-      if (^m_axis_feat_words[2357] === 1'bx) begin
+      if (^m_axis_feat_words[2411] === 1'bx) begin
         if (!failed) $display("FAIL: gather_feat.hex has fewer words than this bench reads");
         fail;
       end
@@ -879,7 +891,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_jobs.hex", vu_job_words);
-      if (^vu_job_words[7] === 1'bx) begin
+      if (^vu_job_words[13] === 1'bx) begin
         if (!failed) $display("FAIL: vector_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -891,7 +903,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_in.hex", s_axis_vec_words);
-      if (^s_axis_vec_words[75] === 1'bx) begin
+      if (^s_axis_vec_words[119] === 1'bx) begin
         if (!failed) $display("FAIL: vector_in.hex has fewer words than this bench reads");
         fail;
       end
@@ -903,7 +915,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_out.hex", m_axis_vec_words);
-      if (^m_axis_vec_words[75] === 1'bx) begin
+      if (^m_axis_vec_words[119] === 1'bx) begin
         if (!failed) $display("FAIL: vector_out.hex has fewer words than this bench reads");
         fail;
       end

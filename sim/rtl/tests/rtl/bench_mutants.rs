@@ -214,7 +214,7 @@ const MUTANTS: &[Mutant] = &[
     mutant(
         "a torn lane that passes",
         "vector_unit.v",
-        ["(accept & (|lane_torn))", "(accept & (|lane_torn[2:0]))"],
+        ["{8{kept_lanes[3]}}", "s_axis_vec_tkeep[31:24]"],
         "stat_errors is",
     ),
     mutant(
