@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use potamoi_cycles::StreamError;
 use potamoi_netlist::{Header, IrErrors, Module, verilog};
-use potamoi_verilated::{Direction, Library, ModelBuilder, Toolchain, Trace};
+use potamoi_verilated::{Direction, Library, ModelBuilder, Toolchain, Trace, Warnings};
 use thiserror::Error;
 
 use super::mismatch::Mismatch;
@@ -94,10 +94,7 @@ pub fn model(module: &Arc<Module>) -> ModelBuilder {
 }
 
 /// Other Verilog with the ports of a module.
-pub(super) fn model_of_files(
-    module: &Arc<Module>,
-    files: &BTreeMap<String, String>,
-) -> ModelBuilder {
+fn model_of_files(module: &Arc<Module>, files: &BTreeMap<String, String>) -> ModelBuilder {
     let mut builder = ModelBuilder::new(module.name());
     for (file, text) in files {
         builder = builder.source(file, text);
@@ -117,4 +114,14 @@ pub(super) fn model_of_files(
         builder = builder.port(port.name, port.ty.width, direction);
     }
     builder
+}
+
+/// The model of Verilog of others with the ports of a module, such as its netlist of gates.
+pub(super) fn model_of_others(
+    module: &Arc<Module>,
+    files: &BTreeMap<String, String>,
+) -> ModelBuilder {
+    model_of_files(module, files)
+        .warnings(Warnings::Allow)
+        .as_written()
 }

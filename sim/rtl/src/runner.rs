@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use potamoi_netlist::{Interpreter, Module};
-use potamoi_verilated::{Library, PortId, Toolchain, Trace, Warnings};
+use potamoi_verilated::{Library, PortId, Toolchain, Trace};
 
 use super::engine::{Engine, EngineKind, Job, Verilated, pass_on};
 use super::icarus;
-use super::model::{RtlError, compile, model_of_files};
+use super::model::{RtlError, compile, model_of_others};
 use super::port_trace::{Traced, traced};
 use super::wave_dump::{TracedModel, TracedPorts, Window};
 
@@ -72,7 +72,7 @@ impl Runner {
     ) -> Result<Self, RtlError> {
         let program = match kind {
             EngineKind::Verilator => {
-                let model = model_of_files(module, files).warnings(Warnings::Allow);
+                let model = model_of_others(module, files);
                 Program::Verilator(model.build(&Toolchain::detect()?)?)
             }
             EngineKind::Icarus => Program::Icarus(icarus::Program::of_files(module, files)?),
@@ -146,8 +146,7 @@ impl Runner {
             Program::Verilator(_) => {
                 let library = match &self.files {
                     None => compile(&self.module, true)?,
-                    Some(files) => model_of_files(&self.module, files)
-                        .warnings(Warnings::Allow)
+                    Some(files) => model_of_others(&self.module, files)
                         .trace(Trace::Vcd)
                         .build(&Toolchain::detect()?)?,
                 };

@@ -33,6 +33,7 @@ pub(crate) struct Spec {
     pub(crate) sources: Vec<(String, String)>,
     pub(crate) vcd: bool,
     pub(crate) optimise: &'static str,
+    pub(crate) as_written: bool,
     pub(crate) deny_warnings: bool,
     pub(crate) keep_objects: bool,
 }
@@ -55,6 +56,9 @@ fn verilator_flags(spec: &Spec) -> Vec<&'static str> {
     } else {
         "-Wno-fatal"
     });
+    if spec.as_written {
+        flags.push("-O0");
+    }
     if spec.vcd {
         flags.push("--trace");
     }
@@ -312,6 +316,7 @@ mod tests {
             sources: sources("m.v", "module m; endmodule"),
             vcd: false,
             optimise: "-O1",
+            as_written: false,
             deny_warnings: false,
             keep_objects: false,
         };
@@ -328,6 +333,7 @@ mod tests {
             with(&|s| s.sources.clear()),
             with(&|s| s.vcd = true),
             with(&|s| s.optimise = "-O2"),
+            with(&|s| s.as_written = true),
             with(&|s| s.deny_warnings = true),
             with(&|s| s.keep_objects = true),
         ];

@@ -44,6 +44,9 @@ $(UNITS): %: $(BUILD)/%.$(SIM)
 # Of Verilog elsewhere, the checks are there too.
 checks = $(if $(CHECKS),$(wildcard $(RTL)/checks/*.v))
 
+# Verilator 5.006 optimises some netlists of gates wrongly.
+optimise = $(if $(filter ..,$(RTL)),-O3,-O0)
+
 # Folders of what a unit consists of besides its own.
 PARTS_potamoi_npu_ext = gathering_unit vector_unit
 sources = $(foreach folder,$(PARTS_$1) $1,$(wildcard $(RTL)/$(folder)/*.v))
@@ -56,7 +59,7 @@ $(BUILD)/%.icarus: %_tb.v $$(call sources,$$*) $$(checks)
 
 $(BUILD)/%.verilator: %_tb.v $$(call sources,$$*) $$(checks)
 	@mkdir -p $(BUILD)
-	$(VERILATOR) $(if $(CHECKS),--assert -DPOTAMOI_CHECKS) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint -O3 \
+	$(VERILATOR) $(if $(CHECKS),--assert -DPOTAMOI_CHECKS) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint $(optimise) \
 	  --x-assign unique --x-initial unique --top-module $*_tb -Mdir $(BUILD)/$* $^ \
 	  > $(BUILD)/$*.log 2>&1 || { cat $(BUILD)/$*.log; exit 1; }
 	@touch $@
