@@ -36,6 +36,9 @@ pub(crate) fn live(module: &Module) -> Vec<bool> {
         let op = &module.nodes[id].op;
         queue.extend(op.operands());
         queue.extend(op.edge_operands());
+        // The text of a transposed matrix has the matrix, of which its operands are bits.
+        let matrix = module.transposed.iter().find(|of| of.node == id);
+        queue.extend(matrix.map(|of| of.from));
         if let Op::ReadSync(m, ..) | Op::ReadAsync(m, _) = op
             && !std::mem::replace(&mut read[*m], true)
         {
@@ -58,7 +61,7 @@ pub(crate) fn read_memories(module: &Module, live: &[bool]) -> Vec<bool> {
     read
 }
 
-/// Whether the module or its hierarchy has a live clocked node, and whether it has a live register.
+/// Whether the module or its hierarchy has a live clocked node, and whether it has one that is reset.
 pub(crate) fn state(module: &Module) -> (bool, bool) {
     let live = live(module);
     let nodes = || {
@@ -71,10 +74,11 @@ pub(crate) fn state(module: &Module) -> (bool, bool) {
     };
     let read = read_memories(module, &live);
     let mut memories = module.memories.iter().zip(&read);
-    let registers = nodes().any(|n| matches!(n.op, Op::Reg { .. } | Op::OutOfReset))
-        || module.instances.iter().any(|i| i.module.has_registers());
+    let registers = nodes()
+        .any(|n| matches!(n.op, Op::Reg { reset: Some(_), .. } | Op::OutOfReset))
+        || module.instances.iter().any(|i| i.module.has_reset());
     let clocked = registers
-        || nodes().any(|n| matches!(n.op, Op::ReadSync(..)))
+        || nodes().any(|n| matches!(n.op, Op::ReadSync(..) | Op::Reg { .. }))
         || memories.any(|(m, read)| *read && !m.writes.is_empty())
         || module.instances.iter().any(|i| i.module.is_clocked());
     (clocked, registers)
@@ -138,7 +142,7 @@ pub(crate) fn check(module: &Module) -> Vec<IrError> {
                 .map(|i| (i.name.as_str(), "instance")),
         )
         .chain(module.arrays.iter().map(|a| (a.name.as_str(), "array")))
-        .chain(loop_variables(module).map(|v| (v, "loop variable")))
+        .chain(loop_variables(module))
         .chain(module.ports.iter().map(|p| (p.name.as_str(), "port")))
         .chain(std::iter::once((module.name.as_str(), "module")));
     for (name, kind) in all {
@@ -237,13 +241,15 @@ pub(crate) fn same_cycle_inputs(
     Ok(outputs.map(|(i, p)| (i, inputs[p.node].clone())).collect())
 }
 
-/// Variables of the loops of arrays, each once: arrays may share them.
-fn loop_variables(module: &Module) -> impl Iterator<Item = &str> {
+/// Variables of the loops of arrays and of transposed matrices, each once: arrays may share them, and
+/// so may matrices.
+fn loop_variables(module: &Module) -> impl Iterator<Item = (&str, &'static str)> {
     let loops = module.arrays.iter().flat_map(|a| &a.loops);
+    let loops = loops.map(|(variable, _)| (variable.as_str(), "loop variable"));
     let matrices = module.transposed.iter();
     let matrices = matrices.flat_map(|of| [&of.rows, &of.columns]);
-    let all = loops.chain(matrices).map(|(variable, _)| variable.as_str());
-    let all: BTreeSet<&str> = all.collect();
+    let matrices = matrices.map(|(variable, _)| (variable.as_str(), "index of a matrix"));
+    let all: BTreeSet<_> = loops.chain(matrices).collect();
     all.into_iter()
 }
 

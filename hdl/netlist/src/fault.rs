@@ -137,8 +137,16 @@ impl Fault {
             Change::Reset(value) if *value < ty.min() || *value > ty.max() => {
                 Err(self.error(format!("{value} is no value of type {ty}")))
             }
+            Change::Reset(_) | Change::ResetBit(_)
+                if matches!(module.nodes[id].op, Op::Reg { reset: None, .. }) =>
+            {
+                Err(self.error("it has no reset".to_owned()))
+            }
             Change::Reset(value) => {
-                if let Op::Reg { reset, .. } = &mut module.nodes[id].op {
+                if let Op::Reg {
+                    reset: Some(reset), ..
+                } = &mut module.nodes[id].op
+                {
                     let old = (&*reset >> low) & ((BigInt::from(1) << ty.width) - 1);
                     *reset = match ty == whole {
                         true => value.clone(),
@@ -151,7 +159,10 @@ impl Fault {
                 Err(self.error(format!("bit {bit}: expected below {}", ty.width)))
             }
             Change::ResetBit(bit) => {
-                if let Op::Reg { reset, .. } = &mut module.nodes[id].op {
+                if let Op::Reg {
+                    reset: Some(reset), ..
+                } = &mut module.nodes[id].op
+                {
                     *reset ^= mask(whole, low + bit);
                 }
                 Ok(())

@@ -172,10 +172,10 @@ impl Module {
         self.clocked
     }
 
-    /// Whether the module or its hierarchy has a register, or another node that reset affects, and
-    /// thus an `rst_n` port.
+    /// Whether reset affects a register or another node of the module or its hierarchy, and thus
+    /// the module has an `rst_n` port.
     #[must_use]
-    pub const fn has_registers(&self) -> bool {
+    pub const fn has_reset(&self) -> bool {
         self.registers
     }
 }

@@ -177,8 +177,8 @@ pub enum Op {
     Select(usize, Vec<usize>),
     /// A register; without `enable` it takes `next` at every clock edge.
     Reg {
-        /// Reset value.
-        reset: BigInt,
+        /// Reset value; `None` for data that nothing reads before it is written.
+        reset: Option<BigInt>,
         /// Next value; `None` until it is set.
         next: Option<usize>,
         /// Enable.

@@ -443,6 +443,6 @@ fn what_is_right_is_not_refused() {
     b.set_next(r, again);
     b.output("y", r, "");
     let module = b.finish().unwrap();
-    assert!(module.is_clocked() && module.has_registers());
+    assert!(module.is_clocked() && module.has_reset());
     assert_eq!(module.ports().len(), 2);
 }

@@ -56,7 +56,7 @@ impl Netlist {
         if module.is_clocked() {
             add("clk", 1, AtomKind::InputParameter);
         }
-        if module.has_registers() {
+        if module.has_reset() {
             add("rst_n", 1, AtomKind::InputParameter);
         }
         for port in module.ports() {

@@ -14,7 +14,7 @@ pub(crate) fn wrapper(module: &Arc<Module>, files: &[(String, String)]) -> Veril
     if module.is_clocked() {
         ports.push("clk".to_owned());
     }
-    if module.has_registers() {
+    if module.has_reset() {
         ports.push("rst_n".to_owned());
     }
     ports.extend(module.ports().into_iter().map(|p| p.name));

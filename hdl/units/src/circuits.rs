@@ -43,25 +43,34 @@ pub(crate) fn is(m: &mut ModuleBuilder, a: Signal, value: u32) -> Signal {
     m.eq(a, v)
 }
 
-/// Register of a counter port: it counts by `step` when `en`, is cleared by `clear`, and saturates.
+/// Register of a counter port: it counts by `step`, or by 1, when `en`, is cleared by `clear`, and
+/// saturates.
 pub(crate) fn counter(
     m: &mut ModuleBuilder,
     name: &str,
     bits: u32,
     clear: Signal,
     en: Signal,
-    step: Signal,
+    step: Option<Signal>,
 ) -> Signal {
     let reg = m.reg(name, Ty::u(bits), 0);
     let zero = m.lit(0, Ty::u(bits));
-    let wide = bits + 1;
-    let (x, y) = (m.extend(reg, wide), m.extend(step, wide));
-    let sum = m.add(x, y);
-    let sum = m.name(sum, &format!("{name}_sum"));
-    let more = m.saturate(sum, reg.ty());
-    let more = m.mux(en, more, reg);
+    let more = match step {
+        None => {
+            let full = m.all(reg);
+            let more = plus_one(m, reg);
+            m.mux(full, reg, more)
+        }
+        Some(step) => {
+            let (x, y) = (m.extend(reg, bits + 1), m.extend(step, bits + 1));
+            let sum = m.add(x, y);
+            let sum = m.name(sum, &format!("{name}_sum"));
+            m.saturate(sum, reg.ty())
+        }
+    };
     let next = m.mux(clear, zero, more);
-    m.set_next(reg, next);
+    let changes = m.or(clear, en);
+    m.set_next_if(reg, changes, next);
     reg
 }
 

@@ -102,7 +102,7 @@ fn model_of_files(module: &Arc<Module>, files: &BTreeMap<String, String>) -> Mod
     if module.is_clocked() {
         builder = builder.port("clk", 1, Direction::Input);
     }
-    if module.has_registers() {
+    if module.has_reset() {
         builder = builder.port("rst_n", 1, Direction::Input);
     }
     for port in module.ports() {

@@ -158,7 +158,7 @@ impl ModuleBuilder {
     }
 
     /// A matrix of bits, row by row, with rows and columns exchanged. Rows and columns are given as
-    /// loop variable and count.
+    /// loop variable and count; no array may have these variables.
     pub fn transpose(
         &mut self,
         name: &str,
@@ -177,11 +177,16 @@ impl ModuleBuilder {
         if rows.1 == 1 || columns.1 == 1 {
             return self.name(matrix, name);
         }
+        let is_fixed = self.fixed[matrix.id];
         let places = (0..columns.1).flat_map(|c| (0..rows.1).map(move |r| columns.1 * r + c));
         let mut bits: Vec<Signal> = places.map(|at| self.bit(matrix, at)).collect();
         bits.reverse();
         let node = self.cat(&bits);
         self.module.nodes[node.id].name = Some(name.to_owned());
+        if is_fixed {
+            // Nothing would ever wake a process.
+            return node;
+        }
         let named = |(variable, count): (&str, u32)| (variable.to_owned(), count);
         self.module.transposed.push(Transposed {
             node: node.id,

@@ -64,11 +64,17 @@ impl ModuleBuilder {
 
     /// Whether any bit is set.
     pub fn any(&mut self, a: Signal) -> Signal {
+        if a.width() == 1 {
+            return self.as_unsigned(a);
+        }
         self.node(Op::Unary(Unary::Any, a.id), Ty::bit())
     }
 
     /// Whether all bits are set.
     pub fn all(&mut self, a: Signal) -> Signal {
+        if a.width() == 1 {
+            return self.as_unsigned(a);
+        }
         self.node(Op::Unary(Unary::All, a.id), Ty::bit())
     }
 

@@ -13,6 +13,18 @@ impl ModuleBuilder {
             self.fail(name, format!("reset value {reset} does not fit {ty}"));
             reset = BigInt::ZERO;
         }
+        self.register(name, ty, Some(reset))
+    }
+
+    /// A register without a reset, for data: nothing depends on it before it is written.
+    ///
+    /// It starts with any value, and keeps what it holds, or takes its next value, in reset.
+    pub fn data_reg(&mut self, name: &str, ty: Ty) -> Signal {
+        let ty = self.legal(ty);
+        self.register(name, ty, None)
+    }
+
+    fn register(&mut self, name: &str, ty: Ty, reset: Option<BigInt>) -> Signal {
         let s = self.node(
             Op::Reg {
                 reset,

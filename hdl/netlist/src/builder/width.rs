@@ -22,7 +22,35 @@ impl ModuleBuilder {
             let bits = (value >> low) & ((BigInt::from(1) << width) - 1);
             return self.lit(bits, Ty::u(width));
         }
+        let own = &self.module.nodes[a.id];
+        if let (Op::Slice(of, base), None) = (&own.op, &own.name) {
+            let (of, base) = (*of, *base);
+            let whole = self.module.nodes[of].ty;
+            let of = Signal { id: of, ty: whole };
+            return self.slice(of, base + low, width);
+        }
         self.node(Op::Slice(a.id, low), Ty::u(width))
+    }
+
+    /// Neighbouring slices of one signal as one slice, in a concatenation.
+    fn neighbours(&mut self, parts: &[Signal]) -> Vec<Signal> {
+        let mut joined: Vec<Signal> = vec![];
+        for &part in parts {
+            let last = joined.last().map(|s| (*s, &self.module.nodes[s.id].op));
+            let here = &self.module.nodes[part.id].op;
+            match (last, here) {
+                (Some((high, Op::Slice(a, from))), Op::Slice(b, low))
+                    if a == b && *from == low + part.width() =>
+                {
+                    let ty = self.module.nodes[*a].ty;
+                    let (of, low) = (Signal { id: *a, ty }, *low);
+                    joined.pop();
+                    joined.push(self.slice(of, low, part.width() + high.width()));
+                }
+                _ => joined.push(part),
+            }
+        }
+        joined
     }
 
     /// Value of an unnamed constant.
@@ -44,7 +72,8 @@ impl ModuleBuilder {
 
     /// Concatenation, high part first; unsigned.
     pub fn cat(&mut self, parts: &[Signal]) -> Signal {
-        match parts {
+        let parts = self.neighbours(parts);
+        match &*parts {
             [] => {
                 self.fail("cat", "no parts".to_owned());
                 self.zero(Ty::bit())
@@ -86,9 +115,14 @@ impl ModuleBuilder {
             return self.zero(Ty { width, ..a.ty });
         }
         let wide = Ty { width, ..a.ty };
-        match self.constant(a).cloned() {
-            Some(value) => self.lit(value, wide),
-            None => self.node(Op::Extend(a.id), wide),
+        if let Some(value) = self.constant(a).cloned() {
+            return self.lit(value, wide);
+        }
+        match self.module.nodes[a.id].op {
+            Op::Extend(from) if self.module.nodes[a.id].name.is_none() => {
+                self.node(Op::Extend(from), wide)
+            }
+            _ => self.node(Op::Extend(a.id), wide),
         }
     }
 

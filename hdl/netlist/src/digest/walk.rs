@@ -215,8 +215,13 @@ impl Walk<'_> {
                 next,
                 enable,
             } => {
-                self.to.tag(16);
-                self.to.big(reset);
+                match reset {
+                    Some(reset) => {
+                        self.to.tag(16);
+                        self.to.big(reset);
+                    }
+                    None => self.to.tag(20),
+                }
                 for operand in [next, enable] {
                     self.nodes(operand.as_slice());
                 }

@@ -172,7 +172,7 @@ impl<'a> IntervalInterpreter<'a> {
         for at in 0..self.order.len() {
             let id = self.order[at];
             if let Op::Reg { reset, .. } = &self.node(id).op {
-                let reset = Interval::point(reset);
+                let reset = reset.as_ref().map_or_else(Interval::zero, Interval::point);
                 self.take_over(id, reset, Some(NodeError::none()));
             }
         }

@@ -23,7 +23,7 @@ pub(super) struct Layout {
 #[derive(Debug, Clone)]
 pub(super) enum Next {
     Value {
-        reset: Vec<u64>,
+        reset: Option<Vec<u64>>,
         from: Slot,
         enable: Option<Slot>,
     },
@@ -185,6 +185,19 @@ impl Flat {
         out
     }
 
+    /// Gives registers their reset values, and 0 to those that have none.
+    pub(super) fn reset_registers(&mut self) {
+        for state in &self.states {
+            if let Next::Value { reset, .. } = &state.next {
+                let out = &mut self.values[state.slot.at..][..state.slot.words()];
+                match reset {
+                    Some(reset) => out.copy_from_slice(reset),
+                    None => out.fill(0),
+                }
+            }
+        }
+    }
+
     /// Adds the updates at the clock edge.
     fn connect(&mut self, unit: &Unit<'_>, slots: &[Slot]) {
         let slot = |n: &usize| slots[*n];
@@ -195,7 +208,7 @@ impl Flat {
                     next,
                     enable,
                 } => Next::Value {
-                    reset: code(reset, node.ty.width),
+                    reset: reset.as_ref().map(|value| code(value, node.ty.width)),
                     // A register that nothing drives, which the checks refuse, holds.
                     from: next.as_ref().map_or(slot(&id), slot),
                     enable: enable.as_ref().map(slot),

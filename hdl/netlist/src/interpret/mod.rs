@@ -78,7 +78,7 @@ impl Interpreter {
     pub fn new(module: &Arc<Module>, seed: u64) -> Self {
         let mut flat = Flat::new(seed);
         let mut pins = vec![];
-        let rst_n = module.has_registers().then(|| flat.allocate(Ty::bit()));
+        let rst_n = module.has_reset().then(|| flat.allocate(Ty::bit()));
         flat.reset = rst_n;
         pins.extend(rst_n.map(|slot| Pin {
             name: "rst_n".to_owned(),
@@ -110,12 +110,14 @@ impl Interpreter {
     }
 
     /// Enables checks: in cycles after the first reset, every value must be in its range and every
-    /// declared bound must hold.
+    /// declared bound must hold. Registers start with their reset values, and with 0 where they
+    /// have none, as ranges have them.
     ///
     /// # Errors
     /// [`InterpretError::ForeignRanges`].
     pub fn with_ranges(mut self, ranges: &Ranges) -> Result<Self, InterpretError> {
         self.watch = watch::all(&self.module, &self.layout, ranges)?;
+        self.flat.reset_registers();
         Ok(self)
     }
 
@@ -311,7 +313,9 @@ impl Interpreter {
             let out = &mut self.pending[at..at + state.slot.words()];
             at += out.len();
             match &state.next {
-                Next::Value { reset, .. } if in_reset => out.copy_from_slice(reset),
+                Next::Value {
+                    reset: Some(reset), ..
+                } if in_reset => out.copy_from_slice(reset),
                 Next::Value { from, enable, .. } if enable.is_none_or(|e| values[e.at] == 1) => {
                     out.copy_from_slice(from.of(values))
                 }

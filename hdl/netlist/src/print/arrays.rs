@@ -75,20 +75,34 @@ impl Printer<'_> {
         self.line(1, "endgenerate");
     }
 
-    /// A matrix with rows and columns exchanged.
+    /// A matrix with rows and columns exchanged, in a process: an event-driven simulator would follow
+    /// each of so many assignments.
     pub(super) fn transposed(&mut self, of: &Transposed, note: &str) {
         let name = self.exprs.names.ident(of.node).unwrap_or_default();
         let name = name.to_owned();
         let width = self.module.nodes[of.node].ty.width;
         let from = self.exprs.operand(of.from);
-        self.line(1, &format!("wire {}{name};{note}", spaced(width)));
+        self.line(1, &format!("reg {}{name};{note}", spaced(width)));
         let loops = [of.rows.clone(), of.columns.clone()];
-        let indent = self.open_loops(&format!("{name}_bits"), &loops);
+        let new: Vec<_> = (loops.iter().map(|(variable, _)| variable.clone()))
+            .filter(|variable| self.loop_variables.insert(variable.clone()))
+            .collect();
+        if !new.is_empty() {
+            self.line(1, &format!("integer {};", new.join(", ")));
+        }
+        self.line(1, "always @(*) begin");
+        for (depth, (variable, count)) in (2..).zip(&loops) {
+            let range =
+                format!("{variable} = 0; {variable} < {count}; {variable} = {variable} + 1");
+            self.line(depth, &format!("for ({range}) begin"));
+        }
         let ((row, rows), (column, columns)) = (&of.rows, &of.columns);
         let to = format!("{name}[{rows} * {column} + {row}]");
         let from = format!("{from}[{columns} * {row} + {column}]");
-        self.line(indent, &format!("assign {to} = {from};"));
-        self.close_loops(indent);
+        self.line(4, &format!("{to} = {from};"));
+        for depth in (1..=3).rev() {
+            self.line(depth, "end");
+        }
     }
 
     /// The instance within the loops.

@@ -62,10 +62,7 @@ impl Printer<'_> {
         name: &str,
         ports: Vec<(String, String)>,
     ) {
-        let clocks = [
-            ("clk", child.is_clocked()),
-            ("rst_n", child.has_registers()),
-        ];
+        let clocks = [("clk", child.is_clocked()), ("rst_n", child.has_reset())];
         let clocks = clocks.into_iter().filter(|(_, has)| *has);
         let clocks = clocks.map(|(clock, _)| (clock.to_owned(), clock.to_owned()));
         let connections: Vec<_> = clocks.chain(ports).collect();

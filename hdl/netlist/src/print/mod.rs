@@ -20,7 +20,7 @@ use super::node::{Node, Op};
 use super::repetition::picked;
 pub use checks::check_modules;
 use expr::{Exprs, constant};
-use wrap::wrap;
+use wrap::{WIDTH, wrap};
 
 /// Header of every file.
 #[derive(Debug, Clone, Default)]
@@ -151,7 +151,7 @@ impl<'a> Printer<'a> {
             header.origin.as_str(),
             header.command.as_str(),
         ] {
-            for line in fill(paragraph, 90) {
+            for line in fill(paragraph, WIDTH - "// ".len()) {
                 let _ = writeln!(self.text, "{}", format!("// {line}").trim_end());
             }
         }
@@ -168,7 +168,7 @@ impl<'a> Printer<'a> {
                 "clock, rising edge".into(),
             ));
         }
-        if self.module.has_registers() {
+        if self.module.has_reset() {
             rows.push((
                 "input  wire".into(),
                 String::new(),

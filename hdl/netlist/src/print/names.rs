@@ -154,6 +154,9 @@ impl<'a> Names<'a> {
         for (_, fed) in self.module.arrays.iter().flat_map(|a| &a.inputs) {
             sliced[fed.node] |= !fed.over.is_empty();
         }
+        for matrix in &self.module.transposed {
+            sliced[matrix.from] = true;
+        }
         for n in self.writes().flatten() {
             uses[n] += 1;
         }

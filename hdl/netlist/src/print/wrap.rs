@@ -1,6 +1,6 @@
 //! Breaks long lines between operands.
 
-const WIDTH: usize = 100;
+pub(super) const WIDTH: usize = 100;
 
 /// `text` at an indent of two spaces a level; what passes the width goes on
 /// two levels deeper. A trailing comment that does not fit moves above.

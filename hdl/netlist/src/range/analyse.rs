@@ -88,7 +88,7 @@ impl<'a> Work<'a> {
         }
         for (id, node) in module.nodes.iter().enumerate() {
             if let Op::Reg { reset, .. } = &node.op {
-                values[id] = Interval::point(reset);
+                values[id] = reset.as_ref().map_or_else(Interval::zero, Interval::point);
             }
         }
         let claims: Vec<_> = module
@@ -320,7 +320,9 @@ impl<'a> Work<'a> {
             );
             return;
         }
-        if let Op::Reg { reset, .. } = &nodes[claim.reg].op
+        if let Op::Reg {
+            reset: Some(reset), ..
+        } = &nodes[claim.reg].op
             && !bound.contains(reset)
         {
             fail(

@@ -227,7 +227,11 @@ impl Claim {
                 reset,
                 next: Some(next),
                 ..
-            } => late && reset.is_zero() && *next < id && self.leads(module, id, *next, late, is),
+            } => {
+                late && reset.as_ref().is_none_or(BigInt::is_zero)
+                    && *next < id
+                    && self.leads(module, id, *next, late, is)
+            }
             _ => false,
         }
     }

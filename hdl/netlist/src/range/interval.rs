@@ -50,6 +50,10 @@ impl Interval {
         }
     }
 
+    pub(crate) fn zero() -> Self {
+        Self::new(0, 0)
+    }
+
     pub(crate) fn point(value: &BigInt) -> Self {
         Self::new(value.clone(), value.clone())
     }

@@ -131,7 +131,7 @@ impl Bench {
             .iter()
             .map(|p| sim.port(&p.name).unwrap())
             .collect();
-        let rst_n = self.top.has_registers().then(|| sim.port("rst_n").unwrap());
+        let rst_n = self.top.has_reset().then(|| sim.port("rst_n").unwrap());
         let clock = self.top.is_clocked().then(|| sim.clock("clk").unwrap());
         let mut seen = vec![];
         for (cycle, (running, values)) in self.stimulus.iter().enumerate() {
@@ -215,7 +215,7 @@ impl Bench {
         if self.top.is_clocked() {
             ports.push(".clk(clk)".to_owned());
         }
-        if self.top.has_registers() {
+        if self.top.has_reset() {
             ports.push(".rst_n(rst_n)".to_owned());
         }
         for (i, p) in self.inputs.iter().enumerate() {

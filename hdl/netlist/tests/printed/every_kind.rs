@@ -220,5 +220,17 @@ fn state(t: &mut Sheet, [a, b]: [Signal; 2], enable: Signal) {
     let held = t.m.reg(&format!("{p}_held"), b.ty(), 0);
     t.m.set_next_if(held, enable, b);
     t.show("reg_enabled", held);
+    let latest = t.m.data_reg(&format!("{p}_latest"), a.ty());
+    t.m.set_next(latest, a);
+    t.show("data_reg", latest);
+    // Data is compared from the first cycle on: reset loads it.
+    let awake = t.m.reg(&format!("{p}_started"), Ty::bit(), 0);
+    let on = t.m.lit(1, Ty::bit());
+    t.m.set_next(awake, on);
+    let asleep = t.m.not(awake);
+    let load = t.m.or(enable, asleep);
+    let taken = t.m.data_reg(&format!("{p}_taken"), b.ty());
+    t.m.set_next_if(taken, load, b);
+    t.show("data_reg_enabled", taken);
     t.m.output_low_in_reset(&format!("{p}_awake"), enable, "");
 }

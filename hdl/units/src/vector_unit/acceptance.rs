@@ -8,7 +8,7 @@ use super::alu::is_op;
 use super::operation_kinds::OperationKinds;
 use super::sequence::{Offer, Order};
 use super::timing::Timing;
-use crate::circuits::{bits_for, is, repeated};
+use crate::circuits::{bits_for, is};
 
 /// Inputs of the unit.
 pub(super) struct Inputs {
@@ -17,8 +17,8 @@ pub(super) struct Inputs {
     pub(super) data: Signal,
     /// Lanes whose lowest byte is kept.
     pub(super) keep: Signal,
-    /// Whether a lane is kept in part.
-    pub(super) torn: Signal,
+    /// All bytes that are kept.
+    pub(super) bytes: Signal,
     pub(super) last: Signal,
     /// Operation (4 bits), shift (6) and rounding (2).
     user: Signal,
@@ -46,13 +46,12 @@ impl Inputs {
             .collect();
         let kept = m.cat(&lowest);
         let kept = m.name(kept, "kept_lanes");
-        let whole = repeated(m, kept, 8);
         Self {
             clear,
             valid,
             data,
             keep: kept,
-            torn: m.ne(bytes, whole),
+            bytes,
             last: m.input("s_axis_vec_tlast", bit, "passed on"),
             user: m.input(
                 "s_axis_vec_tuser",

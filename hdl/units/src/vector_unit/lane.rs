@@ -28,6 +28,12 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     if !reads_b {
         m.unused(b, "No operation that is built takes a second operand.");
     }
+    let keep = m.input(
+        "keep",
+        Ty::u(8),
+        "bytes of a and b that are kept: all or none",
+    );
+    let result_keep = m.input("result_keep", Ty::bit(), "of the result stage");
     if !kinds.elementwise {
         m.unused(
             control.accept,
@@ -37,7 +43,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let plain = kinds.elementwise.then(|| {
         m.section("Element-wise operations");
         let next = exact(m, &config.vu.ops, control.code, a, b);
-        let held = m.reg("exact", EXACT, 0);
+        let held = m.data_reg("exact", EXACT);
         m.set_next_if(held, control.accept, next);
         held
     });
@@ -67,7 +73,12 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         (Some(only), None) | (None, Some(only)) => only,
         (None, None) => m.lit(0, Ty::u(32)),
     };
-    m.output("result", result, "of the result stage");
+    let mask = m.repeat(result_keep, 32);
+    let result = m.and(result, mask);
+    m.output("result", result, "of the result stage; 0 if it is not kept");
+    let (some, all) = (m.any(keep), m.all(keep));
+    let torn = m.xor(some, all);
+    m.output("torn", torn, "some bytes are kept and some are not");
     if let Some(more) = more {
         m.output("more", more, "has steps to take after the next clock");
     }
@@ -77,7 +88,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
 /// Delays a value by `cycles`.
 fn delay(m: &mut ModuleBuilder, value: Signal, cycles: u32) -> Signal {
     (0..cycles).fold(value, |from, i| {
-        let reg = m.reg(&format!("value_{i}"), from.ty(), 0);
+        let reg = m.data_reg(&format!("value_{i}"), from.ty());
         m.set_next(reg, from);
         reg
     })

@@ -12,7 +12,6 @@ use super::exponential::shift_registers::{exp_constants, sub_name};
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Order, Sequence};
-use crate::circuits::repeated;
 
 /// Control signals of all lanes in a cycle.
 pub(super) struct LaneSignals<'a> {
@@ -54,7 +53,7 @@ impl LaneSignals<'_> {
         inputs.extend([("code".into(), self.accepted.code)]);
         let (shift, rounding) = if self.pipelined {
             let early = |m: &mut ModuleBuilder, name: &str, from: Signal| {
-                let reg = m.reg(name, from.ty(), 0);
+                let reg = m.data_reg(name, from.ty());
                 m.set_next(reg, from);
                 reg
             };
@@ -132,15 +131,24 @@ impl LaneSignals<'_> {
     }
 }
 
-/// Results of all lanes, the first lowest; 0 for lanes without operand. With early termination also
-/// whether each lane has steps left.
+/// Outputs of all lanes.
+pub(super) struct LaneResults {
+    /// Results, the first lowest; 0 for lanes without operand.
+    pub(super) values: Signal,
+    /// Whether a lane of the offered vector is kept in part.
+    pub(super) torn: Signal,
+    /// With early termination, whether each lane has steps left.
+    pub(super) more: Option<Signal>,
+}
+
+/// Adds the lanes.
 pub(super) fn lanes(
     m: &mut ModuleBuilder,
     lane: &Arc<Module>,
     told: &LaneSignals<'_>,
     common: &[(String, Signal)],
     inputs: &Inputs,
-) -> (Signal, Option<Signal>) {
+) -> LaneResults {
     m.section("Lanes");
     let count = told.config.vu.lanes;
     let mut io: Vec<(&str, Feed<'_>)> = common
@@ -155,12 +163,17 @@ pub(super) fn lanes(
         };
         io.push((name, operand));
     }
+    io.push(("keep", Feed::Each(inputs.bytes)));
+    io.push(("result_keep", Feed::Each(told.tag.keep)));
     let all = m.array("lane", lane, &[("i", count)], &io);
     let more = told.sequence.ending.is_some().then(|| {
         let more = m.all_out(all, "more");
         m.and(more, told.tag.keep)
     });
-    let results = m.all_out(all, "result");
-    let bits = repeated(m, told.tag.keep, 32);
-    (m.and(results, bits), more)
+    let torn = m.all_out(all, "torn");
+    LaneResults {
+        values: m.all_out(all, "result"),
+        torn: m.any(torn),
+        more,
+    }
 }

@@ -33,7 +33,7 @@ impl ResultControl {
         if !pipelined {
             m.set_next(valid, s.done);
             let held = std::array::from_fn(|i| {
-                let reg = m.reg(&format!("result_{}", names[i]), values[i].ty(), 0);
+                let reg = m.data_reg(&format!("result_{}", names[i]), values[i].ty());
                 m.set_next_if(reg, accept, values[i]);
                 reg
             });
@@ -47,14 +47,14 @@ impl ResultControl {
             from_valid = reg;
             stages.push(reg);
             from = std::array::from_fn(|i| {
-                let reg = m.reg(&format!("{}_{stage}", names[i]), from[i].ty(), 0);
+                let reg = m.data_reg(&format!("{}_{stage}", names[i]), from[i].ty());
                 m.set_next(reg, from[i]);
                 reg
             });
         }
         m.set_next(valid, from_valid);
         let held = std::array::from_fn(|i| {
-            let reg = m.reg(&format!("result_{}", names[i]), from[i].ty(), 0);
+            let reg = m.data_reg(&format!("result_{}", names[i]), from[i].ty());
             m.set_next(reg, from[i]);
             reg
         });

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VECTOR_UNIT;
-use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal};
 
 use super::acceptance::{Acceptance, Inputs};
 use super::checks::vector_unit_checks;
@@ -67,12 +67,12 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         tag: &tag,
     };
     let common = told.inputs(m)?;
-    let (joined, more) = lanes(m, &lane_module, &told, &common, &inputs);
+    let of_lanes = lanes(m, &lane_module, &told, &common, &inputs);
     if let Some(phase) = accepted.phase {
-        sequence.end(m, &config.vu.exp, phase, more);
+        sequence.end(m, &config.vu.exp, phase, of_lanes.more);
     }
-    let results = Results::build(m, &timing, &inputs, &accepted, &tag, joined)?;
-    let counted = Counted::build(m, &inputs, &accepted, &sequence, &tag);
+    let results = Results::build(m, &timing, &inputs, &accepted, &tag, of_lanes.values)?;
+    let counted = Counted::build(m, &inputs, &accepted, (&sequence, &tag), of_lanes.torn);
     m.section("Outputs");
     results.outputs(m, config.vu.lanes, accepted.ready);
     counted.outputs(m);
@@ -147,19 +147,18 @@ impl Counted {
         m: &mut ModuleBuilder,
         inputs: &Inputs,
         accepted: &Acceptance,
-        sequence: &Sequence,
-        tag: &ResultControl,
+        (sequence, tag): (&Sequence, &ResultControl),
+        torn: Signal,
     ) -> Self {
         m.section("Counters and flags");
         let (clear, accept) = (inputs.clear, accepted.accept);
-        let step = m.lit(1, Ty::bit());
-        let vectors = counter(m, "stat_vectors", 32, clear, accept, step);
+        let vectors = counter(m, "stat_vectors", 32, clear, accept, None);
         let stepped = tag.moving.unwrap_or(sequence.busy);
         let active = m.or(accept, stepped);
-        let busy = counter(m, "stat_busy", 32, clear, active, step);
+        let busy = counter(m, "stat_busy", 32, clear, active, None);
         let no_room = m.not(accepted.room);
         let refused = m.all_of(&[inputs.valid, accepted.free, no_room]);
-        let stall = counter(m, "stat_stall_out", 32, clear, refused, step);
+        let stall = counter(m, "stat_stall_out", 32, clear, refused, None);
         let built = m.any_of(&accepted.built);
         let not_built = m.not(built);
         let unknown = m.and(accept, not_built);
@@ -167,8 +166,8 @@ impl Counted {
         let reserved = is(m, accepted.rounding, 3);
         let reserved = m.and(accept, reserved);
         let reserved = sticky(m, "rounding_reserved", clear, reserved);
-        let torn = m.and(accept, inputs.torn);
-        let torn = sticky(m, "lane_torn", clear, torn);
+        let torn = m.and(accept, torn);
+        let torn = sticky(m, "torn_lane", clear, torn);
         let flying = m.any(accepted.inside);
         Self {
             vectors,

@@ -15,6 +15,7 @@ mod garbage;
 mod gather;
 mod gather_edges;
 mod gather_flags;
+mod gather_setting_flags;
 mod gather_tasks;
 mod makefile;
 mod memory;

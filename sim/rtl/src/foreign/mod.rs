@@ -211,7 +211,7 @@ fn expected_ports(unit: &Module) -> Ports {
         output: false,
         width: Some(1),
     };
-    for (name, has) in [("clk", unit.is_clocked()), ("rst_n", unit.has_registers())] {
+    for (name, has) in [("clk", unit.is_clocked()), ("rst_n", unit.has_reset())] {
         if has {
             ports.insert(name.to_owned(), input);
         }

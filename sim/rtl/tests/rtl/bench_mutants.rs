@@ -103,15 +103,15 @@ const MUTANTS: &[Mutant] = &[
     mutant(
         "a counter that counts twice",
         "gathering_unit.v",
-        ["{1'd0, stat_busy} + 33'd1", "{1'd0, stat_busy} + 33'd2"],
-        "stat_busy",
+        ["(running_rit + 32'd1)", "(running_rit + 32'd2)"],
+        "stat_stall_rit",
     ),
     mutant(
         "a counter that cfg_clear leaves",
         "gathering_unit.v",
         [
-            "stat_entries <= cfg_clear ? 32'd0 : group_done",
-            "stat_entries <= group_done",
+            "stat_entries <= cfg_clear ? 32'd0 : stat_entries_sum[32]",
+            "stat_entries <= stat_entries_sum[32]",
         ],
         "after cfg_clear",
     ),
@@ -141,8 +141,8 @@ const MUTANTS: &[Mutant] = &[
     ),
     mutant(
         "lanes that are not kept give results",
-        "vector_unit.v",
-        ["{32{result_keep[3]}}", "{32{1'b1}}"],
+        "vector_lane.v",
+        ["& {32{result_keep}}", "& {32{1'b1}}"],
         "m_axis_vec_tdata",
     ),
     mutant(
@@ -214,7 +214,7 @@ const MUTANTS: &[Mutant] = &[
     mutant(
         "a torn lane that passes",
         "vector_unit.v",
-        ["{8{kept_lanes[3]}}", "s_axis_vec_tkeep[31:24]"],
+        ["(accept & (|lane_torn))", "(accept & (|lane_torn[2:0]))"],
         "stat_errors is",
     ),
     mutant(

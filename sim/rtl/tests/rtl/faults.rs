@@ -192,7 +192,7 @@ fn every_port_of_the_gathering_unit_is_compared() {
         (top, "stat_busy", Change::Invert(3), "stat_busy"),
         (top, "stat_entries", Change::Invert(0), "stat_entries"),
         (top, "running_fifo", Change::Invert(0), "stat_stall_fifo"),
-        (top, "running_mft", Change::Invert(0), "stat_stall_mft"),
+        (top, "running_mft", one(), "stat_stall_mft"),
         (top, "running_rit", Change::Invert(0), "stat_stall_rit"),
         (top, "row_not_loaded", one(), "stat_errors"),
         (top, "gap_in_beat", one(), "stat_errors"),

@@ -207,12 +207,22 @@ pub(super) fn of_node(module: &Module, id: usize) -> Changed {
                 }
             }
         }
-        Op::Reg { enable, .. } => {
+        Op::Reg {
+            ref reset, enable, ..
+        } => {
+            let is_reset = reset.is_some();
             change("reset value", &|n| {
                 if let Op::Reg { reset, .. } = &mut n.op {
-                    *reset += 1;
+                    *reset = Some(reset.take().unwrap_or_default() + 1);
                 }
             });
+            if is_reset {
+                change("whether it is reset", &|n| {
+                    if let Op::Reg { reset, .. } = &mut n.op {
+                        *reset = None;
+                    }
+                });
+            }
             let other = enable.is_none().then_some(0);
             change("whether it is enabled", &|n| {
                 if let Op::Reg { enable, .. } = &mut n.op {

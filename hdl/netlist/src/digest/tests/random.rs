@@ -158,7 +158,9 @@ pub(super) fn random(seed: u64) -> Arc<Module> {
         values.push(input);
     }
     let registers = [0, 1].map(|at| m.reg(&format!("state_{at}"), TYPES[at], at as u32));
+    let data = m.data_reg("data", TYPES[0]);
     values.extend(registers);
+    values.push(data);
     let memories = [5, 8].map(|depth| m.memory(&format!("rows_{depth}"), depth, 8, "rows"));
     let mut own = Making {
         m,
@@ -190,6 +192,8 @@ pub(super) fn random(seed: u64) -> Arc<Module> {
             _ => own.m.set_next(registers[at], next),
         }
     }
+    let next = own.any_as(data.ty());
+    own.m.set_next(data, next);
     let up = own.any_as(Ty::bit());
     own.m.output_low_in_reset("ready", up, "one bit");
     for at in 0..6 {

@@ -50,7 +50,7 @@ pub(super) fn summed(m: &mut ModuleBuilder, config: &Config, s1: &StageOne) -> S
             }
         };
         let mut follow = |what: &str, from: Signal| {
-            let reg = m.reg(&format!("{name}_{what}"), from.ty(), 0);
+            let reg = m.data_reg(&format!("{name}_{what}"), from.ty());
             m.set_next_if(reg, before, from);
             reg
         };

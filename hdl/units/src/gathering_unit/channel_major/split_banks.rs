@@ -94,7 +94,7 @@ impl SplitBanks {
                     list.push((m.and(here, which), line));
                 }
             }
-            let from = m.reg(&format!("source{p}"), Ty::u(part_bits + 1), 0);
+            let from = m.data_reg(&format!("source{p}"), Ty::u(part_bits + 1));
             let second = place.second.unwrap_or_else(|| m.lit(0, Ty::bit()));
             let choice = m.cat(&[part, second]);
             m.set_next_if(from, gets, choice);

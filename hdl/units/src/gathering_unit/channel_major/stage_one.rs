@@ -38,17 +38,17 @@ impl StageOne {
         let (p, asks) = (&issue.offered, issue.asks);
         let step = |m: &mut ModuleBuilder, name: &str, of_p: Signal| match whole_cells {
             true => of_p,
-            false => m.reg(name, bit, 0),
+            false => m.data_reg(name, bit),
         };
         let in_range = m.out(issue.table, "in_range");
         let valid = m.reg("s1_valid", bit, 0);
         let first = step(m, "s1_first", p.first);
         let last = step(m, "s1_last", p.last);
-        let end = m.reg("s1_end", bit, 0);
-        let keep = m.reg("s1_keep", Ty::u(ports), 0);
-        let held_in_range = m.reg("s1_in_range", Ty::u(ports * groups), 0);
-        let weight = m.reg("s1_weight", Ty::u(16 * ports * groups), 0);
-        let slot = m.reg("s1_slot", Ty::u(config.rit.slot_bits * ports), 0);
+        let end = m.data_reg("s1_end", bit);
+        let keep = m.data_reg("s1_keep", Ty::u(ports));
+        let held_in_range = m.data_reg("s1_in_range", Ty::u(ports * groups));
+        let weight = m.data_reg("s1_weight", Ty::u(16 * ports * groups));
+        let slot = m.data_reg("s1_slot", Ty::u(config.rit.slot_bits * ports));
         m.set_next(valid, issue.fire);
         // What a port without an entry reads is not known, and must not reach the stream.
         let in_range = by_port(m, in_range, p.keep);
@@ -82,7 +82,7 @@ impl StageOne {
         let given = by_port(m, given, p.keep);
         m.set_next_if(weight, asks, given);
         let upper = issue.shared.as_ref().map(|shared| {
-            let reg = m.reg("s1_upper_record", Ty::u(ports), 0);
+            let reg = m.data_reg("s1_upper_record", Ty::u(ports));
             m.set_next_if(reg, asks, shared.upper);
             reg
         });

@@ -99,7 +99,7 @@ fn beat(m: &mut ModuleBuilder, config: &Config, done: &Summed, data: Signal) -> 
         ("s2_slot", done.slot, done.slot.ty()),
     ]
     .map(|(name, from, ty)| {
-        let reg = m.reg(name, ty, 0);
+        let reg = m.data_reg(name, ty);
         m.set_next_if(reg, push, from);
         reg
     });

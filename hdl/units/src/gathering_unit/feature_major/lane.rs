@@ -81,7 +81,7 @@ impl Below {
 
 /// A register that samples `from` with `enable`.
 fn stage(m: &mut ModuleBuilder, name: &str, from: Signal, enable: Signal) -> Signal {
-    let reg = m.reg(name, from.ty(), 0);
+    let reg = m.data_reg(name, from.ty());
     m.set_next_if(reg, enable, from);
     reg
 }
@@ -103,7 +103,7 @@ impl Entries {
         let write = m.input("write", bit, "a vertex for this lane");
         let write_half = m.input("write_half", bit, "");
         let write_vertex = m.input("write_vertex", Ty::u(3), "");
-        let write_kept = m.input("write_kept", bit, "the entry is one");
+        let write_kept = m.input("write_kept", bit, "the vertex is of an entry");
         let write_entry = m.input("write_entry", bit, "the lane's entry is complete or void");
         let row = m.input("row", Ty::u(16), "");
         let slot = m.input("slot", Ty::u(config.rit.slot_bits), "");
@@ -141,15 +141,17 @@ impl Entries {
                 ("raddr", read_half),
             ],
         );
+        // A void entry is settled without a vertex.
+        let is_entry = m.and(write, write_kept);
         let kept = [0, 1].map(|h| {
-            let kept = m.reg(&format!("kept_{h}"), bit, 0);
+            let kept = m.data_reg(&format!("kept_{h}"), bit);
             let here = if h == 1 {
                 write_half
             } else {
                 m.not(write_half)
             };
             let here = m.and(write_entry, here);
-            m.set_next_if(kept, here, write_kept);
+            m.set_next_if(kept, here, is_entry);
             kept
         });
         Self {
@@ -185,7 +187,7 @@ impl Step {
         let word = m.out(entries.words, "rdata");
         let row = m.slice(word, 0, 16);
         let row = m.name(row, "step_row");
-        let kept = m.reg("step_kept", bit, 0);
+        let kept = m.data_reg("step_kept", bit);
         let next_kept = m.mux(entries.read_half, entries.kept[1], entries.kept[0]);
         m.set_next_if(kept, entries.read, next_kept);
         let pending = m.reg("pending", bit, 0);

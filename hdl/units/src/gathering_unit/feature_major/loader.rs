@@ -14,10 +14,10 @@ pub(super) struct Loader {
     pub(super) vertex: Signal,
     /// A vertex of M entries is taken from the RIT buffer.
     pub(super) take: Signal,
-    /// For each group of M lanes, whether its entries get a vertex.
-    pub(super) writes: Vec<Signal>,
-    /// For each group, whether its entries are complete, or void.
-    pub(super) entries: Vec<Signal>,
+    /// For each group of M lanes, a bit that its entries get a vertex.
+    pub(super) writes: Signal,
+    /// For each group, a bit that its entries are complete, or void.
+    pub(super) entries: Signal,
     pub(super) full: [Signal; 2],
     ends: [Signal; 2],
     closes: Signal,
@@ -31,7 +31,7 @@ impl Loader {
         let bit = Ty::bit();
         let full = [0, 1].map(|h| m.reg(&format!("lanes_full_{h}"), bit, 0));
         m.note(full[0], "a half holds all entries that it will");
-        let ends = [0, 1].map(|h| m.reg(&format!("lanes_end_{h}"), bit, 0));
+        let ends = [0, 1].map(|h| m.data_reg(&format!("lanes_end_{h}"), bit));
         m.note(ends[0], "its entries are the last of their pass");
         let half = m.reg("fill_half", bit, 0);
         let vertex = m.reg("fill_vertex", Ty::u(3), 0);
@@ -48,23 +48,24 @@ impl Loader {
         let vertex_after = m.mux(p_last, zero, next_vertex);
         m.set_next_if(vertex, take, vertex_after);
 
-        let (mut writes, mut entries) = (vec![], vec![]);
-        let closes = if groups == 1 {
-            writes.push(take);
-            entries.push(take_last);
-            take_last
+        let (writes, entries, closes) = if groups == 1 {
+            (take, take_last, take_last)
         } else {
             let group = m.reg("fill_group", Ty::u(bits_for(groups - 1)), 0);
             m.note(group, "group of M lanes that is being filled");
-            let here: Vec<_> = (0..groups).map(|g| is(m, group, g)).collect();
-            for (g, &mine) in here.iter().enumerate() {
-                let write = m.and(take, mine);
-                writes.push(m.name(write, &format!("fill_group_{g}")));
-                // With the first group the others are void until filled.
-                let counts = if g == 0 { mine } else { m.or(mine, here[0]) };
-                let entry = m.and(take_last, counts);
-                entries.push(m.name(entry, &format!("settle_group_{g}")));
-            }
+            let first = m.lit(1, Ty::u(groups));
+            let here = m.shl(first, group);
+            let here = m.name(here, "groups_here");
+            let takes = m.repeat(take, groups);
+            let writes = m.and(takes, here);
+            let writes = m.name(writes, "fill_groups");
+            // With the first group the others are void until filled.
+            let is_first = m.bit(here, 0);
+            let all = m.repeat(is_first, groups);
+            let counts = m.or(here, all);
+            let takes_last = m.repeat(take_last, groups);
+            let entries = m.and(takes_last, counts);
+            let entries = m.name(entries, "settle_groups");
             let top = is(m, group, groups - 1);
             let over = m.or(p_end, top);
             let over = m.name(over, "lanes_are_full");
@@ -73,7 +74,7 @@ impl Loader {
             let zero = m.lit(0, group.ty());
             let after = m.mux(over, zero, next);
             m.set_next_if(group, take_last, after);
-            closes
+            (writes, entries, closes)
         };
         let closes = m.name(closes, "lanes_close");
         let other = m.not(half);

@@ -49,11 +49,11 @@ impl Sequencer {
         let step = Step {
             valid: m.reg("step_valid", bit, 0),
             new: m.reg("step_new", bit, 0),
-            first: m.reg("step_first", bit, 0),
-            last: m.reg("step_last", bit, 0),
-            channel: m.reg("step_channel", channel, 0),
-            last_of_entries: m.reg("step_ends_entries", bit, 0),
-            end: m.reg("step_ends_pass", bit, 0),
+            first: m.data_reg("step_first", bit),
+            last: m.data_reg("step_last", bit),
+            channel: m.data_reg("step_channel", channel),
+            last_of_entries: m.data_reg("step_ends_entries", bit),
+            end: m.data_reg("step_ends_pass", bit),
         };
         m.note(step.new, "no round of it was issued yet");
         Self {

@@ -291,7 +291,7 @@ impl Block {
         }
         let highest_first: Vec<_> = self.kept.iter().rev().copied().collect();
         let rows = m.cat(&highest_first);
-        let of_block = m.reg("block_rows", rows.ty(), 0);
+        let of_block = m.data_reg("block_rows", rows.ty());
         m.note(of_block, "rows that the block's first channel has");
         let begins = m.all_of(&[accept, some, self.first]);
         m.set_next_if(of_block, begins, rows);

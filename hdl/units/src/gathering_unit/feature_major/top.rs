@@ -5,7 +5,7 @@ use std::sync::Arc;
 use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::timing::{CrossbarStage, Pipeline};
 use potamoi_formats::units::GATHERING_UNIT;
-use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, Instance, InstanceArray, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::arbiter::bank_arbiter;
 use super::lane::lane;
@@ -49,15 +49,16 @@ pub(in crate::gathering_unit) fn feature_major(config: &Config) -> Result<Arc<Mo
     let read = issue
         .sequencer
         .advance(m, &loader, below.io.vertices, issue.fire, round.done);
-    for (i, lane) in lanes.all.iter().enumerate() {
-        m.connect(*lane, "read", read.read);
-        m.connect(*lane, "read_half", read.half);
-        m.connect(*lane, "read_vertex", read.vertex);
-        m.connect(*lane, "completes", round.completes);
-        let granted = m.bit(round.granted, i as u32);
-        m.connect(*lane, "granted", granted);
+    for (port, signal) in [
+        ("read", read.read),
+        ("read_half", read.half),
+        ("read_vertex", read.vertex),
+        ("completes", round.completes),
+    ] {
+        m.feed(lanes.all, port, Feed::Shared(signal));
     }
-    let beat = beat(m, &issue, &lanes, round.completes);
+    m.feed(lanes.all, "granted", Feed::Each(round.granted));
+    let beat = beat(m, config, &issue, &lanes, round.completes);
     let stream = FeatureStream::build(m, config, &beat, below.io.ready)?;
     let begins = m.and(issue.fire, issue.begins_channel);
     let begins = m.name(begins, "beat_start");
@@ -229,9 +230,13 @@ impl Issue {
     }
 }
 
+/// Loops over the lanes: groups of M, and the port of the ray index table within a group.
+const GROUP: usize = 0;
+const PORT: usize = 1;
+
 /// The lanes, with the valid signals of stages D and X.
 struct Lanes {
-    all: Vec<Instance>,
+    all: InstanceArray,
     d_completes: Signal,
     x_completes: Signal,
     /// Whether entries are single ids.
@@ -247,43 +252,43 @@ impl Lanes {
         (loader, p, issue): (&Loader, &Offered, &Issue),
     ) -> Self {
         m.section("Lanes");
-        let (gu, slot_bits) = (&config.gu, config.rit.slot_bits);
+        let gu = &config.gu;
         let single = is(m, below.io.vertices, 0);
         let single = m.name(single, "single_ids");
         let (rows, words) = (m.out(below.table, "rows"), m.out(below.table, "words"));
         let d_completes = m.reg("d_completes", Ty::bit(), 0);
         let x_completes = m.reg("x_completes", Ty::bit(), 0);
-        // A single id has the weight 1.
-        let one = m.lit(1u32 << gu.weight_bits, Ty::u(gu.weight_bits + 1));
-        let all = (0..gu.lanes)
-            .map(|i| {
-                let (group, port) = ((i / gu.ports) as usize, i % gu.ports);
-                let kept = m.bit(p.keep, port);
-                let kept = m.and(kept, loader.writes[group]);
-                let row = m.slice(p.row, 16 * port, 16);
-                let slot = m.slice(p.slot, slot_bits * port, slot_bits);
-                let mut inputs = vec![
-                    ("write", loader.writes[group]),
-                    ("write_half", loader.half),
-                    ("write_vertex", loader.vertex),
-                    ("write_kept", kept),
-                    ("write_entry", loader.entries[group]),
-                    ("row", row),
-                    ("slot", slot),
-                    ("fire", issue.fire),
-                    ("rows", rows),
-                    ("words", words),
-                    ("d_completes", d_completes),
-                    ("x_completes", x_completes),
-                ];
-                if gu.modes != Modes::Unstructured {
-                    let weight = m.slice(p.weight, 16 * port, gu.weight_bits + 1);
-                    let weight = m.mux(single, one, weight);
-                    inputs.extend([("weight", weight), ("first", issue.sequencer.step.first)]);
-                }
-                m.instance(&format!("lane{i}"), &modules.lane, &inputs)
-            })
-            .collect();
+        let mut inputs = vec![
+            ("write", Feed::Along(&[GROUP], loader.writes)),
+            ("write_half", Feed::Shared(loader.half)),
+            ("write_vertex", Feed::Shared(loader.vertex)),
+            ("write_kept", Feed::Along(&[PORT], p.keep)),
+            ("write_entry", Feed::Along(&[GROUP], loader.entries)),
+            ("row", Feed::Along(&[PORT], p.row)),
+            ("slot", Feed::Along(&[PORT], p.slot)),
+            ("fire", Feed::Shared(issue.fire)),
+            ("rows", Feed::Shared(rows)),
+            ("words", Feed::Shared(words)),
+            ("d_completes", Feed::Shared(d_completes)),
+            ("x_completes", Feed::Shared(x_completes)),
+        ];
+        if gu.modes != Modes::Unstructured {
+            // A single id has the weight 1.
+            let one = m.lit(1u32 << gu.weight_bits, Ty::u(gu.weight_bits + 1));
+            let ones = m.repeat(one, gu.ports);
+            let given: Vec<_> = (0..gu.ports)
+                .rev()
+                .map(|port| m.slice(p.weight, 16 * port, gu.weight_bits + 1))
+                .collect();
+            let given = m.cat(&given);
+            let weight = m.mux(single, ones, given);
+            inputs.extend([
+                ("weight", Feed::Along(&[PORT], weight)),
+                ("first", Feed::Shared(issue.sequencer.step.first)),
+            ]);
+        }
+        let loops = [("group", gu.lanes / gu.ports), ("port", gu.ports)];
+        let all = m.array("lane", &modules.lane, &loops, &inputs);
         Self {
             all,
             d_completes,
@@ -292,9 +297,9 @@ impl Lanes {
         }
     }
 
-    /// An output of every lane.
-    fn out(&self, m: &mut ModuleBuilder, port: &str) -> Vec<Signal> {
-        self.all.iter().map(|lane| m.out(*lane, port)).collect()
+    /// An output of all lanes, lane 0 lowest.
+    fn out(&self, m: &mut ModuleBuilder, port: &str) -> Signal {
+        m.all_out(self.all, port)
     }
 }
 
@@ -321,30 +326,32 @@ impl Round {
         let pending = lanes.out(m, "is_pending");
         m.section("Arbiters, one a bank");
         let (fire, step) = (issue.fire, issue.sequencer.step);
-        let lines = joined(m, &lines);
-        let lines = m.name(lines, "lane_lines");
-        let (mut busy, mut bank_lines, mut grants) = (vec![], vec![], vec![]);
-        for b in 0..shape.banks {
-            let of_bank: Vec<_> = wants.iter().map(|w| m.bit(*w, b)).collect();
-            let of_bank = joined(m, &of_bank);
-            let of_bank = m.name(of_bank, &format!("wants_bank{b}"));
-            let inst = m.instance(
-                &format!("arbiter{b}"),
-                &modules.arbiter,
-                &[("wants", of_bank), ("lines", lines)],
-            );
-            let asked = m.out(inst, "busy");
-            busy.push(m.and(fire, asked));
-            bank_lines.push(m.out(inst, "line"));
-            grants.push(m.out(inst, "grants"));
-        }
-        let mut granted = grants[0];
-        for more in &grants[1..] {
-            granted = m.or(granted, *more);
+        let of_banks = m.transpose(
+            "bank_wants",
+            wants,
+            ("from_lane", shape.lanes),
+            ("to_bank", shape.banks),
+        );
+        let arbiters = m.array(
+            "arbiter",
+            &modules.arbiter,
+            &[("bank", shape.banks)],
+            &[
+                ("wants", Feed::Each(of_banks)),
+                ("lines", Feed::Shared(lines)),
+            ],
+        );
+        let asked = m.all_out(arbiters, "busy");
+        let fires = m.repeat(fire, shape.banks);
+        let busy = m.and(fires, asked);
+        let bank_lines = m.all_out(arbiters, "line");
+        let grants = m.all_out(arbiters, "grants");
+        let mut granted = m.slice(grants, 0, shape.lanes);
+        for bank in 1..shape.banks {
+            let more = m.slice(grants, bank * shape.lanes, shape.lanes);
+            granted = m.or(granted, more);
         }
         let granted = m.name(granted, "granted");
-        let pending = joined(m, &pending);
-        let pending = m.name(pending, "pending");
         let waits = m.not(granted);
         let left = m.and(pending, waits);
         let left = m.any(left);
@@ -353,8 +360,6 @@ impl Round {
         let no_more = m.not(left);
         let done = m.and(fire, no_more);
         let done = m.name(done, "step_done");
-        let busy = joined(m, &busy);
-        let bank_lines = joined(m, &bank_lines);
         m.connect(below.table, "read", busy);
         m.connect(below.table, "lines", bank_lines);
         m.connect(below.table, "channel", step.channel);
@@ -371,7 +376,13 @@ impl Round {
 }
 
 /// Result of a channel, through stages D, X and S.
-fn beat(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, completes: Signal) -> Beat {
+fn beat(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    issue: &Issue,
+    lanes: &Lanes,
+    completes: Signal,
+) -> Beat {
     m.section("Results into the FIFO");
     let (bit, step) = (Ty::bit(), issue.sequencer.step);
     m.set_next(lanes.d_completes, completes);
@@ -383,26 +394,26 @@ fn beat(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, completes: Signal) 
     let letters = Pipeline::crossbar();
     let letters = letters.stages().filter_map(CrossbarStage::letter);
     for (letter, enable) in letters.zip(enables) {
-        let reg = m.reg(&format!("{}_end", letter.to_ascii_lowercase()), bit, 0);
+        let reg = m.data_reg(&format!("{}_end", letter.to_ascii_lowercase()), bit);
         m.set_next_if(reg, enable, end);
         end = reg;
     }
-    let results: Vec<_> = lanes
-        .out(m, "result")
-        .into_iter()
-        .map(|result| {
+    let (results, bits) = (lanes.out(m, "result"), config.gu.feature_bits);
+    let results: Vec<_> = (0..config.gu.lanes)
+        .rev()
+        .map(|lane| {
+            let result = m.slice(results, bits * lane, bits);
             let result = m.as_signed(result);
             let wide = m.extend(result, 16);
             m.as_unsigned(wide)
         })
         .collect();
-    let (kept, slots) = (lanes.out(m, "result_kept"), lanes.out(m, "result_slot"));
     Beat {
         push,
         end,
-        keep: joined(m, &kept),
-        slot: joined(m, &slots),
-        data: joined(m, &results),
+        keep: lanes.out(m, "result_kept"),
+        slot: lanes.out(m, "result_slot"),
+        data: m.cat(&results),
     }
 }
 
@@ -410,8 +421,6 @@ fn beat(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, completes: Signal) 
 fn stats(m: &mut ModuleBuilder, issue: &Issue, lanes: &Lanes, done: Signal) -> Stats {
     let (fire, step) = (issue.fire, issue.sequencer.step);
     let kept = lanes.out(m, "kept");
-    let kept = joined(m, &kept);
-    let kept = m.name(kept, "lanes_kept");
     let later = m.not(step.new);
     Stats {
         fire,
@@ -433,7 +442,6 @@ fn watched(
     idle: Signal,
 ) -> Watched {
     let outside = lanes.out(m, "outside");
-    let outside = joined(m, &outside);
     let none = is(m, below.settings.channels, 0);
     let most = m.param("CHANNELS_MOST", shape.banks, Ty::u(7), "");
     let too_many = m.gt(below.settings.channels, most);
@@ -452,10 +460,4 @@ fn watched(
             setting_moved(m, &[below.io.vertices, segments, channels], idle)
         },
     }
-}
-
-/// Concatenates, first lowest.
-fn joined(m: &mut ModuleBuilder, parts: &[Signal]) -> Signal {
-    let high_first: Vec<_> = parts.iter().rev().copied().collect();
-    m.cat(&high_first)
 }

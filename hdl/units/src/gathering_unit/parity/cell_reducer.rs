@@ -30,7 +30,7 @@ pub(crate) fn cell_reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         products.push(m.extend(product, wide.width));
     }
     let total = tree_sum(&mut m, &products);
-    let acc = m.reg("acc", wide, 0);
+    let acc = m.data_reg("acc", wide);
     if let Some(enable) = enables.of(ReducerStage::Sum) {
         m.set_next_if(acc, enable, total);
     }

@@ -85,10 +85,8 @@ pub(crate) fn rit_buffer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let write = writer.build(m, &shape, &halves, vertices, segments, read.release);
 
     m.section("Banks, one a beat of a row: read with vertex 0 of a group and held for the others");
-    let enables: Vec<_> = write.enables.iter().rev().copied().collect();
-    let enables = m.cat(&enables);
     let inputs = [
-        ("we", Feed::Each(enables)),
+        ("we", Feed::Each(write.enables)),
         ("waddr", Feed::Shared(write.address)),
         ("wdata", Feed::Shared(writer.data)),
         ("re", Feed::Shared(read.row_enable)),

@@ -5,7 +5,7 @@ use potamoi_formats::config::Config;
 use potamoi_netlist::{Instance, ModuleBuilder, Signal, Ty};
 
 use super::compact::of_compact;
-use super::vertex::vertex;
+use super::vertex::{ids, vertex};
 use crate::circuits::is;
 use crate::gathering_unit::parity::whole_entry::whole_entry;
 use crate::gathering_unit::shared::rit_output::{HALF, Slot};
@@ -44,15 +44,19 @@ pub(super) fn stage_data(
         (false, false) => vec![],
         _ => (0..shape.banks).map(|k| m.slice(row, 16 * k, 16)).collect(),
     };
+    let ids = match (shape.compact, shape.whole_cells) {
+        (false, false) => ids(reader, m, shape, vertices, row),
+        _ => None,
+    };
     let mut outputs: [Vec<Signal>; 3] = Default::default();
     for port in 0..shape.ports {
         let given = match (shape.compact, shape.whole_cells) {
             (true, _) => of_compact(reader, m, shape, read, vertices, &words, port),
             (false, true) => whole_entry(m, shape, read, &words, port),
-            (false, false) => vertex(reader, m, shape, read, vertices, row, port),
+            (false, false) => vertex(reader, m, shape, read, vertices, (row, ids), port),
         };
         let mut register = |name: &str, enable: Signal, value: Signal| {
-            let reg = m.reg(name, HALF, 0);
+            let reg = m.data_reg(name, HALF);
             m.set_next_if(reg, enable, value);
             reg
         };
@@ -76,7 +80,7 @@ pub(super) fn stage_data(
                 for i in 0..shape.slot_bits / 16 {
                     let part = m.slice(slot, 16 * i, 16);
                     let name = format!("p_{}{port}", ["tag", "high_tag"][i as usize]);
-                    let reg = m.reg(&name, HALF, 0);
+                    let reg = m.data_reg(&name, HALF);
                     m.set_next_if(reg, fill, part);
                     outputs[2].insert(0, reg);
                 }

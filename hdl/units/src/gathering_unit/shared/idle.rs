@@ -27,7 +27,7 @@ pub(crate) fn setting_moved(m: &mut ModuleBuilder, settings: &[Signal], idle: Si
     let settings: Vec<_> = settings.iter().rev().copied().collect();
     let settings = m.cat(&settings);
     let settings = m.name(settings, "settings");
-    let before = m.reg("settings_before", settings.ty(), 0);
+    let before = m.data_reg("settings_before", settings.ty());
     m.set_next(before, settings);
     let moved = m.ne(settings, before);
     let busy = m.not(idle);

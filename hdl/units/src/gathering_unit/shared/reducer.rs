@@ -69,7 +69,7 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         m.doc("Registers a feature: single ids need no reduction.");
         let mut held = feature;
         for (i, enable) in enables.all().enumerate() {
-            let reg = m.reg(&format!("held{i}"), Ty::s(features), 0);
+            let reg = m.data_reg(&format!("held{i}"), Ty::s(features));
             m.set_next_if(reg, enable, held);
             held = reg;
         }
@@ -81,7 +81,7 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let first = m.input("first", Ty::bit(), "the term of vertex 0: starts a new sum");
     let weight = m.input("weight", Ty::u(weights + 1), &format!("U1.{weights}"));
     let acc_bits = config.accumulator_bits();
-    let acc = m.reg("acc", Ty::s(acc_bits), 0);
+    let acc = m.data_reg("acc", Ty::s(acc_bits));
     let product = product(&mut m, "", (feature, weight), &enables);
     // A product fits the sum's bits: the weight is at most 2^W, or the sum has four more.
     let term = if product.width() > acc_bits {
@@ -122,7 +122,7 @@ pub(crate) fn product(
     enables: &Enables,
 ) -> Signal {
     let hold = |m: &mut ModuleBuilder, name: &str, value: Signal, enable: Signal| {
-        let reg = m.reg(&format!("{name}{of}"), value.ty(), 0);
+        let reg = m.data_reg(&format!("{name}{of}"), value.ty());
         m.set_next_if(reg, enable, value);
         reg
     };

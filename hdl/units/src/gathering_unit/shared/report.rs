@@ -46,7 +46,6 @@ pub(crate) struct Watched {
 fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
     m.section("Counters");
     let (bits, clear) = (config.gu.counter_bits, io.clear);
-    let one = m.lit(1, Ty::bit());
     let begun = sticky(m, "begun", clear, stats.fire);
     let idle = m.not(stats.fire);
     let stalled = m.and(begun, idle);
@@ -56,7 +55,7 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
     let fifo = m.and(stalled, no_credit);
     let mft = m.all_of(&[stalled, stats.credit, not_loaded]);
     let rit = m.all_of(&[stalled, stats.credit, stats.loaded]);
-    let busy = counter(m, "stat_busy", bits, clear, stats.busy, one);
+    let busy = counter(m, "stat_busy", bits, clear, stats.busy, None);
     let issued = match (stats.bank, config.is_parity()) {
         (Some(_), _) if config.table_parts() == 1 => "first rounds of steps that were issued",
         (Some(_), _) => "cycles in which a vertex was issued",
@@ -69,21 +68,21 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
             1 => "stalls: lanes wait for a bank",
             _ => "stalls: ports wait for a turn",
         };
-        let count = counter(m, "stat_stall_bank", bits, clear, bank, one);
+        let count = counter(m, "stat_stall_bank", bits, clear, bank, None);
         m.output("stat_stall_bank", count, doc);
     }
+    let shows = m.or(clear, stats.fire);
     for (name, cause, doc) in [
         ("fifo", fifo, "stalls: no room for what would come"),
         ("mft", mft, "stalls: MVoxel not loaded"),
         ("rit", rit, "stalls: no entry"),
     ] {
-        let running = counter(m, &format!("running_{name}"), bits, clear, cause, one);
+        let running = counter(m, &format!("running_{name}"), bits, clear, cause, None);
         let port = format!("stat_stall_{name}");
         let shown = m.reg(&port, Ty::u(bits), 0);
         let zero = m.lit(0, Ty::u(bits));
-        let next = m.mux(stats.fire, running, shown);
-        let next = m.mux(clear, zero, next);
-        m.set_next(shown, next);
+        let next = m.mux(clear, zero, running);
+        m.set_next_if(shown, shows, next);
         m.output(&port, shown, doc);
     }
     let kept: Vec<_> = (0..stats.keep.width())
@@ -92,7 +91,14 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
     let entries = popcount(m, &kept);
     let entries = m.name(entries, "entries_of_group");
     let entries = m.extend(entries, bits);
-    let count = counter(m, "stat_entries", bits, clear, stats.group_done, entries);
+    let count = counter(
+        m,
+        "stat_entries",
+        bits,
+        clear,
+        stats.group_done,
+        Some(entries),
+    );
     m.output("stat_entries", count, "entries issued");
 }
 
@@ -196,7 +202,7 @@ fn weight_sum(
     if codes.len() > 1 {
         return weight;
     }
-    let total = m.reg(&format!("weight_total{port}"), ty, 0);
+    let total = m.data_reg(&format!("weight_total{port}"), ty);
     let more = m.add(total, weight);
     let sum = m.mux(s1.first, weight, more);
     let sum = m.name(sum, &format!("weight_sum{port}"));

@@ -1,6 +1,7 @@
 //! Read side of the RIT buffer: read control, and the pipeline stages from Q (the banks' output) to
 //! P (the issue). Their data is in `rit_buffer/reader_data.rs`.
 
+use potamoi_formats::rit::Vertices;
 use potamoi_formats::timing::RitStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
@@ -81,9 +82,10 @@ impl Read {
 impl Stage {
     fn declare(m: &mut ModuleBuilder, shape: &Shape, stage: RitStage) -> Self {
         let name = prefix(stage);
-        let mut reg = |what: &str, ty: Ty| m.reg(&format!("{name}_{what}"), ty, 0);
+        let valid = m.reg(&format!("{name}_valid"), Ty::bit(), 0);
+        let mut reg = |what: &str, ty: Ty| m.data_reg(&format!("{name}_{what}"), ty);
         Self {
-            valid: reg("valid", Ty::bit()),
+            valid,
             step: (!shape.whole_cells).then(|| Step {
                 vertex: reg("vertex", Ty::u(3)),
                 first: reg("first", Ty::bit()),
@@ -294,7 +296,7 @@ impl Reader {
         self.vertex.map(|vertex| {
             let first = is(m, vertex, 0);
             let first = m.name(first, "read_first");
-            let top = shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
+            let top = last_vertex(m, shape, vertices);
             let top = m.name(top, "last_vertex_of_entry");
             let last = m.eq(vertex, top);
             let last = m.name(last, "read_last");
@@ -389,6 +391,16 @@ impl Reader {
         let mvoxel_done = m.and(pass_done, leaves.let_go);
         m.set_next_if(self.start_half, mvoxel_done, leaves.other);
     }
+}
+
+/// V - 1 of the entry size that is set.
+fn last_vertex(m: &mut ModuleBuilder, shape: &Shape, vertices: Signal) -> Signal {
+    if shape.vertices.len() < Vertices::ALL.len() {
+        return shape.by_vertices(m, vertices, |m, v| m.lit(v.count() as u32 - 1, Ty::u(3)));
+    }
+    let all = m.lit(ones(3), Ty::u(3));
+    let from_v = m.shl(all, vertices);
+    m.not(from_v)
 }
 
 /// The reader's current group, and the position of the next one.

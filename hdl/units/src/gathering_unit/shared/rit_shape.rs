@@ -162,14 +162,18 @@ pub(crate) struct Halves {
 
 impl Halves {
     pub(crate) fn declare(m: &mut ModuleBuilder, shape: &Shape) -> Self {
+        let bit = Ty::bit();
         let mut pair = |name: &str, ty: Ty| [0, 1].map(|h| m.reg(&format!("{name}_{h}"), ty, 0));
+        let (closed, end_row) = (pair("closed", bit), pair("end_row", shape.row_ty()));
+        let end_group = pair("end_group", shape.group_ty());
+        let mut data = |name: &str, ty: Ty| [0, 1].map(|h| m.data_reg(&format!("{name}_{h}"), ty));
         Self {
-            closed: pair("closed", Ty::bit()),
-            end_row: pair("end_row", shape.row_ty()),
-            end_group: pair("end_group", shape.group_ty()),
-            ends_mvoxel: pair("ends_mvoxel", Ty::bit()),
-            streamed: pair("streamed", Ty::bit()),
-            last_keep: pair("last_keep", Ty::u(shape.ports)),
+            closed,
+            end_row,
+            end_group,
+            ends_mvoxel: data("ends_mvoxel", bit),
+            streamed: data("streamed", bit),
+            last_keep: data("last_keep", Ty::u(shape.ports)),
         }
     }
 }

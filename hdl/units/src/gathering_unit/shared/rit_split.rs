@@ -27,7 +27,7 @@ pub(crate) fn carry_named(
     mut value: Signal,
 ) -> Signal {
     for (stage, fill) in stages {
-        let reg = m.reg(&format!("{stage}_{name}"), value.ty(), 0);
+        let reg = m.data_reg(&format!("{stage}_{name}"), value.ty());
         m.set_next_if(reg, *fill, value);
         value = reg;
     }

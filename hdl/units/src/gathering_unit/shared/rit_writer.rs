@@ -19,8 +19,8 @@ pub(crate) struct Writer {
 /// Signals of a write for the banks and the top module.
 pub(crate) struct Written {
     pub(crate) ready: Signal,
-    /// Write enable of the banks of each phase.
-    pub(crate) enables: Vec<Signal>,
+    /// Write enables of the banks, a bit a phase.
+    pub(crate) enables: Signal,
     pub(crate) address: Signal,
     /// An MVoxel's stream has begun and not ended.
     pub(crate) amid: Signal,
@@ -137,13 +137,11 @@ impl Writer {
         let beat = self.beat(m, shape, &at, accept, some);
         let lower = self.fill(m, shape, halves, &at, (&beat, &completed), release);
         let not_last = self.move_on(m, &at, &beat, lower);
-        let enables = (0..shape.phases)
-            .map(|p| {
-                let here = is(m, at.phase, p);
-                let en = m.and(accept, here);
-                m.name(en, &format!("write_phase_{p}"))
-            })
-            .collect();
+        let first = m.lit(1, Ty::u(shape.phases));
+        let here = m.shl(first, at.phase);
+        let accepts = m.repeat(accept, shape.phases);
+        let enables = m.and(accepts, here);
+        let enables = m.name(enables, "write_beat");
         let address = m.cat(&[at.half, at.row]);
         let address = m.name(address, "write_address");
         let wrong = FlagInputs {
@@ -272,7 +270,7 @@ impl Writer {
         let not_whole = m.not(whole);
         let ragged = m.and(self.last, not_whole);
         let gap = m.not(wrong.keep_is_right);
-        let user = m.reg("write_user", Ty::bit(), 0);
+        let user = m.data_reg("write_user", Ty::bit());
         m.set_next_if(user, beat.accept, self.user);
         let other_user = m.xor(user, self.user);
         let user_turns = m.and(completed.goes_on, other_user);
@@ -291,19 +289,15 @@ impl Writer {
     /// Whether each halfword of the beat is valid; and whether `keep` is all ones, or on the last
     /// beat contiguous whole halfwords from byte 0.
     fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Vec<Signal>, Signal) {
-        let low: Vec<_> = (0..shape.lanes).map(|i| m.bit(self.keep, 2 * i)).collect();
-        let high: Vec<_> = (0..shape.lanes)
-            .map(|i| m.bit(self.keep, 2 * i + 1))
-            .collect();
-        let mut right = vec![];
-        for i in 0..shape.lanes as usize {
-            right.push(m.eq(low[i], high[i]));
-            if i > 0 {
-                let gap = m.not(low[i]);
-                right.push(m.or(gap, low[i - 1]));
-            }
-        }
-        let contiguous = m.all_of(&right);
+        let low = (0..shape.lanes).map(|i| m.bit(self.keep, 2 * i)).collect();
+        let most = self.keep.width() - 1;
+        let (below, above) = (m.slice(self.keep, 0, most), m.slice(self.keep, 1, most));
+        let missing = m.not(below);
+        let gaps = m.and(above, missing);
+        let gap = m.any(gaps);
+        let torn = m.parity(self.keep);
+        let wrong = m.or(gap, torn);
+        let contiguous = m.not(wrong);
         let full = m.all(self.keep);
         let right = m.mux(self.last, contiguous, full);
         (low, right)

@@ -89,7 +89,7 @@ impl FeatureStream {
         m.connect(inst, "pop", leaves_fifo);
         let mut out = m.out(inst, "data");
         if let Some(take) = take {
-            let word = m.reg("out_word", word.ty(), 0);
+            let word = m.data_reg("out_word", word.ty());
             m.set_next_if(word, take, out);
             out = word;
         }

@@ -24,7 +24,7 @@ impl TableHalves {
         m.section("State of each half");
         Self {
             loaded: [0, 1].map(|h| m.reg(&format!("loaded_{h}"), Ty::bit(), 0)),
-            rows: [0, 1].map(|h| m.reg(&format!("rows_{h}"), rows, 0)),
+            rows: [0, 1].map(|h| m.data_reg(&format!("rows_{h}"), rows)),
             write: m.reg("write_half", Ty::bit(), 0),
             read: m.reg("read_half", Ty::bit(), 0),
         }
@@ -45,7 +45,7 @@ impl TableHalves {
 
     /// The half that was read last.
     pub(crate) fn read_last(&self, m: &mut ModuleBuilder, read: Signal) -> Signal {
-        let half = m.reg("half_of_words", Ty::bit(), 0);
+        let half = m.data_reg("half_of_words", Ty::bit());
         m.note(half, "half of the words read last");
         m.set_next_if(half, read, self.read);
         half

@@ -99,7 +99,7 @@ impl Start {
         let mut rescaled = None;
         let mut logistic = None;
         if let (Some(passes), Some((_, _, sum))) = (passes, early) {
-            let held = m.reg("r_rescaled", Ty::bit(), 0);
+            let held = m.data_reg("r_rescaled", Ty::bit());
             rescaled = Some(held);
             let power = widths.scaled(m, regs, held);
             let log = widths.start_log(m, power, now.digits);
@@ -124,9 +124,9 @@ impl Start {
 
 fn registers(m: &mut ModuleBuilder, widths: &Widths) -> State {
     State {
-        remain: m.reg("r_remain", widths.remain, 0),
-        accum: m.reg("r_accum", widths.accum, 0),
-        digits: m.reg("r_digits", widths.digits, 0),
+        remain: m.data_reg("r_remain", widths.remain),
+        accum: m.data_reg("r_accum", widths.accum),
+        digits: m.data_reg("r_digits", widths.digits),
     }
 }
 
@@ -178,7 +178,7 @@ pub(super) fn iterative(
     let large = if widths.kinds.one_minus || start.rescaled.is_some() {
         let held = start
             .rescaled
-            .unwrap_or_else(|| m.reg("r_rescaled", Ty::bit(), 0));
+            .unwrap_or_else(|| m.data_reg("r_rescaled", Ty::bit()));
         m.set_next_if(held, begin, start.large);
         held
     } else {

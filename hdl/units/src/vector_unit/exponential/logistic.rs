@@ -108,7 +108,7 @@ impl Passes {
         };
         let mask = m.repeat(linear, 32);
         let linear = m.and(size, mask);
-        let held = m.reg("r_linear", Ty::u(32), 0);
+        let held = m.data_reg("r_linear", Ty::u(32));
         m.note(held, "max(a, 0) of softplus, max(-a, 0) of sigmoid");
         m.set_next_if(held, begin, linear);
 

@@ -69,7 +69,7 @@ fn pieces(m: &mut ModuleBuilder, widths: &Widths, control: &LaneControl, a: Sign
             let power = m.name(power, "power_rounded");
             let power = fit(m, power, INTEGER + bits);
             let power = m.exact(power);
-            let held = m.reg("s_power", power.ty(), 0);
+            let held = m.data_reg("s_power", power.ty());
             m.set_next(held, power);
             held
         }
@@ -87,7 +87,7 @@ fn pieces(m: &mut ModuleBuilder, widths: &Widths, control: &LaneControl, a: Sign
     let one = m.lit(1, whole.ty());
     let exponent = m.add(whole, one);
     let mut hold = |name: &str, value: Signal| {
-        let reg = m.reg(name, value.ty(), 0);
+        let reg = m.data_reg(name, value.ty());
         m.set_next(reg, value);
         reg
     };

@@ -25,7 +25,7 @@ pub(super) fn pipelined(
     let mut stage = 0;
     let mut hold = |m: &mut ModuleBuilder, s: State, large: Signal| {
         let mut reg = |name: &str, value: Signal| {
-            let reg = m.reg(&format!("{name}_{stage}"), value.ty(), 0);
+            let reg = m.data_reg(&format!("{name}_{stage}"), value.ty());
             m.set_next(reg, value);
             reg
         };
