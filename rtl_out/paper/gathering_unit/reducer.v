@@ -7,7 +7,6 @@
 
 module reducer (
   input  wire        clk,      // clock, rising edge
-  input  wire        rst_n,    // synchronous reset, active low
   input  wire        valid,    // features and weights are given
   input  wire [15:0] feature,
   input  wire        first,    // the term of vertex 0: starts a new sum
@@ -24,13 +23,7 @@ module reducer (
   wire [16:0] rounded = {acc[30], acc[30:15]} + {16'd0, acc[14] & (acc[15] | (|acc[13:0]))};
 
   always @(posedge clk) begin
-    if (!rst_n) begin
-      acc <= 31'd0;
-    end else begin
-      if (valid) begin
-        acc <= first ? term : total_so_far;
-      end
-    end
+    if (valid) acc <= first ? term : total_so_far;
   end
 
   assign result = (~rounded[16] & rounded[15]) ? 16'h7fff : ((rounded[16] & ~rounded[15]) ? 16'h8000

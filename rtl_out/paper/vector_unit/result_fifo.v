@@ -27,15 +27,9 @@ module result_fifo (
       read_pointer <= 2'd0;
       count <= 2'd0;
     end else begin
-      if (push) begin
-        write_pointer <= (write_pointer == LAST_WORD) ? 2'd0 : (write_pointer + 2'd1);
-      end
-      if (pop) begin
-        read_pointer <= (read_pointer == LAST_WORD) ? 2'd0 : (read_pointer + 2'd1);
-      end
-      if (push ^ pop) begin
-        count <= push ? (count + 2'd1) : (count - 2'd1);
-      end
+      if (push) write_pointer <= (write_pointer == LAST_WORD) ? 2'd0 : (write_pointer + 2'd1);
+      if (pop) read_pointer <= (read_pointer == LAST_WORD) ? 2'd0 : (read_pointer + 2'd1);
+      if (push ^ pop) count <= push ? (count + 2'd1) : (count - 2'd1);
     end
   end
 
@@ -82,18 +76,10 @@ module result_fifo (
       waits <= 1'b0;
       head <= 793'h0;
     end else begin
-      if (push) begin
-        pushes <= pushes_plus_1[2:0];
-      end
-      if (pop) begin
-        pops <= pops_plus_1[2:0];
-      end
-      if (enters | leaves) begin
-        tracked <= enters;
-      end
-      if (enters | pop) begin
-        ahead <= enters ? (count - {1'd0, pop}) : (ahead - 2'd1);
-      end
+      if (push) pushes <= pushes_plus_1[2:0];
+      if (pop) pops <= pops_plus_1[2:0];
+      if (enters | leaves) tracked <= enters;
+      if (enters | pop) ahead <= enters ? (count - {1'd0, pop}) : (ahead - 2'd1);
       if (enters) begin
         word <= push_data;
         slot <= write_pointer;

@@ -7,7 +7,6 @@
 
 module cell_reducer (
   input  wire        clk,       // clock, rising edge
-  input  wire        rst_n,     // synchronous reset, active low
   input  wire        valid,     // features and weights are given
   input  wire        sum,       // the next stage takes over
   input  wire [15:0] feature0,
@@ -65,34 +64,21 @@ module cell_reducer (
   wire [20:0] rounded = {acc[34], acc[34:15]} + {20'd0, acc[14] & (acc[15] | (|acc[13:0]))};
 
   always @(posedge clk) begin
-    if (!rst_n) begin
-      held_product0 <= 33'd0;
-      held_product1 <= 33'd0;
-      held_product2 <= 33'd0;
-      held_product3 <= 33'd0;
-      held_product4 <= 33'd0;
-      held_product5 <= 33'd0;
-      held_product6 <= 33'd0;
-      held_product7 <= 33'd0;
-      acc <= 35'd0;
-    end else begin
-      if (valid) begin
-        held_product0 <= feature0_times_weight0_wide;
-        held_product1 <= feature1_times_weight1_wide;
-        held_product2 <= feature2_times_weight2_wide;
-        held_product3 <= feature3_times_weight3_wide;
-        held_product4 <= feature4_times_weight4_wide;
-        held_product5 <= feature5_times_weight5_wide;
-        held_product6 <= feature6_times_weight6_wide;
-        held_product7 <= feature7_times_weight7_wide;
-      end
-      if (sum) begin
-        acc <= {{2{held_product0[32]}}, held_product0} + {{2{held_product1[32]}}, held_product1} +
-            {{2{held_product2[32]}}, held_product2} + {{2{held_product3[32]}}, held_product3} +
-            {{2{held_product4[32]}}, held_product4} + {{2{held_product5[32]}}, held_product5} +
-            {{2{held_product6[32]}}, held_product6} + {{2{held_product7[32]}}, held_product7};
-      end
+    if (valid) begin
+      held_product0 <= feature0_times_weight0_wide;
+      held_product1 <= feature1_times_weight1_wide;
+      held_product2 <= feature2_times_weight2_wide;
+      held_product3 <= feature3_times_weight3_wide;
+      held_product4 <= feature4_times_weight4_wide;
+      held_product5 <= feature5_times_weight5_wide;
+      held_product6 <= feature6_times_weight6_wide;
+      held_product7 <= feature7_times_weight7_wide;
     end
+    if (sum) acc <= {{2{held_product0[32]}}, held_product0} + {{2{held_product1[32]}},
+        held_product1} + {{2{held_product2[32]}}, held_product2} + {{2{held_product3[32]}},
+        held_product3} + {{2{held_product4[32]}}, held_product4} + {{2{held_product5[32]}},
+        held_product5} + {{2{held_product6[32]}}, held_product6} + {{2{held_product7[32]}},
+        held_product7};
   end
 
   assign result = (~rounded[20] & (|rounded[19:15])) ? 16'h7fff : ((rounded[20] &

@@ -169,15 +169,13 @@ module npu_registers (
       irq_enable_vu_error <= 1'b0;
       irq_enable_gu_refused <= 1'b0;
       irq_enable_vu_refused <= 1'b0;
-    end else begin
-      if (irq_enable_written) begin
-        irq_enable_gu_done <= (irq_enable_gu_done & (~write_mask[0])) | written_ones[0];
-        irq_enable_vu_done <= (irq_enable_vu_done & (~write_mask[1])) | written_ones[1];
-        irq_enable_gu_error <= (irq_enable_gu_error & (~write_mask[2])) | written_ones[2];
-        irq_enable_vu_error <= (irq_enable_vu_error & (~write_mask[3])) | written_ones[3];
-        irq_enable_gu_refused <= (irq_enable_gu_refused & (~write_mask[4])) | written_ones[4];
-        irq_enable_vu_refused <= (irq_enable_vu_refused & (~write_mask[5])) | written_ones[5];
-      end
+    end else if (irq_enable_written) begin
+      irq_enable_gu_done <= (irq_enable_gu_done & (~write_mask[0])) | written_ones[0];
+      irq_enable_vu_done <= (irq_enable_vu_done & (~write_mask[1])) | written_ones[1];
+      irq_enable_gu_error <= (irq_enable_gu_error & (~write_mask[2])) | written_ones[2];
+      irq_enable_vu_error <= (irq_enable_vu_error & (~write_mask[3])) | written_ones[3];
+      irq_enable_gu_refused <= (irq_enable_gu_refused & (~write_mask[4])) | written_ones[4];
+      irq_enable_vu_refused <= (irq_enable_vu_refused & (~write_mask[5])) | written_ones[5];
     end
   end
 
@@ -190,11 +188,9 @@ module npu_registers (
     if (!rst_n) begin
       gu_mode_vertices <= 2'd3;
       gu_mode_segments <= 7'd1;
-    end else begin
-      if (gu_mode_written) begin
-        gu_mode_vertices <= (gu_mode_vertices & (~write_mask[1:0])) | written_ones[1:0];
-        gu_mode_segments <= (gu_mode_segments & (~write_mask[14:8])) | written_ones[14:8];
-      end
+    end else if (gu_mode_written) begin
+      gu_mode_vertices <= (gu_mode_vertices & (~write_mask[1:0])) | written_ones[1:0];
+      gu_mode_segments <= (gu_mode_segments & (~write_mask[14:8])) | written_ones[14:8];
     end
   end
 
@@ -204,13 +200,8 @@ module npu_registers (
   wire gu_packets_read = read_index == 10'd17;
 
   always @(posedge clk) begin
-    if (!rst_n) begin
-      gu_packets <= 32'd0;
-    end else begin
-      if (gu_packets_written) begin
-        gu_packets <= (gu_packets & (~write_mask)) | written_ones;
-      end
-    end
+    if (!rst_n) gu_packets <= 32'd0;
+    else if (gu_packets_written) gu_packets <= (gu_packets & (~write_mask)) | written_ones;
   end
 
   // GU_LEFT (ro)
@@ -225,13 +216,8 @@ module npu_registers (
   wire vu_packets_read = read_index == 10'd20;
 
   always @(posedge clk) begin
-    if (!rst_n) begin
-      vu_packets <= 32'd0;
-    end else begin
-      if (vu_packets_written) begin
-        vu_packets <= (vu_packets & (~write_mask)) | written_ones;
-      end
-    end
+    if (!rst_n) vu_packets <= 32'd0;
+    else if (vu_packets_written) vu_packets <= (vu_packets & (~write_mask)) | written_ones;
   end
 
   // VU_LEFT (ro)

@@ -28,15 +28,9 @@ module feature_fifo (
       read_pointer <= 2'd0;
       count <= 3'd0;
     end else begin
-      if (push) begin
-        write_pointer <= (write_pointer == LAST_WORD) ? 2'd0 : (write_pointer + 2'd1);
-      end
-      if (pop) begin
-        read_pointer <= (read_pointer == LAST_WORD) ? 2'd0 : (read_pointer + 2'd1);
-      end
-      if (push ^ pop) begin
-        count <= push ? (count + 3'd1) : (count - 3'd1);
-      end
+      if (push) write_pointer <= (write_pointer == LAST_WORD) ? 2'd0 : (write_pointer + 2'd1);
+      if (pop) read_pointer <= (read_pointer == LAST_WORD) ? 2'd0 : (read_pointer + 2'd1);
+      if (push ^ pop) count <= push ? (count + 3'd1) : (count - 3'd1);
     end
   end
 
@@ -84,18 +78,10 @@ module feature_fifo (
       waits <= 1'b0;
       head <= 146'h0;
     end else begin
-      if (push) begin
-        pushes <= pushes_plus_1[3:0];
-      end
-      if (pop) begin
-        pops <= pops_plus_1[3:0];
-      end
-      if (enters | leaves) begin
-        tracked <= enters;
-      end
-      if (enters | pop) begin
-        ahead <= enters ? (count - {2'd0, pop}) : (ahead - 3'd1);
-      end
+      if (push) pushes <= pushes_plus_1[3:0];
+      if (pop) pops <= pops_plus_1[3:0];
+      if (enters | leaves) tracked <= enters;
+      if (enters | pop) ahead <= enters ? (count - {2'd0, pop}) : (ahead - 3'd1);
       if (enters) begin
         word <= push_data;
         slot <= write_pointer;
