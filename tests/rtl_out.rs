@@ -168,10 +168,10 @@ const TOP_LINES: usize = 1000;
 
 /// Lines and the percentage of repetition, at most, of the units of a preset.
 const TEXT: [(&str, usize, f64); 4] = [
-    ("paper", 1650, 12.0),
-    ("small", 1920, 30.0),
-    ("parity", 2020, 23.0),
-    ("feature-major", 2970, 35.0),
+    ("paper", 1400, 10.0),
+    ("small", 1600, 20.0),
+    ("parity", 1760, 18.0),
+    ("feature-major", 1920, 8.0),
 ];
 
 /// Folders beside the units.

@@ -211,8 +211,12 @@ fn units_are_estimated_without_synthesis() {
         );
         for figure in ["area", "period", "zero_delay", "with_glitches"] {
             let rms = unit["errors"][figure]["rms"].as_f64().unwrap();
-            // Lanes of vector units are mapped to periods that scatter more.
-            let most = if figure == "period" { 0.06 } else { 0.05 };
+            // Vector units are mapped to periods and glitches that scatter more.
+            let most = match figure {
+                "period" => 0.08,
+                "with_glitches" => 0.06,
+                _ => 0.05,
+            };
             assert!((0.001..most).contains(&rms), "{figure}: {rms}");
         }
         assert!(unit["formulas"].as_array().unwrap().len() > 10);
@@ -242,8 +246,8 @@ fn units_are_estimated_without_synthesis() {
         "energies are of samples of `lantern` with 8 vertices each",
         "energies are of the workload of `garden`",
         "memory mft_bank: 64 of 512 x 16 bit, not included",
-        "the period excludes paths from and to memories (of the preset `paper` 1185 ps with their \
-         access times and 1128 ps without, as synthesised)",
+        "the period excludes paths from and to memories (of the preset `paper` 1176 ps with their \
+         access times and 1123 ps without, as synthesised)",
     ] {
         assert!(said.contains(line), "{said}");
     }

@@ -376,7 +376,7 @@ mod tests {
         let [Some(gathering), None, None] = scaled(&raw)[..] else {
             unreachable!("the others have no memories")
         };
-        assert!((gathering - 1185.192535 * 1.26).abs() < 1e-6, "{gathering}");
+        assert!((gathering - 1175.657272 * 1.26).abs() < 1e-6, "{gathering}");
         raw.units[0].with_memories = None;
         assert_eq!(scaled(&raw), [None, None, None]);
         assert_eq!(Scaled::new(&raw, None, 12).logic, None);

@@ -159,6 +159,12 @@ fn mutated(netlist: &str, module: &str) -> String {
         let pin = start + netlist[start..end].find(&format!(".Y(result[{bit}])"))?;
         let line = netlist[..pin].rfind(" (\n")?;
         let line = netlist[..line].rfind('\n')? + 1;
+        if netlist[line..].starts_with("  AOI21 ") {
+            // Not (A and B or C), with C stuck at 1.
+            let net = line + netlist[line..pin].find(".C(")? + 3;
+            let end = net + netlist[net..].find(')')?;
+            return Some(format!("{}1'h1{}", &netlist[..net], &netlist[end..]));
+        }
         let swap = swaps
             .iter()
             .find(|(from, _)| netlist[line..].starts_with(from));

@@ -315,16 +315,30 @@ mod tests {
         assert!(fit.slowest_ps(UnitKind::Vector).unwrap() > 2000.0);
     }
 
-    /// The five combinations, and the errors that docs/explanation/cost.md states.
+    /// The five combinations, and the errors that docs/explanation/cost.md and trust.md state.
     #[test]
     fn combinations_are_near_their_synthesis() {
         let fit = Fit::checked_in().unwrap();
         let errors = fit.composition_errors();
-        let worst = [errors.area, errors.period, errors.energy].map(|of| {
+        let [area, period, energy] = [errors.area, errors.period, errors.energy].map(|of| {
             assert_eq!(of.points, 5);
-            (1e3 * of.worst).round() / 10.0
+            format!("{:.1} %", 100.0 * of.worst)
         });
-        assert_eq!(worst, [3.9, 5.1, 25.5], "percent");
+        for (page, said) in [
+            (
+                include_str!("../../../../docs/explanation/cost.md"),
+                format!(
+                    "{area} of the area, {period} of the period and {energy} of the energy of a busy cycle"
+                ),
+            ),
+            (
+                include_str!("../../../../docs/explanation/trust.md"),
+                format!("area {area}, period {period}, energy of a busy cycle {energy} at worst"),
+            ),
+        ] {
+            let words: Vec<_> = page.split_whitespace().collect();
+            assert!(words.join(" ").contains(&said), "{said}");
+        }
     }
 
     #[test]

@@ -151,10 +151,13 @@ const LOG_B: Term = term("log2 B", |n| n.banks.log2());
 const LOG_F_W: Term = term("log2 (f + w)", |n| (n.feature + n.weight).log2());
 const L: Term = term("L", |n| n.lanes);
 const L_N: Term = term("L n", |n| n.lanes * n.iterations);
-const L_K: Term = term("L k", |n| n.lanes * n.constant);
 const L_R: Term = term("L r", |n| n.lanes * n.accumulator);
 const L_ALL: Term = term("L all", |n| n.lanes * n.operations);
 const L_N_ALL: Term = term("L n all", |n| n.lanes * n.iterations * n.operations);
+// Lanes take turns along a ray: the more there are, the less alike are operands that follow one another.
+const L_N_LOG_L: Term = term("L n log2 (2 L)", |n| {
+    n.lanes * n.iterations * (2.0 * n.lanes).log2()
+});
 const N: Term = term("n", |n| n.iterations);
 const N_K: Term = term("n k", |n| n.iterations * n.constant);
 const N_R: Term = term("n r", |n| n.iterations * n.accumulator);
@@ -209,7 +212,7 @@ const VECTOR: FamilyTerms = FamilyTerms {
             "vector_lane",
             |n| n.lanes,
             &[ONE, R, ALL],
-            &[L_R, L_ALL, L_N_ALL],
+            &[L, L_R, L_ALL, L_N_ALL],
         ),
     ],
     ends: &[
@@ -229,7 +232,7 @@ const VECTOR_PIPELINED: FamilyTerms = FamilyTerms {
             "vector_lane",
             |n| n.lanes,
             &[N, N_R, ALL, ALL_N],
-            &[ONE, L, L_K, L_ALL],
+            &[L_ALL, L_N_ALL, L_N_LOG_L],
         ),
     ],
     ends: &[

@@ -391,7 +391,7 @@ mod tests {
             ),
             (
                 |g| g.points[0].period_ps = 900.0,
-                "period_ps = 900, its longest path has 1067.3",
+                "period_ps = 900, its longest path has 1078.7",
             ),
             (|g| g.points[0].ends.clear(), "its longest path has 0"),
         ] {

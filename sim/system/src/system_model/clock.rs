@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(own.blocks[0].block, "vector_unit");
         assert_eq!(
             (period("vector_unit"), period("gathering_unit")),
-            (1583, 1493)
+            (1656, 1481)
         );
         assert_eq!(period("weight_buffer"), 756);
         assert_eq!(own.blocks.len(), 7);
