@@ -14,6 +14,7 @@ use crate::emit_unit::EmitUnit;
 use crate::estimate::EstimateArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;
+use crate::mutate::MutateArgs;
 use crate::prove::ProveArgs;
 use crate::render::RenderArgs;
 use crate::synth::SynthArgs;
@@ -41,6 +42,9 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Prove the assertions in the Verilog of the units
     Prove(ProveArgs),
+    /// Put small faults into the netlists of the units, and tell which of them the bench, the
+    /// verification and the proofs find
+    Mutate(MutateArgs),
     /// Render a scene in floating point, in the hardware's formats, or through
     /// the simulated hardware
     Render(RenderArgs),

@@ -10,6 +10,7 @@ use potamoi_base::outputs::FileError;
 use potamoi_base::picture::PictureError;
 use potamoi_explore::{Cause, ExploreError};
 use potamoi_formats::config::ConfigError;
+use potamoi_mutate::MutateError;
 use potamoi_netlist::IrErrors;
 use potamoi_prove::ProveError;
 use potamoi_rtl::RtlError;
@@ -82,6 +83,17 @@ impl From<ProveError> for Failure {
     fn from(error: ProveError) -> Self {
         match error {
             ProveError::Netlist(errors) => errors.into(),
+            error => Self::Tools(error.to_string()),
+        }
+    }
+}
+
+impl From<MutateError> for Failure {
+    fn from(error: MutateError) -> Self {
+        match error {
+            MutateError::Netlist(errors) => errors.into(),
+            MutateError::Bench(error) => error.into(),
+            MutateError::Proof(error) => error.into(),
             error => Self::Tools(error.to_string()),
         }
     }

@@ -19,6 +19,7 @@ mod exponential_price;
 mod failure;
 mod layouts;
 mod model;
+mod mutate;
 mod progress;
 mod prove;
 mod renamed;
@@ -113,6 +114,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Trace(args) => trace::run(&cli.common, args),
         cli::Command::Verify(args) => verify::run(&cli.common, args),
         cli::Command::Prove(args) => prove::run(&cli.common, args),
+        cli::Command::Mutate(args) => mutate::run(&cli.common, args),
         cli::Command::Render(args) => render::run(&cli.common, args),
         cli::Command::Warp(args) => warp::run(args),
         cli::Command::Effects(args) => effects::run(&cli.common, args),

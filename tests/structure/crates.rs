@@ -5,7 +5,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 24] = [
+const FLOW: [&str; 25] = [
     "formats",
     // The oracle.
     "base",
@@ -29,6 +29,7 @@ const FLOW: [&str; 24] = [
     "gates",
     "rtl",
     "prove",
+    "mutate",
     "synth",
     "gpu",
     "system",

@@ -12,13 +12,22 @@ pub(crate) enum Kept<'a> {
     Covers,
 }
 
-/// The script: it reads all Verilog in its folder, and writes `to`.
-pub(crate) fn script(top: &str, cut: &BTreeSet<String>, kept: &Kept<'_>, to: &str) -> String {
-    let mut lines = vec![
+/// The commands that read all Verilog of a folder.
+pub(crate) fn load(top: &str) -> [String; 3] {
+    [
         "read_verilog -formal -DPOTAMOI_CHECKS -DPOTAMOI_ONE_BIT *.v".to_owned(),
         format!("hierarchy -top {top}"),
         "proc".to_owned(),
-    ];
+    ]
+}
+
+/// The script: it reads Verilog by `lines`, and writes `to`.
+pub(crate) fn script(
+    mut lines: Vec<String>,
+    cut: &BTreeSet<String>,
+    kept: &Kept<'_>,
+    to: &str,
+) -> String {
     if !cut.is_empty() {
         let names: Vec<&str> = cut.iter().map(String::as_str).collect();
         lines.push(format!("cutpoint {}", names.join(" ")));

@@ -11,7 +11,7 @@ use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::vector_unit::vector_unit;
 use serde::Serialize;
 
-use crate::script::{Kept, script};
+use crate::script::{Kept, load, script};
 use crate::solver::{failed, failed_step, reached};
 use crate::tools::{Tools, no_outcome};
 use crate::{Outcome, Property, ProveError};
@@ -26,24 +26,35 @@ const INDUCTION: u32 = 1;
 pub struct Unit {
     /// Its name.
     pub name: String,
-    /// The unit, with narrow counters.
+    /// The unit.
     pub module: Arc<Module>,
     /// Edits of its text, for mutants: a file, text that occurs in it, and what replaces the first.
     pub edits: Vec<[String; 3]>,
+    /// A Yosys command that puts a fault into the netlist of [`Unit::load`].
+    pub fault: Option<String>,
 }
 
-/// The units of a configuration.
+/// The units of a configuration, with narrow counters.
 ///
 /// # Errors
 /// The netlist's own checks.
 pub fn units(config: &Config) -> Result<Vec<Unit>, IrErrors> {
     let mut config = config.clone();
     config.gu.counter_bits = COUNTER_BITS;
-    let all = [gathering_unit(&config)?, vector_unit(&config)?];
+    units_as_built(&config)
+}
+
+/// The units of a configuration, with counters of their own width.
+///
+/// # Errors
+/// The netlist's own checks.
+pub fn units_as_built(config: &Config) -> Result<Vec<Unit>, IrErrors> {
+    let all = [gathering_unit(config)?, vector_unit(config)?];
     let named = |module: Arc<Module>| Unit {
         name: module.name().to_owned(),
         module,
         edits: vec![],
+        fault: None,
     };
     Ok(all.map(named).to_vec())
 }
@@ -149,8 +160,17 @@ impl Unit {
         })
     }
 
+    /// Yosys commands that read the unit and its checks from the Verilog in the folder.
+    #[must_use]
+    pub fn load(&self) -> [String; 3] {
+        load(self.module.name())
+    }
+
     /// A folder with the Verilog and its checks.
-    fn files(&self) -> Result<tempfile::TempDir, ProveError> {
+    ///
+    /// # Errors
+    /// A file that cannot be written, or an edit that does not fit.
+    pub fn files(&self) -> Result<tempfile::TempDir, ProveError> {
         let folder = tempfile::tempdir().map_err(|e| ProveError::Files(self.name.clone(), e))?;
         let header = Header::default();
         let text = verilog(&self.module, &header).into_iter();
@@ -192,7 +212,10 @@ struct System<'a> {
 
 impl System<'_> {
     fn write(&self, kept: &Kept<'_>) -> Result<(), ProveError> {
-        let text = script(self.unit.module.name(), &self.cut, kept, "system.smt2");
+        let unit = self.unit;
+        let mut lines = unit.load().to_vec();
+        lines.extend(unit.fault.clone());
+        let text = script(lines, &self.cut, kept, "system.smt2");
         let file = self.folder.join("system.ys");
         fs::write(file, text).map_err(|e| ProveError::Files("system.ys".to_owned(), e))?;
         self.tools.yosys(self.folder, "system.ys", &self.unit.name)

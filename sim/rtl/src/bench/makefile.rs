@@ -2,6 +2,9 @@
 
 use potamoi_formats::units::NPU_EXT;
 
+/// The runs of a bench: gaps in percent of the clocks, and their seed.
+pub const RUNS: &str = "0:1 25:2 60:3 85:4";
+
 const TEXT: &str = r#"# Simulates the units against golden vectors. It needs make and a simulator, nothing else.
 #
 #   make                  Icarus Verilog
@@ -14,7 +17,7 @@ const TEXT: &str = r#"# Simulates the units against golden vectors. It needs mak
 # The exit status is not 0 if a unit fails.
 
 SIM   ?= icarus
-RUNS  ?= 0:1 25:2 60:3 85:4
+RUNS  ?= @RUNS@
 UNITS ?= @UNITS@
 RTL   ?= ..
 BUILD ?= build
@@ -77,6 +80,7 @@ pub(super) fn with_targets(units: &[&str], help: &str, targets: &str) -> String 
 /// The Makefile for these units.
 pub(super) fn text(units: &[&str]) -> String {
     TEXT.replace("@UNITS@", &units.join(" "))
+        .replace("@RUNS@", RUNS)
 }
 
 /// Command lines of a bench beside that Makefile.

@@ -54,6 +54,7 @@ use suite::{Memories, Owes, Suite};
 use vector_operands::Batch;
 
 pub use exponential::exponential;
+pub use makefile::RUNS;
 pub use memory::MemoryFile;
 pub use suite::BenchFiles;
 

@@ -1,0 +1,26 @@
+//! Mutation score of a unit: how many small faults in its netlist the judges find.
+//!
+//! A mutant is one fault in one cell: an input or output bit is inverted, constant, or follows
+//! another bit. Yosys draws them, evenly over the cells of each module. One build holds them all; an
+//! input tells which is active.
+//!
+//! The judges are, in this order: the standalone bench; the verification against the golden models;
+//! the proofs. A mutant that none finds is alive, unless a miter of its module shows that it is
+//! equivalent.
+
+mod bench;
+mod design;
+mod equivalence;
+mod error;
+mod judge;
+mod mutant;
+mod score;
+mod tools;
+
+pub use design::Design;
+pub use equivalence::Miter;
+pub use error::MutateError;
+pub use judge::Judge;
+pub use mutant::Mutant;
+pub use score::{Fate, Judged, Options, Score, Verify, score};
+pub use tools::Tools;

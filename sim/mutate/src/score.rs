@@ -1,0 +1,281 @@
+//! The judges in turn, and what each finds.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use potamoi_formats::config::Config;
+use potamoi_prove::{Outcome, Unit};
+use serde::Serialize;
+
+use crate::bench::Bench;
+use crate::equivalence::{Miter, Miters};
+use crate::{Design, Judge, Mutant, MutateError, Tools};
+
+/// How a score is taken.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The judges; a mutant that none of them settles is alive.
+    pub judges: BTreeSet<Judge>,
+    /// Mutants of every module; fewer where it has fewer.
+    pub mutants: u32,
+    /// Seed of the mutants.
+    pub seed: u64,
+    /// Length of the runs in which the proofs look for a counterexample.
+    pub cycles: u32,
+}
+
+/// The verification of Verilog against the golden models: the difference that it finds.
+pub type Verify<'a> =
+    dyn Fn(&BTreeMap<String, String>) -> Result<Option<String>, MutateError> + Sync + 'a;
+
+/// What becomes of a mutant.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "fate")]
+pub enum Fate {
+    /// The bench finds it.
+    Bench {
+        /// The run of the bench: gaps and seed.
+        run: String,
+        /// What the bench says.
+        said: String,
+    },
+    /// It is equivalent.
+    Equivalent {
+        /// As the miter shows.
+        miter: Miter,
+    },
+    /// The verification finds it.
+    Verify {
+        /// The difference.
+        said: String,
+    },
+    /// Properties that are proven of the unit are not of the mutant.
+    Proofs {
+        /// Their names.
+        properties: Vec<String>,
+    },
+    /// No judge finds it.
+    Alive,
+}
+
+/// A mutant and its fate.
+#[derive(Debug, Clone, Serialize)]
+pub struct Judged {
+    /// The mutant.
+    #[serde(flatten)]
+    pub mutant: Mutant,
+    /// Its fate.
+    #[serde(flatten)]
+    pub fate: Fate,
+}
+
+/// The score of a module.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Score {
+    /// Mutants.
+    pub mutants: usize,
+    /// Those that the bench finds.
+    pub bench: usize,
+    /// Those of the others that the verification finds.
+    pub verify: usize,
+    /// Those of the others of which a proof fails.
+    pub proofs: usize,
+    /// Those that are equivalent.
+    pub equivalent: usize,
+    /// Those that are alive.
+    pub alive: usize,
+}
+
+impl Score {
+    /// The scores of the modules, by name.
+    #[must_use]
+    pub fn of(judged: &[Judged]) -> BTreeMap<String, Self> {
+        let mut all = BTreeMap::<String, Self>::new();
+        for one in judged {
+            all.entry(one.mutant.module.clone())
+                .or_default()
+                .add(&one.fate);
+        }
+        all
+    }
+
+    /// The score of all modules together.
+    #[must_use]
+    pub fn sum(judged: &[Judged]) -> Self {
+        let mut all = Self::default();
+        for one in judged {
+            all.add(&one.fate);
+        }
+        all
+    }
+
+    fn add(&mut self, fate: &Fate) {
+        self.mutants += 1;
+        *match fate {
+            Fate::Bench { .. } => &mut self.bench,
+            Fate::Verify { .. } => &mut self.verify,
+            Fate::Proofs { .. } => &mut self.proofs,
+            Fate::Equivalent { .. } => &mut self.equivalent,
+            Fate::Alive => &mut self.alive,
+        } += 1;
+    }
+
+    /// Percentages of the mutants that are not equivalent: found by the bench, and by all judges.
+    #[must_use]
+    pub fn percent(&self) -> Option<[f64; 2]> {
+        let all = self.mutants - self.equivalent;
+        let found = [self.bench, all - self.alive];
+        (all > 0).then(|| found.map(|n| 100.0 * n as f64 / all as f64))
+    }
+}
+
+/// Judges all mutants of a unit. `progress` is told how many are judged of how many, and by whom.
+///
+/// # Errors
+/// A program is missing or fails, or the bench fails on the unit itself.
+pub fn score(
+    tools: &Tools,
+    config: &Config,
+    unit: &Unit,
+    options: &Options,
+    verify: &Verify<'_>,
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
+) -> Result<Vec<Judged>, MutateError> {
+    progress("building the mutants", 0, 1);
+    let design = Design::new(tools, unit, options.mutants, options.seed)?;
+    let mut court = Court {
+        fates: vec![Fate::Alive; design.mutants.len()],
+        design: &design,
+        progress,
+    };
+    for judge in &options.judges {
+        match judge {
+            Judge::Bench => {
+                let bench = Bench::new(config, &design)?;
+                court.judge("bench", &|mutant| {
+                    let found = bench.judge(mutant.number)?;
+                    Ok(found.map(|[run, said]| Fate::Bench { run, said }))
+                })?;
+            }
+            Judge::Miter => {
+                let open = court.open().into_iter().map(|m| m.module.as_str());
+                let miters = Miters::new(tools, &design, open)?;
+                court.judge("miter", &|mutant| {
+                    let found = miters.equivalent(mutant)?;
+                    Ok(found.map(|miter| Fate::Equivalent { miter }))
+                })?;
+            }
+            Judge::Verify => {
+                if let Some(said) = verify(&design.verilog(0)?)? {
+                    let unit = unit.name.clone();
+                    return Err(MutateError::Unmutated("verification", unit, said));
+                }
+                court.judge("verify", &|mutant| {
+                    let found = verify(&design.verilog(mutant.number)?)?;
+                    Ok(found.map(|said| Fate::Verify { said }))
+                })?;
+            }
+            Judge::Proofs => {
+                let Some(proofs) = &tools.proofs else {
+                    continue;
+                };
+                let unproven = not_proven(proofs, unit, options.cycles)?;
+                court.judge("proofs", &|mutant| {
+                    let mut faulty = unit.clone();
+                    faulty.fault = Some(mutant.command.clone());
+                    let mut lost = not_proven(proofs, &faulty, options.cycles)?;
+                    lost.retain(|name| !unproven.contains(name));
+                    let is_found = !lost.is_empty();
+                    Ok(is_found.then_some(Fate::Proofs { properties: lost }))
+                })?;
+            }
+        }
+    }
+    let fates = court.fates;
+    let judged = design.mutants.iter().cloned().zip(fates);
+    Ok(judged
+        .map(|(mutant, fate)| Judged { mutant, fate })
+        .collect())
+}
+
+/// Mutants and their fates so far.
+struct Court<'a> {
+    design: &'a Design,
+    fates: Vec<Fate>,
+    progress: &'a (dyn Fn(&str, usize, usize) + Sync),
+}
+
+impl<'a> Court<'a> {
+    /// Mutants that are alive.
+    fn open(&self) -> Vec<&'a Mutant> {
+        let all = self.design.mutants.iter();
+        all.filter(|m| self.fates[m.number - 1] == Fate::Alive)
+            .collect()
+    }
+
+    fn judge(&mut self, by: &str, verdict: &Verdict<'_>) -> Result<(), MutateError> {
+        let open = self.open();
+        let progress = |done| (self.progress)(by, done, open.len());
+        let found = in_parallel(&open, verdict, &progress)?;
+        for (mutant, fate) in open.iter().zip(found) {
+            self.fates[mutant.number - 1] = fate;
+        }
+        Ok(())
+    }
+}
+
+/// Properties and invariants that are not proven.
+fn not_proven(
+    tools: &potamoi_prove::Tools,
+    unit: &Unit,
+    cycles: u32,
+) -> Result<Vec<String>, MutateError> {
+    let options = potamoi_prove::Options {
+        depth: cycles,
+        cover: 0,
+    };
+    let proof = unit.prove(tools, options)?;
+    let open = proof.properties.into_iter();
+    let open = open.filter(|p| p.outcome != Outcome::Proven);
+    Ok(open.map(|p| p.name).collect())
+}
+
+type Verdict<'a> = dyn Fn(&Mutant) -> Result<Option<Fate>, MutateError> + Sync + 'a;
+
+/// The fates of mutants, judged on all cores. The result does not depend on their number.
+fn in_parallel(
+    mutants: &[&Mutant],
+    verdict: &Verdict<'_>,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<Fate>, MutateError> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = AtomicUsize::new(0);
+    let done = AtomicUsize::new(0);
+    let stop = AtomicBool::new(false);
+    let results = Mutex::new(BTreeMap::new());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while !stop.load(Ordering::Relaxed) {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(mutant) = mutants.get(at) else { break };
+                    let found = verdict(mutant);
+                    if found.is_err() {
+                        stop.store(true, Ordering::Relaxed);
+                    }
+                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+                    if let Ok(mut results) = results.lock() {
+                        results.insert(at, found);
+                    }
+                }
+            });
+        }
+    });
+    let results = results.into_inner().unwrap_or_default();
+    // The first error in the order of the mutants.
+    let fates = results.into_values();
+    fates
+        .map(|found| Ok(found?.unwrap_or(Fate::Alive)))
+        .collect()
+}

@@ -1,0 +1,257 @@
+//! `potamoi mutate`: how many small faults in the Verilog the tests find.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use potamoi_base::outputs as files;
+use potamoi_explore::verification::{Extent, Work};
+use potamoi_formats::config::Config;
+use potamoi_mutate::{Fate, Judge, Judged, MutateError, Options, Score, Tools, score};
+use potamoi_netlist::{Header, verilog};
+use potamoi_prove::{Unit, units_as_built};
+use potamoi_rtl::verify::{Settings, Verifier};
+use potamoi_rtl::{EngineKind, ForeignRtl};
+use serde::Serialize;
+
+use crate::args::Common;
+use crate::failure::Failure;
+use crate::progress;
+use crate::scene::SceneArgs;
+use crate::stdout::say;
+use crate::tables;
+
+#[derive(Debug, Args)]
+pub(crate) struct MutateArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Hardware unit [default: both]
+    #[arg(long, value_enum)]
+    unit: Option<MutatedUnit>,
+    /// Faults in every module; fewer where it has fewer
+    #[arg(long, value_name = "N", default_value_t = 300,
+        value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    mutants: u32,
+    /// Judges, of which each gets what is left by those before it
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "JUDGE,...",
+        default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::Verify, JudgeArg::Proofs])]
+    judges: Vec<JudgeArg>,
+    /// Seed of the pseudo-random numbers; equal seeds give equal results
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Write the report as JSON; several scenes or frames share one report
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MutatedUnit {
+    /// The gathering unit
+    Gu,
+    /// The vector unit
+    Vu,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum JudgeArg {
+    /// The standalone bench, under Verilator
+    Bench,
+    /// A miter of the module with and without the fault, which finds it equivalent
+    Miter,
+    /// The verification of a scene's work against the golden models, under Icarus Verilog
+    Verify,
+    /// The proofs of the checks in the Verilog
+    Proofs,
+}
+
+impl From<JudgeArg> for Judge {
+    fn from(judge: JudgeArg) -> Self {
+        match judge {
+            JudgeArg::Bench => Self::Bench,
+            JudgeArg::Miter => Self::Miter,
+            JudgeArg::Verify => Self::Verify,
+            JudgeArg::Proofs => Self::Proofs,
+        }
+    }
+}
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+/// Cycles of the runs in which the proofs look for a counterexample.
+const CYCLES: u32 = 4;
+/// Feature vectors and elements that the verification compares of a mutant.
+const WORK: [u64; 2] = [300, 1_000];
+
+#[derive(Serialize)]
+struct Report {
+    format_version: u32,
+    command: &'static str,
+    /// Hash of the configuration, 12 hexadecimal digits.
+    configuration: String,
+    yosys: String,
+    yices: Option<String>,
+    seed: u64,
+    judges: BTreeSet<Judge>,
+    units: Vec<UnitReport>,
+}
+
+#[derive(Serialize)]
+struct UnitReport {
+    unit: String,
+    modules: BTreeMap<String, Score>,
+    all: Score,
+    mutants: Vec<Judged>,
+}
+
+pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
+    files::prepare([args.json.as_ref()])?;
+    let config = common.read_config()?;
+    let judges: BTreeSet<Judge> = args.judges.iter().map(|&judge| judge.into()).collect();
+    let tools = Tools::find(&judges)?;
+    let options = Options {
+        judges,
+        mutants: args.mutants,
+        seed: args.seed,
+        cycles: CYCLES,
+    };
+    let work = Work::Scene(Box::new(args.scene.open()?));
+    let every = Extent::Share(WORK).every(work.counts(&config)?);
+    let all = units_as_built(&config)?;
+    let whole: BTreeMap<String, String> = all
+        .iter()
+        .flat_map(|unit| verilog(&unit.module, &Header::default()))
+        .collect();
+    let mut units = vec![];
+    let chosen = match args.unit {
+        Some(MutatedUnit::Gu) => &all[..1],
+        Some(MutatedUnit::Vu) => &all[1..],
+        None => &all[..],
+    };
+    for unit in chosen {
+        let bar = progress::bar(1, &format!("mutants of {}", unit.name));
+        let show = |by: &str, done: usize, of: usize| {
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
+            bar.set_message(by.to_owned());
+        };
+        let verify = |faulty: &BTreeMap<String, String>| {
+            // The other unit is there without a fault.
+            let mut files = whole.clone();
+            for module in unit_modules(unit) {
+                files.remove(&module);
+            }
+            files.extend(faulty.clone());
+            verified(&config, &work, every, args.seed, &files)
+        };
+        let mutants = score(&tools, &config, unit, &options, &verify, &show)?;
+        bar.finish_and_clear();
+        units.push(UnitReport {
+            unit: unit.name.clone(),
+            modules: Score::of(&mutants),
+            all: Score::sum(&mutants),
+            mutants,
+        });
+    }
+    let report = Report {
+        format_version: FORMAT_VERSION,
+        command: "mutate",
+        configuration: config.hash(),
+        yosys: tools.yosys,
+        yices: tools.proofs.map(|tools| tools.yices),
+        seed: args.seed,
+        judges: options.judges,
+        units,
+    };
+    print(&report);
+    if let Some(path) = &args.json {
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+/// Files of a unit's modules.
+fn unit_modules(unit: &Unit) -> Vec<String> {
+    verilog(&unit.module, &Header::default())
+        .into_keys()
+        .collect()
+}
+
+/// Runs a scene's work through Verilog, under Icarus Verilog: the difference from the golden models.
+fn verified(
+    config: &Config,
+    work: &Work,
+    every: [u64; 2],
+    seed: u64,
+    files: &BTreeMap<String, String>,
+) -> Result<Option<String>, MutateError> {
+    let file = |path: &Path| {
+        let path = path.to_owned();
+        move |error| MutateError::File { path, error }
+    };
+    let folder = tempfile::tempdir().map_err(file(&std::env::temp_dir()))?;
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).map_err(file(&path))?;
+    }
+    let settings = Settings {
+        engine: EngineKind::Icarus,
+        seed,
+        gather_every: every[0],
+        vector_every: every[1],
+        inject: None,
+        rtl: Some(ForeignRtl::read(folder.path(), None)?),
+        excerpt: None,
+    };
+    let quiet = &mut |_| {};
+    let mut verifier = Verifier::new(config, settings, quiet);
+    // The unit runs without a fault, so that an error is one of the fault: of a unit that hangs, or
+    // of a bit that is unknown.
+    let done = work.run(config, &mut verifier);
+    let difference = verifier.failure().map(|found| {
+        let m = &found.mismatch;
+        format!(
+            "cycle {}: {}: {} not {}",
+            m.cycle, m.signal, m.found, m.expected
+        )
+    });
+    Ok(difference.or_else(|| done.err().map(|error| error.to_string())))
+}
+
+fn print(report: &Report) {
+    for unit in &report.units {
+        let header = [
+            "module",
+            "mutants",
+            "bench",
+            "verify",
+            "proofs",
+            "equivalent",
+            "alive",
+            "bench %",
+            "all %",
+        ];
+        let mut table = tables::lined(1, header);
+        for (module, score) in unit.modules.iter().chain([(&"all".to_owned(), &unit.all)]) {
+            let counts = [
+                score.mutants,
+                score.bench,
+                score.verify,
+                score.proofs,
+                score.equivalent,
+                score.alive,
+            ];
+            let percent = score.percent();
+            let percent = |i: usize| percent.map_or("-".to_owned(), |p| format!("{:.1}", p[i]));
+            let mut row = vec![module.clone()];
+            row.extend(counts.iter().map(usize::to_string));
+            row.extend([percent(0), percent(1)]);
+            table.add_row(row);
+        }
+        say!("{}:", unit.unit);
+        say!("{table}");
+        let alive = unit.mutants.iter().filter(|m| m.fate == Fate::Alive);
+        for Judged { mutant, .. } in alive {
+            say!("  alive: {}", mutant.what());
+        }
+    }
+}
