@@ -20,10 +20,14 @@ const QUICK: [(&str, &str); 8] = [
     ("model", "--scene q.ply --width 12 --frames 2 --window 2"),
 ];
 /// Those that build models or netlists, in `make test-full`.
-const SLOW: [(&str, &str); 3] = [
+const SLOW: [(&str, &str); 4] = [
     ("cost", "--scene q.ply --width 8 --frames 2 --knobs tail"),
     ("--config small verify", "--scene q.ply --width 8"),
     ("--config small synth", "--activity q.ply --unit vu"),
+    (
+        "--config small mutate",
+        "--scene q.ply --width 8 --unit vu --mutants 1 --judges bench",
+    ),
 ];
 
 /// Three Gaussians with a property that nobody knows.

@@ -174,7 +174,7 @@ const GATHERING: [Mutant; 27] = [
     ],
 ];
 
-const VECTOR: [Mutant; 12] = [
+const VECTOR: [Mutant; 15] = [
     ["balance", VU, "if (accept ^ pop)", "if (accept)"],
     ["credit", VU, "in_flight < 5'd18", "in_flight < 5'd19"],
     [
@@ -200,6 +200,24 @@ const VECTOR: [Mutant; 12] = [
         VU,
         "may_accept = room;",
         "may_accept = 1'b0;",
+    ],
+    [
+        "vectors_count",
+        VU,
+        "(stat_vectors + 32'd1)",
+        "(stat_vectors + 32'd2)",
+    ],
+    [
+        "busy_count",
+        VU,
+        "if (cfg_clear | accept | moving) stat_busy",
+        "if (cfg_clear | moving) stat_busy",
+    ],
+    [
+        "stall_out_count",
+        VU,
+        "(s_axis_vec_tvalid & (~room))",
+        "(s_axis_vec_tvalid & (~room) & (~m_axis_vec_tready))",
     ],
     [
         "fifo.has_room",

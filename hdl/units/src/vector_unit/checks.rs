@@ -4,6 +4,9 @@ use potamoi_netlist::{Instance, ModuleBuilder};
 
 use crate::stream_checks::stable_stream;
 
+/// Width of the counters in bits.
+const COUNTER: u32 = 32;
+
 /// Checks of the unit.
 pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u32, longest: u32) {
     m.begin_checks();
@@ -48,10 +51,57 @@ pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u
         ),
         "With the source valid and the sink ready, a vector moves in every cycle.",
     );
+    counter_checks(m, depth);
     m.cover(
         "full",
         &format!("in_flight == {depth}"),
         "All credit is used.",
     );
     m.cover("delivers", "pop", "A vector leaves.");
+}
+
+/// Each counter is what is seen of its event at the ports and in the engine.
+fn counter_checks(m: &mut ModuleBuilder, depth: u32) {
+    let enters = "s_axis_vec_tvalid & s_axis_vec_tready";
+    let stages: Vec<String> = (1..)
+        .map(|stage| format!("valid_{stage}"))
+        .take_while(|valid| m.has(valid))
+        .collect();
+    let (steps, free) = match (m.has("phase"), &stages[..]) {
+        (true, _) => ("any(phase)".to_owned(), "~any(phase)"),
+        (false, []) => ("0".to_owned(), "1"),
+        (false, stages) => (stages.join(" | "), "1"),
+    };
+    let waits = format!("s_axis_vec_tvalid & {free} & in_flight == {depth}");
+    for (name, event, doc) in [
+        (
+            "vectors",
+            enters.to_owned(),
+            "Every vector that enters counts.",
+        ),
+        (
+            "busy",
+            format!("{enters} | {steps}"),
+            "Every cycle counts in which a vector enters or is in the engine.",
+        ),
+        (
+            "stall_out",
+            waits,
+            "Every cycle counts in which a vector waits for nothing but room.",
+        ),
+    ] {
+        let again = format!("{name}_again");
+        let ghost = m.ghost_reg(&again, COUNTER);
+        let full = u32::MAX;
+        m.ghost_next(
+            ghost,
+            &format!("cfg_clear | {event}"),
+            &format!("if(cfg_clear, 0, if({again} == {full}, {full}, {again} + 1))"),
+        );
+        m.assert(
+            &format!("{name}_count"),
+            &format!("stat_{name} == {again}"),
+            doc,
+        );
+    }
 }
