@@ -3,8 +3,9 @@
 //! A miter compares the module with and without the fault, with the modules below it cut: what they
 //! are given is an output of the miter, what they give is a free input. First the registers of both
 //! are taken as equal and free, so that equality of every next state and output holds in all runs.
-//! Where that fails, both begin with all registers at 0, and equality is proven by induction over
-//! signals that correspond.
+//! Where that fails, both begin with all registers at 0. Registers that correspond and then signals
+//! that correspond are found by induction and merged; nothing of the miter is left where the outputs
+//! are among them.
 
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -66,32 +67,71 @@ impl<'a> Miters<'a> {
         for (name, active) in names.iter().zip([0, number]) {
             self.design.write(name, &fixed(netlist, width, active))?;
         }
-        let mut found = None;
-        for (command, miter) in [("cec", Miter::AnyState), ("dsec", Miter::FromZero)] {
-            if self.same(command, &names, mutant)? {
-                found = Some(miter);
-                break;
-            }
-        }
+        let found = if self.same_from_any_state(&names, mutant)? {
+            Some(Miter::AnyState)
+        } else if self.same_from_zero(&names, mutant)? {
+            Some(Miter::FromZero)
+        } else {
+            None
+        };
         for name in names {
-            let path = self.design.folder().join(name);
-            std::fs::remove_file(&path).map_err(|error| MutateError::File { path, error })?;
+            self.remove(&name)?;
         }
         Ok(found)
     }
 
-    fn same(&self, how: &str, names: &[String; 2], mutant: &Mutant) -> Result<bool, MutateError> {
+    fn remove(&self, name: &str) -> Result<(), MutateError> {
+        let path = self.design.folder().join(name);
+        std::fs::remove_file(&path).map_err(|error| MutateError::File { path, error })
+    }
+
+    fn same_from_any_state(
+        &self,
+        [gold, fault]: &[String; 2],
+        mutant: &Mutant,
+    ) -> Result<bool, MutateError> {
+        let Some(said) = self.abc(&format!("cec {gold} {fault}"), mutant)? else {
+            return Ok(false);
+        };
+        outcome(&said).ok_or_else(|| no_result("yosys-abc", &mutant.what(), &said))
+    }
+
+    fn same_from_zero(
+        &self,
+        [gold, fault]: &[String; 2],
+        mutant: &Mutant,
+    ) -> Result<bool, MutateError> {
+        let number = mutant.number;
+        let [first, second, left] = ["gold", "fault", "left"].map(|n| format!("{number}-{n}.aig"));
+        // The conflicts of a comparison are few: most candidates within multipliers are none.
+        let commands = format!(
+            "read_blif {gold}; strash; zero; write_aiger {first}; \
+             read_blif {fault}; strash; zero; write_aiger {second}; \
+             miter {first} {second}; strash; lcorr; scorr -C 100; strash; write_aiger {left}"
+        );
+        let Some(said) = self.abc(&commands, mutant)? else {
+            return Ok(false);
+        };
+        let path = self.design.folder().join(&left);
+        let file = std::fs::read(&path).unwrap_or_default();
+        let is_nothing =
+            nothing_left(&file).ok_or_else(|| no_result("yosys-abc", &mutant.what(), &said))?;
+        for name in [first, second, left] {
+            self.remove(&name)?;
+        }
+        Ok(is_nothing)
+    }
+
+    /// What ABC says; nothing if it takes too long.
+    fn abc(&self, commands: &str, mutant: &Mutant) -> Result<Option<String>, MutateError> {
         let mut abc = Command::new("yosys-abc");
         abc.current_dir(self.design.folder());
-        abc.arg("-c")
-            .arg(format!("{how} {} {}", names[0], names[1]));
-        let what = mutant.what();
-        let said = match child::run(&abc, LIMIT) {
-            Ok(done) => text(&done),
-            Err(Fault::Late { .. }) => return Ok(false),
-            Err(fault) => return Err(broken("yosys-abc", &what, fault)),
-        };
-        outcome(&said).ok_or_else(|| no_result("yosys-abc", &what, &said))
+        abc.arg("-c").arg(commands);
+        match child::run(&abc, LIMIT) {
+            Ok(done) => Ok(Some(text(&done))),
+            Err(Fault::Late { .. }) => Ok(None),
+            Err(fault) => Err(broken("yosys-abc", &mutant.what(), fault)),
+        }
     }
 }
 
@@ -104,19 +144,35 @@ fn outcome(said: &str) -> Option<bool> {
     said.contains("Networks are equivalent").then_some(true)
 }
 
+/// Whether a miter in AIGER is the constant 0: it has no register and no gate, and its output is the
+/// literal 0.
+fn nothing_left(aiger: &[u8]) -> Option<bool> {
+    let mut lines = aiger.split(|byte| *byte == b'\n');
+    let head = std::str::from_utf8(lines.next()?).ok()?;
+    let fields: Vec<&str> = head.split(' ').collect();
+    let ["aig", _, _, registers, "1", gates] = fields[..] else {
+        return None;
+    };
+    let output = (registers == "0").then(|| lines.next()).flatten();
+    Some(registers == "0" && gates == "0" && output == Some(b"0"))
+}
+
 /// A netlist in which mutant `number` is active: the inputs that select are constants.
 fn fixed(netlist: &str, width: u32, number: usize) -> String {
     let mut text = String::with_capacity(netlist.len() + 64 * width as usize);
+    let select = format!("{SELECT}[");
+    // The modules below have such an input, too.
+    let below = format!(".{select}");
+    let is_other = |name: &&str| !name.starts_with(&select) && !name.contains(&below);
     for line in netlist.lines() {
-        if let Some(names) = line.strip_prefix(".inputs ") {
-            let select = format!("{SELECT}[");
-            let others = names
-                .split_whitespace()
-                .filter(|name| !name.starts_with(&select));
-            text += &format!(".inputs {}\n", others.collect::<Vec<_>>().join(" "));
-            continue;
+        if let [kind @ (".inputs" | ".outputs"), names @ ..] =
+            &line.split_whitespace().collect::<Vec<_>>()[..]
+        {
+            let others: Vec<&str> = names.iter().copied().filter(is_other).collect();
+            text += &format!("{kind} {}", others.join(" "));
+        } else {
+            text += line;
         }
-        text += line;
         text += "\n";
         if line.starts_with(".outputs") {
             for bit in 0..width {
@@ -134,11 +190,20 @@ mod tests {
 
     #[test]
     fn the_mutant_is_a_constant() {
-        let netlist = ".model m\n.inputs a potamoi_mutant[0] potamoi_mutant[1] b\n.outputs q\n\
+        let netlist = ".model m\n.inputs a potamoi_mutant[0] potamoi_mutant[1] b\n\
+                       .outputs q part.potamoi_mutant[0]\n\
                        .names a b q\n11 1\n.end\n";
         let expected = ".model m\n.inputs a b\n.outputs q\n.names potamoi_mutant[0]\n\
                         .names potamoi_mutant[1]\n1\n.names a b q\n11 1\n.end\n";
         assert_eq!(fixed(netlist, 2, 2), expected);
+    }
+
+    #[test]
+    fn a_constant_miter_is_told_from_others() {
+        assert_eq!(nothing_left(b"aig 90 90 0 1 0\n0\nc\n"), Some(true));
+        assert_eq!(nothing_left(b"aig 90 90 0 1 0\n1\nc\n"), Some(false));
+        assert_eq!(nothing_left(b"aig 95 90 2 1 3\n0\n0\n8\n"), Some(false));
+        assert_eq!(nothing_left(b""), None);
     }
 
     #[test]

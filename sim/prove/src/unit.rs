@@ -8,6 +8,7 @@ use std::time::Instant;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{CheckInfo, CheckKind, Header, IrErrors, Module, check_modules, verilog};
 use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::npu::npu_ext;
 use potamoi_units::vector_unit::vector_unit;
 use serde::Serialize;
 
@@ -28,20 +29,26 @@ pub struct Unit {
     pub name: String,
     /// The unit.
     pub module: Arc<Module>,
+    /// Modules below that are proven apart: here their outputs are anything.
+    pub apart: BTreeSet<String>,
     /// Edits of its text, for mutants: a file, text that occurs in it, and what replaces the first.
     pub edits: Vec<[String; 3]>,
     /// A Yosys command that puts a fault into the netlist of [`Unit::load`].
     pub fault: Option<String>,
 }
 
-/// The units of a configuration, with narrow counters.
+/// What is proven of a configuration: the units, and the SoC top around them, with narrow counters.
 ///
 /// # Errors
 /// The netlist's own checks.
 pub fn units(config: &Config) -> Result<Vec<Unit>, IrErrors> {
     let mut config = config.clone();
     config.gu.counter_bits = COUNTER_BITS;
-    units_as_built(&config)
+    let mut all = units_as_built(&config)?;
+    let mut top = Unit::new(npu_ext(&config)?);
+    top.apart = all.iter().map(|unit| unit.name.clone()).collect();
+    all.push(top);
+    Ok(all)
 }
 
 /// The units of a configuration, with counters of their own width.
@@ -50,13 +57,7 @@ pub fn units(config: &Config) -> Result<Vec<Unit>, IrErrors> {
 /// The netlist's own checks.
 pub fn units_as_built(config: &Config) -> Result<Vec<Unit>, IrErrors> {
     let all = [gathering_unit(config)?, vector_unit(config)?];
-    let named = |module: Arc<Module>| Unit {
-        name: module.name().to_owned(),
-        module,
-        edits: vec![],
-        fault: None,
-    };
-    Ok(all.map(named).to_vec())
+    Ok(all.map(Unit::new).to_vec())
 }
 
 /// What is looked for.
@@ -86,6 +87,22 @@ pub struct Proof {
 }
 
 impl Unit {
+    fn new(module: Arc<Module>) -> Self {
+        Self {
+            name: module.name().to_owned(),
+            module,
+            apart: BTreeSet::new(),
+            edits: vec![],
+            fault: None,
+        }
+    }
+
+    /// Its checks.
+    #[must_use]
+    pub fn checks(&self) -> Vec<CheckInfo> {
+        self.module.checks_beside(&self.apart)
+    }
+
     /// Proves all properties together; what is not inductive is looked for in bounded runs.
     ///
     /// # Errors
@@ -96,10 +113,10 @@ impl Unit {
             unit: self,
             tools,
             folder: folder.path(),
-            cut: self.module.data_modules(),
+            cut: self.module.data_modules_beside(&self.apart),
         };
         let begun = Instant::now();
-        let all = self.module.checks();
+        let all = self.checks();
         let asserted = |c: &&CheckInfo| matches!(c.kind, CheckKind::Assert | CheckKind::Invariant);
         let names: BTreeSet<String> = all
             .iter()
@@ -144,7 +161,7 @@ impl Unit {
             unit: self,
             tools,
             folder: folder.path(),
-            cut: self.module.data_modules(),
+            cut: self.module.data_modules_beside(&self.apart),
         };
         let names = BTreeSet::from([property.to_owned()]);
         let mut outcomes = BTreeMap::new();

@@ -148,12 +148,18 @@ impl Module {
     /// proof lets their outputs be anything.
     #[must_use]
     pub fn data_modules(&self) -> BTreeSet<String> {
+        self.data_modules_beside(&BTreeSet::new())
+    }
+
+    /// As [`Module::data_modules`], with the modules `apart` among them, whatever checks they have.
+    #[must_use]
+    pub fn data_modules_beside(&self, apart: &BTreeSet<String>) -> BTreeSet<String> {
         let mut all = BTreeSet::new();
         for child in self.instances.iter().map(|instance| &instance.module) {
-            if child.checks().is_empty() {
+            if apart.contains(&child.name) || child.checks().is_empty() {
                 all.insert(child.name.clone());
             } else {
-                all.extend(child.data_modules());
+                all.extend(child.data_modules_beside(apart));
             }
         }
         all
@@ -162,13 +168,19 @@ impl Module {
     /// The checks of the module and of its instances, those of an array of instances once.
     #[must_use]
     pub fn checks(self: &Arc<Self>) -> Vec<CheckInfo> {
+        self.checks_beside(&BTreeSet::new())
+    }
+
+    /// As [`Module::checks`], without those of the modules `apart`.
+    #[must_use]
+    pub fn checks_beside(self: &Arc<Self>, apart: &BTreeSet<String>) -> Vec<CheckInfo> {
         let mut all = vec![];
-        list(self, "", &mut all);
+        list(self, "", apart, &mut all);
         all
     }
 }
 
-fn list(module: &Module, path: &str, all: &mut Vec<CheckInfo>) {
+fn list(module: &Module, path: &str, apart: &BTreeSet<String>, all: &mut Vec<CheckInfo>) {
     all.extend(module.checks.list.iter().map(|check| CheckInfo {
         path: format!("{path}{}", check.name),
         module: module.name.clone(),
@@ -185,9 +197,9 @@ fn list(module: &Module, path: &str, all: &mut Vec<CheckInfo>) {
             let others = a.first + 1..a.first + a.count();
             others.contains(&at)
         });
-        if !later {
+        if !later && !apart.contains(&instance.module.name) {
             let path = format!("{path}{}.", instance.name);
-            list(&instance.module, &path, all);
+            list(&instance.module, &path, apart, all);
         }
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
+use super::checks::bus_checks;
 use super::register_file::INDEX_BITS;
 use super::registers::{ADDRESS_BITS, WORD_BITS};
 
@@ -143,6 +144,7 @@ pub(super) fn axi_lite() -> Result<Arc<Module>, IrErrors> {
     m.output("write_data", w_data, "");
     m.output("write_strobe", w_strobe, "");
     m.output("read_index", read_index, "");
+    bus_checks(m);
     builder.finish()
 }
 

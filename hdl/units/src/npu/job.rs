@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 
+use super::checks::job_checks;
 use super::registers::WORD_BITS;
 
 /// Builds `npu_job`.
@@ -55,5 +56,6 @@ pub(super) fn job() -> Result<Arc<Module>, IrErrors> {
     m.output("is_running", running, "");
     m.output("done", done, "for one clock");
     m.output("packets_left", left, "packets that are still to be taken");
+    job_checks(m);
     builder.finish()
 }

@@ -5,8 +5,10 @@
 //! Markdown, the C header and the tests are made of it.
 
 mod axi_lite;
+mod checks;
 mod job;
 mod packet_gate;
+mod register_checks;
 mod register_file;
 pub mod registers;
 mod top;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 
+use super::checks::gate_checks;
 use super::registers::WORD_BITS;
 
 /// Bits of a step: those of `cfg_segments`.
@@ -53,5 +54,6 @@ pub(super) fn packet_gate() -> Result<Arc<Module>, IrErrors> {
     m.output("m_tvalid", shown, "to the unit");
     m.output("s_tready", passes, "to the master");
     m.output("is_open", open, "packets are still to come");
+    gate_checks(m);
     builder.finish()
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
+use super::register_checks::{Word, register_checks};
 use super::registers::{ADDRESS_BITS, Access, Field, Register, RegisterMap, WORD_BITS};
 use crate::circuits::is;
 
@@ -58,11 +59,17 @@ pub(super) fn register_file(map: &RegisterMap) -> Result<Arc<Module>, IrErrors> 
     };
     let mut inputs = inputs.into_iter();
     let (mut words, mut read, mut written, mut outputs) = (vec![], vec![], vec![], vec![]);
+    let mut shown = vec![];
     for own in &map.registers {
         m.section(&format!("{} ({})", own.name, own.access.short()));
         let of_fields: Vec<_> = inputs.by_ref().take(own.fields.len()).collect();
         let made = built(m, own, &of_fields, &bus);
         words.push(made.word);
+        shown.push(Word {
+            own,
+            value: made.whole,
+            set: of_fields,
+        });
         read.push(made.is_read);
         written.extend(made.is_written);
         outputs.extend(made.outputs);
@@ -73,6 +80,7 @@ pub(super) fn register_file(map: &RegisterMap) -> Result<Arc<Module>, IrErrors> 
     }
     let data = words.into_iter().reduce(|a, b| m.or(a, b));
     let data = data.unwrap_or_else(|| m.lit(0, word));
+    let data = m.name(data, "word_read");
     m.output("read_data", data, "0 for an address without a register");
     let known = m.any_of(&read);
     let unknown = m.not(known);
@@ -84,6 +92,7 @@ pub(super) fn register_file(map: &RegisterMap) -> Result<Arc<Module>, IrErrors> 
         unknown,
         "no register that can be written has this address",
     );
+    register_checks(m, &shown);
     builder.finish()
 }
 
@@ -100,6 +109,8 @@ struct Bus {
 
 /// A register in the netlist.
 struct Built {
+    /// The fields at their places.
+    whole: Signal,
     /// What it adds to the word that is read.
     word: Signal,
     is_read: Signal,
@@ -143,9 +154,16 @@ fn built(m: &mut ModuleBuilder, own: &Register, inputs: &[Option<Signal>], bus: 
     let is_read = is(m, bus.read_index, own.offset / 4);
     let is_read = m.name(is_read, &format!("{name}_read"));
     let whole = placed(m, own, &values);
+    let whole = match own.access {
+        Access::ReadWrite | Access::WriteOneToClear if whole != values[0] => {
+            m.name(whole, &format!("{name}_word"))
+        }
+        _ => whole,
+    };
     let taken = m.repeat(is_read, WORD_BITS);
     let word = m.and(taken, whole);
     Built {
+        whole,
         word,
         is_read,
         is_written,
@@ -194,7 +212,7 @@ fn stored(
 }
 
 /// The fields at their places, with 0 between them.
-fn placed(m: &mut ModuleBuilder, own: &Register, values: &[Signal]) -> Signal {
+pub(super) fn placed(m: &mut ModuleBuilder, own: &Register, values: &[Signal]) -> Signal {
     let mut parts = vec![];
     let mut next = 0;
     for (field, value) in own.fields.iter().zip(values) {

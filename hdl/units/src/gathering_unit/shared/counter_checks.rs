@@ -1,4 +1,4 @@
-//! Checks of the counters: no cycle between the first and the last issue is lost.
+//! Checks of the counters: no cycle between the first and the last issue is lost, and no entry.
 
 use potamoi_netlist::ModuleBuilder;
 
@@ -29,5 +29,17 @@ pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, causes: &[&str]) 
             sum("stat_stall")
         ),
         "Busy cycles and stalls are all cycles from the first issue to the last, until they saturate.",
+    );
+    let entries = m.ghost_reg("entries_again", bits);
+    let more = "entries_again + entries_of_group";
+    m.ghost_next(
+        entries,
+        "cfg_clear | group_done",
+        &format!("if(cfg_clear, 0, if({more} > {full}, {full}, {more}))"),
+    );
+    m.assert(
+        "entries_count",
+        "stat_entries == entries_again",
+        "Every entry of a group that is issued counts.",
     );
 }
