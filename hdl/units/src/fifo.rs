@@ -120,6 +120,27 @@ fn fifo_checks(m: &mut ModuleBuilder, mem: MemId, depth: u32, width: u32) {
     m.name(kept, "kept_word");
     m.same("kept_is_word", "kept_word", "word");
     m.invariant("kept", "tracked -> kept_is_word", "");
+    written_by_pushes(m, mem, depth, width);
     m.cover("fills", &format!("count == {depth}"), "The FIFO is full.");
     m.cover("passes", "leaves & ahead == 0", "A symbolic word passes.");
+}
+
+/// What a word of a memory is changed by.
+fn written_by_pushes(m: &mut ModuleBuilder, mem: MemId, depth: u32, width: u32) {
+    m.free("any_slot", bits_for(depth - 1));
+    let slot = m.named("any_slot");
+    let stored = m.mem_read_async(mem, slot);
+    m.name(stored, "stored");
+    let was_stored = m.ghost_reg("was_stored", width);
+    m.ghost_next(was_stored, "1", "stored");
+    let was_pushed = m.ghost_reg("was_pushed", 1);
+    m.ghost_next(was_pushed, "1", "push & write_pointer == any_slot");
+    let seen = m.ghost_reg("seen", 1);
+    m.ghost_next(seen, "1", "1");
+    m.same_in_all_bits("stored_is_same", "stored", "was_stored");
+    m.assert(
+        "written_by_pushes",
+        &format!("seen & any_slot < {depth} & ~was_pushed -> stored_is_same"),
+        "A word of the memory changes when one is pushed to its place, and at no other time.",
+    );
 }

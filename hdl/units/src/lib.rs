@@ -17,6 +17,7 @@
 
 pub mod array_mac;
 mod circuits;
+mod data_checks;
 pub mod emit;
 pub mod exponential;
 mod fifo;

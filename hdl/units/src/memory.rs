@@ -12,7 +12,7 @@
 
 use std::sync::Arc;
 
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use crate::circuits::bits_for;
 
@@ -50,6 +50,7 @@ pub(crate) fn ram_1r1w(name: &str, size: Size) -> Result<Arc<Module>, IrErrors> 
     m.mem_write(mem, we, waddr, wdata);
     let word = m.mem_read(mem, re, raddr, "word");
     m.output("rdata", word, "");
+    holds_between_reads(&mut m, size, &[String::new()]);
     m.finish()
 }
 
@@ -78,7 +79,27 @@ fn ram_rw(name: &str, size: Size, ports: u32) -> Result<Arc<Module>, IrErrors> {
         let word = m.mem_read(mem, re, address, &format!("word{of}"));
         m.output(&format!("rdata{of}"), word, "");
     }
+    let ports: Vec<String> = (0..ports).map(|p| suffix(p, ports)).collect();
+    holds_between_reads(&mut m, size, &ports);
     m.finish()
+}
+
+/// Checks of a memory: they read its ports alone, so that they are of a macro, too.
+fn holds_between_reads(m: &mut ModuleBuilder, size: Size, ports: &[String]) {
+    m.begin_checks();
+    for of in ports {
+        let was_read = m.ghost_data_reg(&format!("was_read{of}"), 1);
+        m.ghost_next(was_read, "1", &format!("re{of}"));
+        let past = m.ghost_data_reg(&format!("past_rdata{of}"), size.bits);
+        m.ghost_next(past, "1", &format!("rdata{of}"));
+        let same = format!("rdata{of}_is_same");
+        m.same_in_all_bits(&same, &format!("rdata{of}"), &format!("past_rdata{of}"));
+        m.assert(
+            &format!("holds{of}"),
+            &format!("was_read{of} | {same}"),
+            "A read alone changes the word that is read.",
+        );
+    }
 }
 
 /// Fewest words of a memory that a macro can replace: memory compilers offer no smaller ones.
@@ -162,6 +183,7 @@ pub(crate) fn halves(name: &str, size: Size, reads: u32) -> Result<Arc<Module>, 
         })
         .collect();
     let mut words: Vec<Vec<Signal>> = vec![vec![]; reads as usize];
+    let mut parts = vec![];
     for (h, half) in ["low", "high"].into_iter().enumerate() {
         m.section(&format!("Half {h}"));
         let own = |m: &mut ModuleBuilder, of: Signal| if h == 0 { m.not(of) } else { of };
@@ -200,6 +222,12 @@ pub(crate) fn halves(name: &str, size: Size, reads: u32) -> Result<Arc<Module>, 
                 _ => format!("{half}_copy{c}"),
             };
             let instance = m.instance(&name, module, &inputs);
+            parts.push(Part {
+                instance,
+                name,
+                half: h,
+                read: 2 * c as u32,
+            });
             for output in outputs {
                 words[read].push(m.out(instance, output));
                 read += 1;
@@ -211,5 +239,44 @@ pub(crate) fn halves(name: &str, size: Size, reads: u32) -> Result<Arc<Module>, 
         let word = m.mux(of_words, of_read[1], of_read[0]);
         m.output(&format!("rdata{}", suffix(r, reads)), word, "");
     }
+    rows_at_their_addresses(m, &parts, reads);
     builder.finish()
+}
+
+/// A memory of a half: its name, the half, and its first read.
+struct Part {
+    instance: Instance,
+    name: String,
+    half: usize,
+    read: u32,
+}
+
+/// Checks of where a row lies, which who loads or dumps the memories by themselves relies on.
+fn rows_at_their_addresses(m: &mut ModuleBuilder, parts: &[Part], reads: u32) {
+    m.begin_checks();
+    for part in parts {
+        let Part { name, half, .. } = part;
+        let both = part.read + 1 < reads;
+        let port = if both { "addr0" } else { "addr" };
+        m.inside_as(&format!("{name}_given"), part.instance, port);
+        m.assert(
+            &format!("{name}_written"),
+            &format!("~loaded[{half}] -> {name}_given == waddr"),
+            "A half that is written gets the row that is written as its address.",
+        );
+        let read = suffix(part.read, reads);
+        m.assert(
+            &format!("{name}_read"),
+            &format!("loaded[{half}] -> {name}_given == raddr{read}"),
+            "A half that is read gets the row that is read as its address.",
+        );
+        if both {
+            m.inside_as(&format!("{name}_given_second"), part.instance, "addr1");
+            m.assert(
+                &format!("{name}_read_second"),
+                &format!("{name}_given_second == raddr{}", part.read + 1),
+                "The second read gets its row as its address.",
+            );
+        }
+    }
 }

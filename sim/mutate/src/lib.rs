@@ -14,6 +14,7 @@ mod equivalence;
 mod error;
 mod judge;
 mod mutant;
+mod proofs;
 mod score;
 mod tools;
 

@@ -5,11 +5,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use potamoi_formats::config::Config;
-use potamoi_prove::{Outcome, Unit};
+use potamoi_prove::Unit;
 use serde::Serialize;
 
 use crate::bench::Bench;
 use crate::equivalence::{Miter, Miters};
+use crate::proofs::Systems;
 use crate::{Design, Judge, Mutant, MutateError, Tools};
 
 /// How a score is taken.
@@ -180,12 +181,9 @@ pub fn score(
                 let Some(proofs) = &tools.proofs else {
                     continue;
                 };
-                let unproven = not_proven(proofs, unit, options.cycles)?;
+                let systems = Systems::new(proofs, unit, options.cycles)?;
                 court.judge("proofs", &|mutant| {
-                    let mut faulty = unit.clone();
-                    faulty.fault = Some(mutant.command.clone());
-                    let mut lost = not_proven(proofs, &faulty, options.cycles)?;
-                    lost.retain(|name| !unproven.contains(name));
+                    let lost = systems.lost(mutant)?;
                     let is_found = !lost.is_empty();
                     Ok(is_found.then_some(Fate::Proofs { properties: lost }))
                 })?;
@@ -223,22 +221,6 @@ impl<'a> Court<'a> {
         }
         Ok(())
     }
-}
-
-/// Properties and invariants that are not proven.
-fn not_proven(
-    tools: &potamoi_prove::Tools,
-    unit: &Unit,
-    cycles: u32,
-) -> Result<Vec<String>, MutateError> {
-    let options = potamoi_prove::Options {
-        depth: cycles,
-        cover: 0,
-    };
-    let proof = unit.prove(tools, options)?;
-    let open = proof.properties.into_iter();
-    let open = open.filter(|p| p.outcome != Outcome::Proven);
-    Ok(open.map(|p| p.name).collect())
 }
 
 type Verdict<'a> = dyn Fn(&Mutant) -> Result<Option<Fate>, MutateError> + Sync + 'a;

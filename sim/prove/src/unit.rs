@@ -29,6 +29,8 @@ pub struct Unit {
     pub name: String,
     /// The unit.
     pub module: Arc<Module>,
+    /// The module that it is read with and lies in; itself if none.
+    pub within: Option<Arc<Module>>,
     /// Modules below that are proven apart: here their outputs are anything.
     pub apart: BTreeSet<String>,
     /// Edits of its text, for mutants: a file, text that occurs in it, and what replaces the first.
@@ -37,16 +39,23 @@ pub struct Unit {
     pub fault: Option<String>,
 }
 
-/// What is proven of a configuration: the units, and the SoC top around them, with narrow counters.
+/// What is proven of a configuration: the units, each followed by its modules that are proven alone,
+/// and the SoC top around them, with narrow counters.
 ///
 /// # Errors
 /// The netlist's own checks.
 pub fn units(config: &Config) -> Result<Vec<Unit>, IrErrors> {
     let mut config = config.clone();
     config.gu.counter_bits = COUNTER_BITS;
-    let mut all = units_as_built(&config)?;
+    let units = units_as_built(&config)?;
     let mut top = Unit::new(npu_ext(&config)?);
-    top.apart = all.iter().map(|unit| unit.name.clone()).collect();
+    top.apart = units.iter().map(|unit| unit.name.clone()).collect();
+    let mut all = vec![];
+    for unit in units {
+        let alone = unit.proven_alone();
+        all.push(unit);
+        all.extend(alone);
+    }
     all.push(top);
     Ok(all)
 }
@@ -91,10 +100,36 @@ impl Unit {
         Self {
             name: module.name().to_owned(),
             module,
+            within: None,
             apart: BTreeSet::new(),
             edits: vec![],
             fault: None,
         }
+    }
+
+    /// Its modules that are proven alone, read with it.
+    #[must_use]
+    pub fn proven_alone(&self) -> Vec<Self> {
+        let alone = self.module.proven_alone().into_values();
+        let within = Some(Arc::clone(&self.module));
+        alone
+            .map(|module| Self {
+                within: within.clone(),
+                edits: self.edits.clone(),
+                fault: self.fault.clone(),
+                ..Self::new(module)
+            })
+            .collect()
+    }
+
+    /// Modules whose hardware its proof has.
+    #[must_use]
+    pub fn modules(&self) -> BTreeSet<String> {
+        let cut = self.module.data_modules_beside(&self.apart);
+        let files = verilog(&self.module, &Header::default());
+        let names = files.keys().filter_map(|file| file.strip_suffix(".v"));
+        let names = names.filter(|name| !cut.contains(*name));
+        names.map(str::to_owned).collect()
     }
 
     /// Its checks.
@@ -180,7 +215,11 @@ impl Unit {
     /// Yosys commands that read the unit and its checks from the Verilog in the folder.
     #[must_use]
     pub fn load(&self) -> [String; 3] {
-        load(self.module.name())
+        load(self.read_with().name())
+    }
+
+    fn read_with(&self) -> &Arc<Module> {
+        self.within.as_ref().unwrap_or(&self.module)
     }
 
     /// A folder with the Verilog and its checks.
@@ -190,7 +229,7 @@ impl Unit {
     pub fn files(&self) -> Result<tempfile::TempDir, ProveError> {
         let folder = tempfile::tempdir().map_err(|e| ProveError::Files(self.name.clone(), e))?;
         let header = Header::default();
-        let text = verilog(&self.module, &header).into_iter();
+        let text = verilog(self.read_with(), &header).into_iter();
         let checks = check_modules(&header).into_iter();
         let checks = checks.map(|(file, text)| (file.to_owned(), text));
         for (file, mut text) in text.chain(checks) {
@@ -232,6 +271,9 @@ impl System<'_> {
         let unit = self.unit;
         let mut lines = unit.load().to_vec();
         lines.extend(unit.fault.clone());
+        if unit.within.is_some() {
+            lines.push(format!("hierarchy -top {}", unit.module.name()));
+        }
         let text = script(lines, &self.cut, kept, "system.smt2");
         let file = self.folder.join("system.ys");
         fs::write(file, text).map_err(|e| ProveError::Files("system.ys".to_owned(), e))?;

@@ -65,31 +65,46 @@ impl ModuleBuilder {
     /// A signal within an instance, a ghost of its checks too, by its name there. Its own name is
     /// `INSTANCE_NAME`.
     pub fn inside(&mut self, instance: Instance, name: &str) -> Signal {
+        let own = format!("{}_{name}", self.module.instances[instance.0].name);
+        self.inside_as(&own, instance, name)
+    }
+
+    /// As [`Self::inside`], under a name of its own.
+    pub fn inside_as(&mut self, own: &str, instance: Instance, name: &str) -> Signal {
         let inst = &self.module.instances[instance.0];
         let checks = &inst.module.checks;
         let nodes = inst.module.nodes.iter().chain(&checks.ghosts);
         let found = nodes.into_iter().find(|n| n.name.as_deref() == Some(name));
-        let own = format!("{}_{name}", inst.name);
         let Some(ty) = found.map(|node| node.ty) else {
             let problem = format!("module {} has no signal `{name}`", inst.module.name);
-            self.fail(&own, problem);
+            self.fail(own, problem);
             return self.zero(Ty::bit());
         };
         let source = Source::Inside {
             instance: instance.0,
             name: name.to_owned(),
         };
-        self.source(&own, ty, source)
+        self.source(own, ty, source)
     }
 
     /// Whether two payloads are the same. Where nothing but registers and memories that treat all bits
     /// alike is between them, one bit stands for all, and a proof may compare that one.
     pub fn same(&mut self, name: &str, a: &str, b: &str) -> Signal {
+        self.same_bits(name, a, b, false)
+    }
+
+    /// Whether two payloads are the same in all bits. In a simulation X is the same as X.
+    pub fn same_in_all_bits(&mut self, name: &str, a: &str, b: &str) -> Signal {
+        self.same_bits(name, a, b, true)
+    }
+
+    fn same_bits(&mut self, name: &str, a: &str, b: &str, whole: bool) -> Signal {
         let (a, b) = (self.formula(a), self.formula(b));
         if !self.agree(name, a, b) {
             return a;
         }
-        self.source(name, Ty::bit(), Source::Same { a: a.id, b: b.id })
+        let (a, b) = (a.id, b.id);
+        self.source(name, Ty::bit(), Source::Same { a, b, whole })
     }
 
     fn source(&mut self, name: &str, ty: Ty, source: Source) -> Signal {
@@ -107,6 +122,13 @@ impl ModuleBuilder {
         let own = self.node(Op::Cast(s.id), s.ty());
         self.module.nodes[own.id].name = Some(name.to_owned());
         own
+    }
+
+    /// A ghost register of a module without a reset: it starts with any value, and checks count
+    /// from the second clock edge on.
+    pub fn ghost_data_reg(&mut self, name: &str, width: u32) -> Signal {
+        self.among_checks(name);
+        self.data_reg(name, Ty::u(width))
     }
 
     /// A ghost register, 0 after reset.
@@ -174,7 +196,13 @@ impl ModuleBuilder {
                 let width = n.max(&1).ilog2() + 1;
                 self.lit(*n, Ty::u(width))
             }
-            Formula::Name(name) => self.named(name),
+            Formula::Name(name) => {
+                let of = self.named(name);
+                match of.ty().signed {
+                    true => self.as_unsigned(of),
+                    false => of,
+                }
+            }
             Formula::Bit(name, at) => {
                 let of = self.named(name);
                 self.bit(of, *at)
@@ -219,6 +247,26 @@ impl ModuleBuilder {
     fn alike(&mut self, a: Signal, b: Signal, more: u32) -> (Signal, Signal) {
         let width = a.width().max(b.width()) + more;
         (self.extend(a, width), self.extend(b, width))
+    }
+
+    /// What the checks need of the module's clock and reset, and it does not have.
+    pub(super) fn clock_of_checks(&self) -> Option<IrError> {
+        let module = &self.module;
+        let is_reset = |n: &crate::node::Node| matches!(n.op, Op::Reg { reset: Some(_), .. });
+        let problem = if module.checks.list.is_empty() {
+            return None;
+        } else if !module.clocked {
+            "the module has no clock to check at: check its parent"
+        } else if !module.registers && module.checks.ghosts.iter().any(is_reset) {
+            "the module has no reset, and a ghost register is reset: use ghost_data_reg"
+        } else {
+            return None;
+        };
+        Some(IrError {
+            module: module.name.clone(),
+            node: "checks".to_owned(),
+            problem: problem.to_owned(),
+        })
     }
 
     /// Moves the ghosts out of the module's nodes, and checks them.

@@ -272,21 +272,13 @@ impl ModuleBuilder {
     /// All recorded misuse, and all faults found by the checks.
     pub fn finish(mut self) -> Result<Arc<Module>, IrErrors> {
         let of_ghosts = self.part_from_ghosts();
-        let mut errors = self.errors;
+        let mut errors = std::mem::take(&mut self.errors);
         errors.extend(of_ghosts);
         (self.module.clocked, self.module.registers) = check::state(&self.module);
         if errors.is_empty() {
             errors = check::check(&self.module);
         }
-        if !self.module.registers && !self.module.checks.list.is_empty() {
-            errors.push(IrError {
-                module: self.module.name.clone(),
-                node: "checks".to_owned(),
-                problem:
-                    "the module has no register, and so no reset to check after: check its parent"
-                        .to_owned(),
-            });
-        }
+        errors.extend(self.clock_of_checks());
         if errors.is_empty() {
             Ok(Arc::new(self.module))
         } else {

@@ -44,8 +44,8 @@ pub(crate) enum Source {
     Free,
     /// A signal within an instance, by its name there.
     Inside { instance: usize, name: String },
-    /// Whether two payloads are the same; a proof may compare one bit of them.
-    Same { a: usize, b: usize },
+    /// Whether two payloads are the same; a proof may compare one bit of them unless `whole`.
+    Same { a: usize, b: usize, whole: bool },
 }
 
 impl Source {
@@ -53,7 +53,7 @@ impl Source {
     pub(crate) fn operands(&self) -> Vec<usize> {
         match self {
             Self::Free | Self::Inside { .. } => vec![],
-            Self::Same { a, b } => vec![*a, *b],
+            Self::Same { a, b, .. } => vec![*a, *b],
         }
     }
 }
@@ -102,7 +102,7 @@ impl Checks {
         }
         let sources = std::mem::take(&mut checks.sources).into_iter();
         let moved_source = |(id, mut source): (usize, Source)| {
-            if let Source::Same { a, b } = &mut source {
+            if let Source::Same { a, b, .. } = &mut source {
                 [a, b].into_iter().for_each(moved);
             }
             (id + shift, source)
@@ -144,8 +144,28 @@ fn each_operand(op: &mut Op, mut visit: impl FnMut(&mut usize)) {
 }
 
 impl Module {
-    /// Modules below without checks in them or below, topmost ones alone: they carry data, and a
-    /// proof lets their outputs be anything.
+    /// Whether the module has checks that are proven of it alone: they are of data, in a module
+    /// without a reset.
+    #[must_use]
+    pub fn is_proven_alone(&self) -> bool {
+        !self.checks.list.is_empty() && !self.has_reset()
+    }
+
+    /// Modules below that are proven alone, by name.
+    #[must_use]
+    pub fn proven_alone(&self) -> BTreeMap<String, Arc<Self>> {
+        let mut all = BTreeMap::new();
+        for child in self.instances.iter().map(|instance| &instance.module) {
+            if child.is_proven_alone() {
+                all.insert(child.name.clone(), Arc::clone(child));
+            }
+            all.extend(child.proven_alone());
+        }
+        all
+    }
+
+    /// Modules below that carry data, topmost ones alone: those without checks in them or below, and
+    /// those that are proven alone. A proof lets their outputs be anything.
     #[must_use]
     pub fn data_modules(&self) -> BTreeSet<String> {
         self.data_modules_beside(&BTreeSet::new())
@@ -156,7 +176,8 @@ impl Module {
     pub fn data_modules_beside(&self, apart: &BTreeSet<String>) -> BTreeSet<String> {
         let mut all = BTreeSet::new();
         for child in self.instances.iter().map(|instance| &instance.module) {
-            if apart.contains(&child.name) || child.checks().is_empty() {
+            let is_apart = apart.contains(&child.name) || child.is_proven_alone();
+            if is_apart || child.checks().is_empty() {
                 all.insert(child.name.clone());
             } else {
                 all.extend(child.data_modules_beside(apart));
@@ -165,7 +186,8 @@ impl Module {
         all
     }
 
-    /// The checks of the module and of its instances, those of an array of instances once.
+    /// The checks of the module and of its instances, those of an array of instances once, without
+    /// those of modules that are proven alone.
     #[must_use]
     pub fn checks(self: &Arc<Self>) -> Vec<CheckInfo> {
         self.checks_beside(&BTreeSet::new())
@@ -197,7 +219,8 @@ fn list(module: &Module, path: &str, apart: &BTreeSet<String>, all: &mut Vec<Che
             let others = a.first + 1..a.first + a.count();
             others.contains(&at)
         });
-        if !later && !apart.contains(&instance.module.name) {
+        let is_apart = apart.contains(&instance.module.name) || instance.module.is_proven_alone();
+        if !later && !is_apart {
             let path = format!("{path}{}.", instance.name);
             list(&instance.module, &path, apart, all);
         }

@@ -10,6 +10,7 @@ use crate::node::Op;
 pub fn check_modules(header: &Header) -> Vec<(&'static str, String)> {
     let files = [
         ("potamoi_checking.v", include_str!("checks/checking.v")),
+        ("potamoi_begun.v", include_str!("checks/begun.v")),
         ("potamoi_assert.v", include_str!("checks/assert.v")),
         ("potamoi_assume.v", include_str!("checks/assume.v")),
         ("potamoi_cover.v", include_str!("checks/cover.v")),
@@ -34,6 +35,10 @@ impl Printer<'_> {
         self.gap();
         let mut own = Printer::new(&joined);
         own.exprs.names = Names::of_checks(&joined, &self.exprs.names);
+        if self.module.macro_hook {
+            // What is within the body is not there where a macro stands in its place.
+            own.exprs.names.name_outputs_as_ports();
+        }
         own.ghosts();
         own.statements(top);
         self.text.push_str("`ifdef POTAMOI_CHECKS\n");
@@ -44,11 +49,19 @@ impl Printer<'_> {
     /// Declarations of what only the checks use, in the order of their use.
     fn ghosts(&mut self) {
         self.line(1, "// Checks: docs/explanation/proofs.md");
-        self.line(1, "wire checking;  // out of reset, and reset once");
-        self.line(
-            1,
-            "potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));",
-        );
+        let when = match self.module.has_reset() {
+            true => [
+                "wire checking;  // out of reset, and reset once",
+                "potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));",
+            ],
+            false => [
+                "wire checking;  // from the second clock edge on",
+                "potamoi_begun check_begun (.clk(clk), .on(checking));",
+            ],
+        };
+        for line in when {
+            self.line(1, line);
+        }
         let printed: Vec<usize> = (0..self.module.nodes.len())
             .filter(|id| self.exprs.names.live[*id] && self.exprs.names.ident(*id).is_some())
             .collect();
@@ -84,13 +97,14 @@ impl Printer<'_> {
                 let text = format!("potamoi_free #(.WIDTH({width})) any_{name} (.value({name}));");
                 self.line(1, &text);
             }
-            Source::Same { a, b } => {
+            Source::Same { a, b, whole } => {
                 let of = self.module.nodes[*a].ty.width;
                 let (a, b) = (self.exprs.operand(*a), self.exprs.operand(*b));
                 self.declarations();
                 self.line(1, &format!("wire {name};{note}"));
                 let text = format!(
-                    "potamoi_same #(.WIDTH({of})) is_{name} (.a({a}), .b({b}), .same({name}));"
+                    "potamoi_same #(.WIDTH({of}){}) is_{name} (.a({a}), .b({b}), .same({name}));",
+                    if *whole { ", .WHOLE(1)" } else { "" }
                 );
                 self.line(1, &text);
             }

@@ -51,6 +51,13 @@ impl<'a> Names<'a> {
         this
     }
 
+    /// Names what drives an output after its port.
+    pub(super) fn name_outputs_as_ports(&mut self) {
+        for port in self.module.ports.iter().filter(|port| port.output) {
+            self.of[port.node] = Some(port.name.clone());
+        }
+    }
+
     /// The identifier of a node, if it has one.
     pub(super) fn ident(&self, id: usize) -> Option<&str> {
         self.of[id].as_deref()

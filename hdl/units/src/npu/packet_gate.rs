@@ -40,6 +40,7 @@ pub(super) fn packet_gate() -> Result<Arc<Module>, IrErrors> {
     let open = m.any(left);
     let open = m.name(open, "open");
     let passes = m.and(open, ready);
+    let passes = m.name(passes, "s_tready");
     let ends = m.all_of(&[valid, passes, last]);
     let ends = m.name(ends, "ends");
     let step = m.extend(step, WORD_BITS);
@@ -51,6 +52,7 @@ pub(super) fn packet_gate() -> Result<Arc<Module>, IrErrors> {
     let changes = m.or(start, ends);
     m.set_next_if(left, changes, next);
     let shown = m.and(open, valid);
+    let shown = m.name(shown, "m_tvalid");
     m.output("m_tvalid", shown, "to the unit");
     m.output("s_tready", passes, "to the master");
     m.output("is_open", open, "packets are still to come");

@@ -9,6 +9,7 @@ use super::alu::{EXACT, exact, requantise};
 use super::exponential;
 use super::lane_control::LaneControl;
 use super::operation_kinds::OperationKinds;
+use crate::data_checks::{Held, held_without_enable};
 
 /// Builds `vector_lane`.
 ///
@@ -81,6 +82,11 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.output("torn", torn, "some bytes are kept and some are not");
     if let Some(more) = more {
         m.output("more", more, "has steps to take after the next clock");
+    }
+    if kinds.elementwise {
+        let register = "exact".to_owned();
+        let enable = "accept";
+        held_without_enable(m, &[Held { register, enable }]);
     }
     builder.finish()
 }

@@ -36,5 +36,7 @@ pub(crate) fn cell_reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
     }
     let result = rounded_once(&mut m, config, acc);
     m.output("result", result, "the sum, rounded and saturated");
+    let vertices: Vec<String> = (0..MAX_VERTICES).map(|v| v.to_string()).collect();
+    enables.checks(&mut m, &vertices);
     m.finish()
 }

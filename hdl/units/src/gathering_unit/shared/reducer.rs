@@ -9,6 +9,8 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::timing::ReducerStage;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
+use crate::data_checks::{Held, held_without_enable};
+
 /// Enable of each built stage, first to last.
 pub(crate) struct Enables(Vec<(ReducerStage, Signal)>);
 
@@ -35,6 +37,29 @@ impl Enables {
 
     fn all(&self) -> impl Iterator<Item = Signal> + '_ {
         self.0.iter().map(|(_, enable)| *enable)
+    }
+
+    /// Checks of the registers of the stages; those of products have a name that ends on one of `of`.
+    pub(crate) fn checks(&self, m: &mut ModuleBuilder, of: &[String]) {
+        let mut held = vec![];
+        for (at, (stage, _)) in self.0.iter().enumerate() {
+            let enable = if at == 0 { "valid" } else { stage_name(*stage) };
+            let names: &[&str] = match stage {
+                ReducerStage::Operands => &["held_feature", "held_weight"],
+                ReducerStage::PartialProducts => &["product_of_low_bits", "product_of_high_bits"],
+                ReducerStage::Product => &["held_product"],
+                ReducerStage::Sum => {
+                    let register = "acc".to_owned();
+                    held.push(Held { register, enable });
+                    continue;
+                }
+            };
+            for name in names {
+                let registers = of.iter().map(|of| format!("{name}{of}"));
+                held.extend(registers.map(|register| Held { register, enable }));
+            }
+        }
+        held_without_enable(m, &held);
     }
 }
 
@@ -75,6 +100,11 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         }
         let result = m.as_unsigned(held);
         m.output("result", result, "the feature");
+        let held = enables.0.iter().enumerate().map(|(at, (stage, _))| Held {
+            register: format!("held{at}"),
+            enable: if at == 0 { "valid" } else { stage_name(*stage) },
+        });
+        held_without_enable(&mut m, &held.collect::<Vec<_>>());
         return m.finish();
     }
     m.doc("Multiply-accumulate of one channel over an entry's vertices, rounded once.");
@@ -107,10 +137,12 @@ pub(crate) fn reducer(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let sum = m.truncate(acc, acc_bits.min(32));
         let result = m.as_unsigned(sum);
         m.output("result", result, "the sum so far, in units of 2^-W");
+        enables.checks(&mut m, &[String::new()]);
         return m.finish();
     }
     let result = rounded_once(&mut m, config, acc);
     m.output("result", result, "the sum so far, rounded and saturated");
+    enables.checks(&mut m, &[String::new()]);
     m.finish()
 }
 
