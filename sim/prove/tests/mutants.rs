@@ -283,12 +283,7 @@ const RIT_BANK: [Mutant; 1] = [[
     "word <= mem[raddr];",
 ]];
 const REDUCER: [Mutant; 1] = [["acc_held", "reducer.v", "if (valid) acc", "acc"]];
-const LANE: [Mutant; 1] = [[
-    "exact_held",
-    "vector_lane.v",
-    "if (accept) exact",
-    "exact",
-]];
+const LANE: [Mutant; 1] = [["exact_held", "vector_lane.v", "if (accept) exact", "exact"]];
 const HALVES: [Mutant; 4] = [
     [
         "low_written",

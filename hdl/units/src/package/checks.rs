@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use potamoi_netlist::{Header, check_modules};
 
-use super::{Package, Unit};
+use super::{Package, Proof, Unit};
 
 /// Folder of the modules.
 const CHECKS: &str = "checks";
@@ -36,23 +36,47 @@ fn task(package: &Package, unit: &Unit, checks: &[String]) -> String {
         .iter()
         .filter_map(|path| path.rsplit('/').next())
         .collect();
-    let cut: String = match unit.data_modules.is_empty() {
-        true => String::new(),
-        false => format!("cutpoint {}\n", unit.data_modules.join(" ")),
-    };
+    let mut tasks = vec![("cover".to_owned(), &unit.proofs[0])];
+    tasks.extend(unit.proofs.iter().enumerate().map(|(at, proof)| {
+        let name = if at == 0 { "prove" } else { &proof.top };
+        (name.to_owned(), proof)
+    }));
+    let names_of_tasks: Vec<&str> = tasks.iter().map(|(name, _)| name.as_str()).collect();
+    let options: String = names_of_tasks.iter().map(|task| options(task)).collect();
+    let scripts: String = tasks
+        .iter()
+        .map(|(task, proof)| script(task, proof))
+        .collect();
     format!(
-        "{}#\n# SymbiYosys, with Yices: sby -f {}.sby. Data is left out: modules without checks give any\n\
-         # outputs, and one bit of a payload stands for all.\n\n\
-         [tasks]\nprove\ncover\n\n\
-         [options]\nprove: mode prove\nprove: depth 2\ncover: mode cover\ncover: depth 30\n\n\
+        "{}#\n# SymbiYosys, with Yices: sby -f {}.sby. Data is left out: modules without checks, and those with\n\
+         # a task of their own, give any outputs, and one bit of a payload stands for all.\n\n\
+         [tasks]\n{}\n\n\
+         [options]\n{options}\n\
          [engines]\nsmtbmc yices\n\n\
-         [script]\nread_verilog -formal -DPOTAMOI_CHECKS -DPOTAMOI_ONE_BIT {}\n\
-         hierarchy -top {}\nproc\n{cut}flatten\nprep -top {}\n\n[files]\n{}\n",
+         [script]\nread_verilog -formal -DPOTAMOI_CHECKS -DPOTAMOI_ONE_BIT {}\n{scripts}\n\
+         [files]\n{}\n",
         package.head("#"),
         unit.name,
+        names_of_tasks.join("\n"),
         names.join(" "),
-        unit.top,
-        unit.top,
         paths.join("\n"),
     )
+}
+
+fn options(task: &str) -> String {
+    match task {
+        "cover" => "cover: mode cover\ncover: depth 30\n".to_owned(),
+        _ => format!("{task}: mode prove\n{task}: depth 2\n"),
+    }
+}
+
+/// Commands of a task, once all Verilog is read.
+fn script(task: &str, Proof { top, left_out }: &Proof) -> String {
+    let mut lines = vec![format!("hierarchy -top {top}"), "proc".to_owned()];
+    if !left_out.is_empty() {
+        lines.push(format!("cutpoint {}", left_out.join(" ")));
+    }
+    lines.extend(["flatten".to_owned(), format!("prep -top {top}")]);
+    let lines = lines.iter().map(|line| format!("{task}: {line}\n"));
+    lines.collect()
 }

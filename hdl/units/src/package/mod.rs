@@ -11,7 +11,7 @@ mod fusesoc;
 mod make;
 mod waves;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
@@ -52,8 +52,15 @@ struct Unit {
     /// Paths of its bench: the testbench first, then what it reads.
     bench: Vec<String>,
     ports: Vec<PortInfo>,
-    /// Modules that carry only data, which a proof leaves out.
-    data_modules: Vec<String>,
+    /// What is proven apart: the unit first, then its modules that are proven alone.
+    proofs: Vec<Proof>,
+}
+
+/// What is proven apart, and the modules in it that the proof leaves out.
+#[derive(Debug)]
+struct Proof {
+    top: String,
+    left_out: Vec<String>,
 }
 
 impl Package {
@@ -171,9 +178,24 @@ impl Unit {
             verilog: own(&|path| parts.iter().any(|folder| lies_in(path, folder))),
             bench: of_bench,
             ports: module.ports(),
-            data_modules: (module.data_modules().iter())
-                .map(|of| format!("{prefix}{of}"))
-                .collect(),
+            proofs: proofs(name, module, prefix, parts),
         }
     }
+}
+
+/// Proofs of a unit that consists of `parts`; parts have proofs of their own.
+fn proofs(name: &str, module: &Module, prefix: &str, parts: &[&str]) -> Vec<Proof> {
+    let others = parts.iter().filter(|part| **part != name);
+    let apart: BTreeSet<String> = others.map(|part| (*part).to_owned()).collect();
+    let proof = |module: &Module| Proof {
+        top: format!("{prefix}{}", module.name()),
+        left_out: (module.data_modules_beside(&apart).iter())
+            .map(|of| format!("{prefix}{of}"))
+            .collect(),
+    };
+    let mut all = vec![proof(module)];
+    if apart.is_empty() {
+        all.extend(module.proven_alone().values().map(|alone| proof(alone)));
+    }
+    all
 }
