@@ -444,7 +444,13 @@ module gathering_unit (
       {2{kept_ports[8]}}, {2{kept_ports[7]}}, {2{kept_ports[6]}}, {2{kept_ports[5]}},
       {2{kept_ports[4]}}, {2{kept_ports[3]}}, {2{kept_ports[2]}}, {2{kept_ports[1]}},
       {2{kept_ports[0]}}};
-  reg waits;
+`ifdef FORMAL
+  (* hierconn *) wire [2:0] \results.count ;
+  wire [2:0] results_count = \results.count ;
+`else
+  wire [2:0] results_count = results.count;
+`endif
+  reg beat_open, waits;
   reg [255:0] tdata_past;
   wire tdata_stays;
   potamoi_same #(.WIDTH(256)) is_tdata_stays (.a(results_data[255:0]), .b(tdata_past),
@@ -461,24 +467,42 @@ module gathering_unit (
   wire tuser_stays;
   potamoi_same #(.WIDTH(256)) is_tuser_stays (.a(results_data[511:256]), .b(tuser_past),
       .same(tuser_stays));
+  reg [31:0] elapsed;
+  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
+      elapsed} + 33'd1);
+  reg [31:0] elapsed_shown;
+  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
+      ({1'd0, elapsed} + 33'd1);
+  reg [31:0] entries_again;
+  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {28'd0,
+      entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {28'd0, entries_of_group});
 
   always @(posedge clk) begin
     if (!rst_n) begin
+      beat_open <= 1'b0;
       waits <= 1'b0;
       tdata_past <= 256'h0;
       tkeep_past <= 32'd0;
       tlast_past <= 1'b0;
       tuser_past <= 256'h0;
+      elapsed <= 32'd0;
+      elapsed_shown <= 32'd0;
+      entries_again <= 32'd0;
     end else begin
+      beat_open <= (beat_open | beat_start) & (~completes);
       waits <= results_valid & (~m_axis_feat_tready);
       tdata_past <= results_data[255:0];
       tkeep_past <= kept_ports_15_joined;
       tlast_past <= results_data[528];
       tuser_past <= results_data[511:256];
+      if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
+      if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      if (cfg_clear | (step_done & step_ends_entries)) entries_again <= by_cfg_clear_3[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past};
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
+      by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==
@@ -491,12 +515,57 @@ module gathering_unit (
   // The RIT stream raises no flag.
   potamoi_assume check_regular (.clk(clk), .on(checking), .good(~(|rit_errors)));
 
+  // Every beat in flight is open, in the pipeline or in the FIFO: none is lost, none is there
+  // twice.
+  potamoi_assert check_balance (.clk(clk), .on(checking), .good({4'd0, in_flight} == ({1'd0, {1'd0,
+      {1'd0, {1'd0, results_count} + {3'd0, s_push}} + {4'd0, x_completes}} + {5'd0, d_completes}} +
+      {6'd0, beat_open})));
+
+  // No more beats are in flight than the FIFO has words.
+  potamoi_assert check_credit (.clk(clk), .on(checking), .good(in_flight <= 3'd5));
+
+  // An idle unit has nothing in flight.
+  potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~idle) | (~(step_valid |
+      beat_open | d_completes | x_completes | s_push | rit_p_valid | results_valid))));
+  potamoi_assert check_first_round_opens (.clk(clk), .on(checking), .good((~step_valid) | (beat_open
+      == (~begins_channel))));
+  potamoi_assert check_next_begins_after_last (.clk(clk), .on(checking), .good((~(next_vertex ==
+      3'd0)) | (step_valid ? step_last : (~beat_open))));
+  potamoi_assert check_next_goes_on (.clk(clk), .on(checking), .good((~(next_vertex != 3'd0)) |
+      (step_valid ? (~step_last) : beat_open)));
+  potamoi_assert check_vertex_in_range (.clk(clk), .on(checking), .good(next_vertex <= top_vertex));
+  potamoi_assert check_pass_ends_with_beat (.clk(clk), .on(checking), .good((~(step_valid &
+      step_ends_pass)) | step_last));
+  potamoi_assert check_open_has_rows (.clk(clk), .on(checking), .good((~beat_open) |
+      mft_is_loaded));
+
   // tvalid stays until tready.
   potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | results_valid));
 
   // tdata, tkeep, tlast and tuser stay until tready.
   potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
       tkeep_stays & tlast_stays & tuser_stays)));
+  potamoi_assert check_running_sum (.clk(clk), .on(checking), .good((~(elapsed < 32'hffffffff)) |
+      ((({1'd0, {1'd0, {1'd0, {1'd0, stat_busy} + {1'd0, running_fifo}} + {2'd0, running_mft}} +
+      {3'd0, running_rit}} + {4'd0, stat_stall_bank}) == {4'd0, elapsed}) & (begun ==
+      (|elapsed)))));
+
+  // Busy cycles and stalls are all cycles from the first issue to the last, until they
+  // saturate.
+  potamoi_assert check_no_cycle_lost (.clk(clk), .on(checking), .good((~(elapsed_shown <
+      32'hffffffff)) | (({1'd0, {1'd0, {1'd0, {1'd0, stat_busy} + {1'd0, stat_stall_fifo}} + {2'd0,
+      stat_stall_mft}} + {3'd0, stat_stall_rit}} + {4'd0, stat_stall_bank}) == {4'd0,
+      elapsed_shown})));
+
+  // Every entry of a group that is issued counts.
+  potamoi_assert check_entries_count (.clk(clk), .on(checking), .good(stat_entries ==
+      entries_again));
+
+  // All credit is used.
+  potamoi_cover check_full (.clk(clk), .on(checking), .good(in_flight == 3'd5));
+
+  // A beat of features leaves.
+  potamoi_cover check_delivers (.clk(clk), .on(checking), .good(pop));
 `endif
 endmodule
 

@@ -186,6 +186,37 @@ module mft (
   assign overflow = (write_accept & some_rows & (~write_room)) | block_misshapen;
 
   wire unused_ok = &{1'b0, cfg_channels[6:4], write_block_wide[9:6]};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire by_read_half = read_half ? loaded_1 : loaded_0;
+
+  // Rows are read only of a half that is loaded.
+  potamoi_assert check_reads_loaded (.clk(clk), .on(checking), .good((~(|read)) | by_read_half));
+
+  // Only a loaded half is freed.
+  potamoi_assert check_frees_loaded (.clk(clk), .on(checking), .good((~done) | by_read_half));
+
+  // No half is written while it is read.
+  potamoi_assert check_halves_apart (.clk(clk), .on(checking), .good((~(write & (|read))) |
+      (write_half != read_half)));
+
+  // A loaded half is not written until it is freed.
+  potamoi_assert check_none_overwritten (.clk(clk), .on(checking), .good((~write) | (write_half ?
+      (~loaded_1) : (~loaded_0))));
+  potamoi_assert check_halves_in_turn (.clk(clk), .on(checking), .good((loaded_0 != loaded_1) ==
+      (read_half != write_half)));
+  potamoi_assert check_read_half_is_first (.clk(clk), .on(checking), .good((~(loaded_0 | loaded_1))
+      | by_read_half));
+
+  // Both halves are loaded.
+  potamoi_cover check_both_loaded (.clk(clk), .on(checking), .good(loaded_0 & loaded_1));
+
+  // A half is written while the other one is read.
+  potamoi_cover check_written_and_read (.clk(clk), .on(checking), .good(write & (|read)));
+`endif
 endmodule
 
 `default_nettype wire

@@ -30,6 +30,26 @@ module reducer (
       : rounded[15:0]);
 
   wire unused_ok = &{1'b0, product[32:31]};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // from the second clock edge on
+  potamoi_begun check_begun (.clk(clk), .on(checking));
+  reg acc_took;
+  reg [30:0] acc_past;
+  wire acc_is_same;
+  potamoi_same #(.WIDTH(31), .WHOLE(1)) is_acc_is_same (.a(acc), .b(acc_past), .same(acc_is_same));
+
+  always @(posedge clk) begin
+    acc_took <= valid;
+    acc_past <= acc;
+  end
+
+  wire unused_checks = &{1'b0, acc_past};
+
+  // `acc` changes with `valid` alone.
+  potamoi_assert check_acc_held (.clk(clk), .on(checking), .good(acc_took | acc_is_same));
+`endif
 endmodule
 
 `default_nettype wire

@@ -59,6 +59,60 @@ module mft_halves (
   // Outputs
   assign rdata0 = half_of_words ? high_rdata0 : low_rdata0;
   assign rdata1 = half_of_words ? high_rdata1 : low_rdata1;
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // from the second clock edge on
+  potamoi_begun check_begun (.clk(clk), .on(checking));
+`ifdef FORMAL
+  (* hierconn *) wire [8:0] \low.addr0 ;
+  wire [8:0] low_given = \low.addr0 ;
+`else
+  wire [8:0] low_given = low.addr0;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire [8:0] \low.addr1 ;
+  wire [8:0] low_given_second = \low.addr1 ;
+`else
+  wire [8:0] low_given_second = low.addr1;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire [8:0] \high.addr0 ;
+  wire [8:0] high_given = \high.addr0 ;
+`else
+  wire [8:0] high_given = high.addr0;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire [8:0] \high.addr1 ;
+  wire [8:0] high_given_second = \high.addr1 ;
+`else
+  wire [8:0] high_given_second = high.addr1;
+`endif
+
+  // A half that is written gets the row that is written as its address.
+  potamoi_assert check_low_written (.clk(clk), .on(checking), .good((~(~loaded[0])) | (low_given ==
+      waddr)));
+
+  // A half that is read gets the row that is read as its address.
+  potamoi_assert check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) | (low_given ==
+      raddr0)));
+
+  // The second read gets its row as its address.
+  potamoi_assert check_low_read_second (.clk(clk), .on(checking), .good(low_given_second ==
+      raddr1));
+
+  // A half that is written gets the row that is written as its address.
+  potamoi_assert check_high_written (.clk(clk), .on(checking), .good((~(~loaded[1])) | (high_given
+      == waddr)));
+
+  // A half that is read gets the row that is read as its address.
+  potamoi_assert check_high_read (.clk(clk), .on(checking), .good((~loaded[1]) | (high_given ==
+      raddr0)));
+
+  // The second read gets its row as its address.
+  potamoi_assert check_high_read_second (.clk(clk), .on(checking), .good(high_given_second ==
+      raddr1));
+`endif
 endmodule
 
 `default_nettype wire

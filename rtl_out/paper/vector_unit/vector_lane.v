@@ -111,6 +111,27 @@ module vector_lane (
 
   wire unused_ok = &{1'b0, power_extended[22:17], depth_remain[23], dropped_bits[0],
       accum_doubled[2:0]};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // from the second clock edge on
+  potamoi_begun check_begun (.clk(clk), .on(checking));
+  reg exact_took;
+  reg [64:0] exact_past;
+  wire exact_is_same;
+  potamoi_same #(.WIDTH(65), .WHOLE(1)) is_exact_is_same (.a(exact), .b(exact_past),
+      .same(exact_is_same));
+
+  always @(posedge clk) begin
+    exact_took <= accept;
+    exact_past <= exact;
+  end
+
+  wire unused_checks = &{1'b0, exact_past};
+
+  // `exact` changes with `accept` alone.
+  potamoi_assert check_exact_held (.clk(clk), .on(checking), .good(exact_took | exact_is_same));
+`endif
 endmodule
 
 `default_nettype wire

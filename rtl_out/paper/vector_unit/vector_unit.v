@@ -225,6 +225,15 @@ module vector_unit (
   reg tlast_past;
   wire tlast_stays;
   potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(fifo_data[792]), .b(tlast_past), .same(tlast_stays));
+  reg [31:0] vectors_again;
+  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (vectors_again == 32'hffffffff) ? 33'hffffffff :
+      ({1'd0, vectors_again} + 33'd1);
+  reg [31:0] busy_again;
+  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (busy_again == 32'hffffffff) ? 33'hffffffff :
+      ({1'd0, busy_again} + 33'd1);
+  reg [31:0] stall_out_again;
+  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (stall_out_again == 32'hffffffff) ? 33'hffffffff
+      : ({1'd0, stall_out_again} + 33'd1);
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -232,15 +241,25 @@ module vector_unit (
       tdata_past <= 768'h0;
       tkeep_past <= 96'h0;
       tlast_past <= 1'b0;
+      vectors_again <= 32'd0;
+      busy_again <= 32'd0;
+      stall_out_again <= 32'd0;
     end else begin
       waits <= fifo_valid & (~m_axis_vec_tready);
       tdata_past <= fifo_data[767:0];
       tkeep_past <= results_kept_23_joined;
       tlast_past <= fifo_data[792];
+      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept)) vectors_again <=
+          by_cfg_clear[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept) | (|phase)) busy_again <=
+          by_cfg_clear_2[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & (~(|phase)) & (in_flight == 2'd3))) stall_out_again <=
+          by_cfg_clear_3[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past};
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, by_cfg_clear[32],
+      by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   potamoi_assert check_phase_in_range (.clk(clk), .on(checking), .good(phase <= 5'd19));
 
@@ -266,6 +285,17 @@ module vector_unit (
   potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~(s_axis_vec_tvalid &
       m_axis_vec_tready)) | value_and_may_accept | (|fifo_count) | result_valid |
       engine_has_vector));
+
+  // Every vector that enters counts.
+  potamoi_assert check_vectors_count (.clk(clk), .on(checking), .good(stat_vectors ==
+      vectors_again));
+
+  // Every cycle counts in which a vector enters or is in the engine.
+  potamoi_assert check_busy_count (.clk(clk), .on(checking), .good(stat_busy == busy_again));
+
+  // Every cycle counts in which a vector waits for nothing but room.
+  potamoi_assert check_stall_out_count (.clk(clk), .on(checking), .good(stat_stall_out ==
+      stall_out_again));
 
   // All credit is used.
   potamoi_cover check_full (.clk(clk), .on(checking), .good(in_flight == 2'd3));

@@ -83,6 +83,116 @@ module cell_reducer (
 
   assign result = (~rounded[20] & (|rounded[19:15])) ? 16'h7fff : ((rounded[20] &
       ~(&rounded[19:15])) ? 16'h8000 : rounded[15:0]);
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // from the second clock edge on
+  potamoi_begun check_begun (.clk(clk), .on(checking));
+  reg held_product0_took;
+  reg [32:0] held_product0_past;
+  wire held_product0_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product0_is_same (.a(held_product0),
+      .b(held_product0_past), .same(held_product0_is_same));
+  reg held_product1_took;
+  reg [32:0] held_product1_past;
+  wire held_product1_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product1_is_same (.a(held_product1),
+      .b(held_product1_past), .same(held_product1_is_same));
+  reg held_product2_took;
+  reg [32:0] held_product2_past;
+  wire held_product2_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product2_is_same (.a(held_product2),
+      .b(held_product2_past), .same(held_product2_is_same));
+  reg held_product3_took;
+  reg [32:0] held_product3_past;
+  wire held_product3_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product3_is_same (.a(held_product3),
+      .b(held_product3_past), .same(held_product3_is_same));
+  reg held_product4_took;
+  reg [32:0] held_product4_past;
+  wire held_product4_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product4_is_same (.a(held_product4),
+      .b(held_product4_past), .same(held_product4_is_same));
+  reg held_product5_took;
+  reg [32:0] held_product5_past;
+  wire held_product5_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product5_is_same (.a(held_product5),
+      .b(held_product5_past), .same(held_product5_is_same));
+  reg held_product6_took;
+  reg [32:0] held_product6_past;
+  wire held_product6_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product6_is_same (.a(held_product6),
+      .b(held_product6_past), .same(held_product6_is_same));
+  reg held_product7_took;
+  reg [32:0] held_product7_past;
+  wire held_product7_is_same;
+  potamoi_same #(.WIDTH(33), .WHOLE(1)) is_held_product7_is_same (.a(held_product7),
+      .b(held_product7_past), .same(held_product7_is_same));
+  reg acc_took;
+  reg [34:0] acc_past;
+  wire acc_is_same;
+  potamoi_same #(.WIDTH(35), .WHOLE(1)) is_acc_is_same (.a(acc), .b(acc_past), .same(acc_is_same));
+
+  always @(posedge clk) begin
+    held_product0_took <= valid;
+    held_product0_past <= held_product0;
+    held_product1_took <= valid;
+    held_product1_past <= held_product1;
+    held_product2_took <= valid;
+    held_product2_past <= held_product2;
+    held_product3_took <= valid;
+    held_product3_past <= held_product3;
+    held_product4_took <= valid;
+    held_product4_past <= held_product4;
+    held_product5_took <= valid;
+    held_product5_past <= held_product5;
+    held_product6_took <= valid;
+    held_product6_past <= held_product6;
+    held_product7_took <= valid;
+    held_product7_past <= held_product7;
+    acc_took <= sum;
+    acc_past <= acc;
+  end
+
+  wire unused_checks = &{1'b0, held_product0_past, held_product1_past, held_product2_past,
+      held_product3_past, held_product4_past, held_product5_past, held_product6_past,
+      held_product7_past, acc_past};
+
+  // `held_product0` changes with `valid` alone.
+  potamoi_assert check_held_product0_held (.clk(clk), .on(checking), .good(held_product0_took |
+      held_product0_is_same));
+
+  // `held_product1` changes with `valid` alone.
+  potamoi_assert check_held_product1_held (.clk(clk), .on(checking), .good(held_product1_took |
+      held_product1_is_same));
+
+  // `held_product2` changes with `valid` alone.
+  potamoi_assert check_held_product2_held (.clk(clk), .on(checking), .good(held_product2_took |
+      held_product2_is_same));
+
+  // `held_product3` changes with `valid` alone.
+  potamoi_assert check_held_product3_held (.clk(clk), .on(checking), .good(held_product3_took |
+      held_product3_is_same));
+
+  // `held_product4` changes with `valid` alone.
+  potamoi_assert check_held_product4_held (.clk(clk), .on(checking), .good(held_product4_took |
+      held_product4_is_same));
+
+  // `held_product5` changes with `valid` alone.
+  potamoi_assert check_held_product5_held (.clk(clk), .on(checking), .good(held_product5_took |
+      held_product5_is_same));
+
+  // `held_product6` changes with `valid` alone.
+  potamoi_assert check_held_product6_held (.clk(clk), .on(checking), .good(held_product6_took |
+      held_product6_is_same));
+
+  // `held_product7` changes with `valid` alone.
+  potamoi_assert check_held_product7_held (.clk(clk), .on(checking), .good(held_product7_took |
+      held_product7_is_same));
+
+  // `acc` changes with `sum` alone.
+  potamoi_assert check_acc_held (.clk(clk), .on(checking), .good(acc_took | acc_is_same));
+`endif
 endmodule
 
 `default_nettype wire

@@ -64,6 +64,14 @@ module feature_fifo (
   wire [162:0] kept_word = mem[slot];
   wire kept_is_word;
   potamoi_same #(.WIDTH(163)) is_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
+  wire [2:0] any_slot;
+  potamoi_free #(.WIDTH(3)) any_any_slot (.value(any_slot));
+  wire [162:0] stored = mem[any_slot];
+  reg [162:0] was_stored;
+  reg was_pushed, seen;
+  wire stored_is_same;
+  potamoi_same #(.WIDTH(163), .WHOLE(1)) is_stored_is_same (.a(stored), .b(was_stored),
+      .same(stored_is_same));
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -75,6 +83,9 @@ module feature_fifo (
       slot <= 3'd0;
       waits <= 1'b0;
       head <= 163'h0;
+      was_stored <= 163'h0;
+      was_pushed <= 1'b0;
+      seen <= 1'b0;
     end else begin
       if (push) pushes <= pushes_plus_1[3:0];
       if (pop) pops <= pops_plus_1[3:0];
@@ -86,10 +97,13 @@ module feature_fifo (
       end
       waits <= (|count) & (~pop);
       head <= mem_out;
+      was_stored <= stored;
+      was_pushed <= push & (write_pointer == any_slot);
+      seen <= 1'b1;
     end
   end
 
-  wire unused_checks = &{1'b0, pushes_plus_1[4], pops_plus_1[4], word, head, kept_word};
+  wire unused_checks = &{1'b0, pushes_plus_1[4], pops_plus_1[4], word, head, kept_word, was_stored};
 
   // A word is pushed only if there is room.
   potamoi_assert check_has_room (.clk(clk), .on(checking), .good((~push) | (count < 3'd5)));
@@ -118,6 +132,10 @@ module feature_fifo (
       ((({1'd0, read_pointer} + {1'd0, ahead}) == {1'd0, slot}) | (({1'd0, read_pointer} + {1'd0,
       ahead}) == ({1'd0, slot} + 4'd5))))));
   potamoi_assert check_kept (.clk(clk), .on(checking), .good((~tracked) | kept_is_word));
+
+  // A word of the memory changes when one is pushed to its place, and at no other time.
+  potamoi_assert check_written_by_pushes (.clk(clk), .on(checking), .good((~(seen & (any_slot <
+      3'd5) & (~was_pushed))) | stored_is_same));
 
   // The FIFO is full.
   potamoi_cover check_fills (.clk(clk), .on(checking), .good(count == 3'd5));

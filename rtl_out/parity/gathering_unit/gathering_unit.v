@@ -367,6 +367,9 @@ module gathering_unit (
   reg [31:0] elapsed_shown;
   wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, elapsed} + 33'd1);
+  reg [31:0] entries_again;
+  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {31'd0,
+      entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {31'd0, entries_of_group});
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -377,6 +380,7 @@ module gathering_unit (
       tuser_past <= 32'd0;
       elapsed <= 32'd0;
       elapsed_shown <= 32'd0;
+      entries_again <= 32'd0;
     end else begin
       waits <= results_valid & (~m_axis_feat_tready);
       tdata_past <= results_data[127:0];
@@ -385,11 +389,12 @@ module gathering_unit (
       tuser_past <= results_data[159:128];
       if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
       if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      if (cfg_clear | group_done) entries_again <= by_cfg_clear_3[31:0];
     end
   end
 
   wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
-      by_cfg_clear_2[32]};
+      by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==
@@ -434,6 +439,10 @@ module gathering_unit (
   potamoi_assert check_no_cycle_lost (.clk(clk), .on(checking), .good((~(elapsed_shown <
       32'hffffffff)) | (({1'd0, {1'd0, {1'd0, stat_busy} + {1'd0, stat_stall_fifo}} + {2'd0,
       stat_stall_mft}} + {3'd0, stat_stall_rit}) == {3'd0, elapsed_shown})));
+
+  // Every entry of a group that is issued counts.
+  potamoi_assert check_entries_count (.clk(clk), .on(checking), .good(stat_entries ==
+      entries_again));
 
   // All credit is used.
   potamoi_cover check_full (.clk(clk), .on(checking), .good(in_flight == 3'd5));

@@ -45,6 +45,37 @@ module mft_bank (
   assign rdata0 = word0;
   assign rdata1 = word1;
 `endif
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // from the second clock edge on
+  potamoi_begun check_begun (.clk(clk), .on(checking));
+  reg was_read0;
+  reg [15:0] past_rdata0;
+  wire rdata0_is_same;
+  potamoi_same #(.WIDTH(16), .WHOLE(1)) is_rdata0_is_same (.a(rdata0), .b(past_rdata0),
+      .same(rdata0_is_same));
+  reg was_read1;
+  reg [15:0] past_rdata1;
+  wire rdata1_is_same;
+  potamoi_same #(.WIDTH(16), .WHOLE(1)) is_rdata1_is_same (.a(rdata1), .b(past_rdata1),
+      .same(rdata1_is_same));
+
+  always @(posedge clk) begin
+    was_read0 <= re0;
+    past_rdata0 <= rdata0;
+    was_read1 <= re1;
+    past_rdata1 <= rdata1;
+  end
+
+  wire unused_checks = &{1'b0, past_rdata0, past_rdata1};
+
+  // A read alone changes the word that is read.
+  potamoi_assert check_holds0 (.clk(clk), .on(checking), .good(was_read0 | rdata0_is_same));
+
+  // A read alone changes the word that is read.
+  potamoi_assert check_holds1 (.clk(clk), .on(checking), .good(was_read1 | rdata1_is_same));
+`endif
 endmodule
 
 `default_nettype wire

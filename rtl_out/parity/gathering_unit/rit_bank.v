@@ -39,6 +39,27 @@ module rit_bank (
 
   assign rdata = word;
 `endif
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // from the second clock edge on
+  potamoi_begun check_begun (.clk(clk), .on(checking));
+  reg was_read;
+  reg [127:0] past_rdata;
+  wire rdata_is_same;
+  potamoi_same #(.WIDTH(128), .WHOLE(1)) is_rdata_is_same (.a(rdata), .b(past_rdata),
+      .same(rdata_is_same));
+
+  always @(posedge clk) begin
+    was_read <= re;
+    past_rdata <= rdata;
+  end
+
+  wire unused_checks = &{1'b0, past_rdata};
+
+  // A read alone changes the word that is read.
+  potamoi_assert check_holds (.clk(clk), .on(checking), .good(was_read | rdata_is_same));
+`endif
 endmodule
 
 `default_nettype wire

@@ -48,6 +48,40 @@ module mft_halves (
 
   // Outputs
   assign rdata = half_of_words ? high_rdata : low_rdata;
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // from the second clock edge on
+  potamoi_begun check_begun (.clk(clk), .on(checking));
+`ifdef FORMAL
+  (* hierconn *) wire [8:0] \low.addr ;
+  wire [8:0] low_given = \low.addr ;
+`else
+  wire [8:0] low_given = low.addr;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire [8:0] \high.addr ;
+  wire [8:0] high_given = \high.addr ;
+`else
+  wire [8:0] high_given = high.addr;
+`endif
+
+  // A half that is written gets the row that is written as its address.
+  potamoi_assert check_low_written (.clk(clk), .on(checking), .good((~(~loaded[0])) | (low_given ==
+      waddr)));
+
+  // A half that is read gets the row that is read as its address.
+  potamoi_assert check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) | (low_given ==
+      raddr)));
+
+  // A half that is written gets the row that is written as its address.
+  potamoi_assert check_high_written (.clk(clk), .on(checking), .good((~(~loaded[1])) | (high_given
+      == waddr)));
+
+  // A half that is read gets the row that is read as its address.
+  potamoi_assert check_high_read (.clk(clk), .on(checking), .good((~loaded[1]) | (high_given ==
+      raddr)));
+`endif
 endmodule
 
 `default_nettype wire

@@ -95,6 +95,99 @@ module npu_axi_lite (
 
   // every access is allowed
   wire unused_ok = &{1'b0, s_axil_awaddr[1:0], s_axil_awprot, s_axil_araddr[1:0], s_axil_arprot};
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire b_taken = s_axil_bvalid & s_axil_bready;
+  wire r_taken = s_axil_rvalid & s_axil_rready;
+  reg b_waits, r_waits;
+  reg [1:0] bresp_past, rresp_past, open_addresses;
+  reg [31:0] rdata_past;
+  wire [2:0] open_addresses_sum_minus_b_taken = ({1'd0, open_addresses} + {2'd0, takes_address}) -
+      {2'd0, b_taken};
+  reg [1:0] open_data;
+  wire [2:0] open_data_sum_minus_b_taken = ({1'd0, open_data} + {2'd0, takes_data}) - {2'd0,
+      b_taken};
+  reg [1:0] open_reads;
+  wire [2:0] open_reads_sum_minus_r_taken = ({1'd0, open_reads} + {2'd0, reads}) - {2'd0, r_taken};
+  wire [9:0] awaddr_index = s_axil_awaddr[11:2];
+  reg [9:0] write_index_offered;
+  reg [31:0] write_data_offered, data_given;
+  reg [3:0] write_strobe_offered;
+  reg read_refused, write_refused;
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      b_waits <= 1'b0;
+      bresp_past <= 2'd0;
+      r_waits <= 1'b0;
+      rdata_past <= 32'd0;
+      rresp_past <= 2'd0;
+      open_addresses <= 2'd0;
+      open_data <= 2'd0;
+      open_reads <= 2'd0;
+      write_index_offered <= 10'd0;
+      write_data_offered <= 32'd0;
+      write_strobe_offered <= 4'd0;
+      data_given <= 32'd0;
+      read_refused <= 1'b0;
+      write_refused <= 1'b0;
+    end else begin
+      b_waits <= s_axil_bvalid & (~s_axil_bready);
+      bresp_past <= s_axil_bresp;
+      r_waits <= s_axil_rvalid & (~s_axil_rready);
+      rdata_past <= s_axil_rdata;
+      rresp_past <= s_axil_rresp;
+      open_addresses <= open_addresses_sum_minus_b_taken[1:0];
+      open_data <= open_data_sum_minus_b_taken[1:0];
+      open_reads <= open_reads_sum_minus_r_taken[1:0];
+      if (takes_address) write_index_offered <= awaddr_index;
+      if (takes_data) begin
+        write_data_offered <= s_axil_wdata;
+        write_strobe_offered <= s_axil_wstrb;
+      end
+      if (reads) begin
+        data_given <= read_data;
+        read_refused <= read_error;
+      end
+      if (writes) write_refused <= write_error;
+    end
+  end
+
+  wire unused_checks = &{1'b0, open_addresses_sum_minus_b_taken[2], open_data_sum_minus_b_taken[2],
+      open_reads_sum_minus_r_taken[2]};
+
+  // bvalid and bresp stay until bready.
+  potamoi_assert check_write_response_stays (.clk(clk), .on(checking), .good((~b_waits) |
+      (s_axil_bvalid & (s_axil_bresp == bresp_past))));
+
+  // rvalid, rdata and rresp stay until rready.
+  potamoi_assert check_read_response_stays (.clk(clk), .on(checking), .good((~r_waits) |
+      (s_axil_rvalid & (s_axil_rdata == rdata_past) & (s_axil_rresp == rresp_past))));
+
+  // Every write is answered once, after its address and its data: none is lost.
+  potamoi_assert check_writes_answered (.clk(clk), .on(checking), .good((open_addresses == ({1'd0,
+      has_address} + {1'd0, s_axil_bvalid})) & (open_data == ({1'd0, has_data} + {1'd0,
+      s_axil_bvalid}))));
+  potamoi_assert check_answered_or_waiting (.clk(clk), .on(checking), .good((~s_axil_bvalid) |
+      ((~has_address) & (~has_data))));
+
+  // Every read is answered once.
+  potamoi_assert check_reads_answered (.clk(clk), .on(checking), .good(open_reads == {1'd0,
+      s_axil_rvalid}));
+
+  // The registers are given the address, data and strobes that the master offered last.
+  potamoi_assert check_written_as_offered (.clk(clk), .on(checking), .good((write_index ==
+      write_index_offered) & (write_data == write_data_offered) & (write_strobe ==
+      write_strobe_offered)));
+
+  // The master gets the data of the registers, and SLVERR where they refuse.
+  potamoi_assert check_answered_as_given (.clk(clk), .on(checking), .good((s_axil_rdata ==
+      data_given) & (s_axil_rresp == (read_refused ? 2'd2 : 2'd0)) & (s_axil_bresp == (write_refused
+      ? 2'd2 : 2'd0))));
+`endif
 endmodule
 
 `default_nettype wire

@@ -22,9 +22,10 @@ module npu_packet_gate (
 
   reg [31:0] left;
   wire open = |left;
-  wire open_and_m_tready = open & m_tready;
-  wire ends = s_tvalid & open_and_m_tready & s_tlast;
+  assign s_tready = open & m_tready;
+  wire ends = s_tvalid & s_tready & s_tlast;
   wire [31:0] step_wide = {25'd0, step};
+  assign m_tvalid = open & s_tvalid;
 
   always @(posedge clk) begin
     if (!rst_n) left <= 32'd0;
@@ -32,9 +33,21 @@ module npu_packet_gate (
         step_wide);
   end
 
-  assign m_tvalid = open & s_tvalid;
-  assign s_tready = open_and_m_tready;
   assign is_open = open;
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+
+  // A closed gate offers nothing and takes nothing.
+  potamoi_assert check_closed_passes_nothing (.clk(clk), .on(checking), .good((~(m_tvalid |
+      s_tready)) | (|left)));
+
+  // A beat leaves the master when it enters the unit: none is lost, none is there twice.
+  potamoi_assert check_passes_at_both_sides (.clk(clk), .on(checking), .good((s_tvalid & s_tready)
+      == (m_tvalid & m_tready)));
+`endif
 endmodule
 
 `default_nettype wire

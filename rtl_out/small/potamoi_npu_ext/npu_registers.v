@@ -131,6 +131,8 @@ module npu_registers (
   wire irq_status_addressed = write_index == 10'd10;
   wire irq_status_written = write & irq_status_addressed;
   wire irq_status_read = read_index == 10'd10;
+  wire [31:0] irq_status_word = {26'd0, irq_status_vu_refused, irq_status_gu_refused,
+      irq_status_vu_error, irq_status_gu_error, irq_status_vu_done, irq_status_gu_done};
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -160,6 +162,8 @@ module npu_registers (
   wire irq_enable_addressed = write_index == 10'd11;
   wire irq_enable_written = write & irq_enable_addressed;
   wire irq_enable_read = read_index == 10'd11;
+  wire [31:0] irq_enable_word = {26'd0, irq_enable_vu_refused, irq_enable_gu_refused,
+      irq_enable_vu_error, irq_enable_gu_error, irq_enable_vu_done, irq_enable_gu_done};
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -183,6 +187,7 @@ module npu_registers (
   wire gu_mode_addressed = write_index == 10'd16;
   wire gu_mode_written = write & gu_mode_addressed;
   wire gu_mode_read = read_index == 10'd16;
+  wire [31:0] gu_mode_word = {17'd0, gu_mode_segments, 6'd0, gu_mode_vertices};
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -251,23 +256,16 @@ module npu_registers (
   wire vu_stall_out_read = read_index == 10'd100;
 
   // Outputs
-  assign control_gu_start = control_written & written_ones[0];
-  assign control_vu_start = control_written & written_ones[1];
-  assign control_clear = control_written & written_ones[2];
-  assign control_snapshot = control_written & written_ones[3];
-  assign read_data = ({32{id_read}} & 32'h504f5441) | ({32{version_read}} & {16'd1, 16'd0}) |
+  wire [31:0] word_read = ({32{id_read}} & 32'h504f5441) | ({32{version_read}} & {16'd1, 16'd0}) |
       ({32{config_low_read}} & 32'h530a3aa6) | ({32{config_high_read}} & {16'd0, 16'he07f}) |
       ({32{gu_params_read}} & {4'd0, 4'd15, 3'd0, 5'd16, 4'd15, 4'd1, 8'd8}) | ({32{gu_limits_read}}
       & {1'b0, 7'd8, 7'd0, 17'd512}) | ({32{gu_streams_read}} & {12'd16, 10'd16, 10'd8}) |
       ({32{vu_params_read}} & {3'd0, 5'd16, 3'd0, 9'd127, 3'd0, 9'd4}) | ({32{control_read}} &
       {28'd0, 1'b0, 1'b0, 1'b0, 1'b0}) | ({32{status_read}} & {28'd0, status_vu_idle,
-      status_gu_idle, status_vu_running, status_gu_running}) | ({32{irq_status_read}} & {26'd0,
-      irq_status_vu_refused, irq_status_gu_refused, irq_status_vu_error, irq_status_gu_error,
-      irq_status_vu_done, irq_status_gu_done}) | ({32{irq_enable_read}} & {26'd0,
-      irq_enable_vu_refused, irq_enable_gu_refused, irq_enable_vu_error, irq_enable_gu_error,
-      irq_enable_vu_done, irq_enable_gu_done}) | ({32{gu_mode_read}} & {17'd0, gu_mode_segments,
-      6'd0, gu_mode_vertices}) | ({32{gu_packets_read}} & gu_packets) | ({32{gu_left_read}} &
-      gu_left) | ({32{gu_errors_read}} & {23'd0, gu_errors_setting_moved, gu_errors_bad_setting,
+      status_gu_idle, status_vu_running, status_gu_running}) | ({32{irq_status_read}} &
+      irq_status_word) | ({32{irq_enable_read}} & irq_enable_word) | ({32{gu_mode_read}} &
+      gu_mode_word) | ({32{gu_packets_read}} & gu_packets) | ({32{gu_left_read}} & gu_left) |
+      ({32{gu_errors_read}} & {23'd0, gu_errors_setting_moved, gu_errors_bad_setting,
       gu_errors_mft_row_dropped, gu_errors_rit_too_large, gu_errors_gap_in_beat,
       gu_errors_ragged_entries, gu_errors_weights_off_one, gu_errors_weight_too_large,
       gu_errors_row_not_loaded}) | ({32{vu_packets_read}} & vu_packets) | ({32{vu_left_read}} &
@@ -276,6 +274,12 @@ module npu_registers (
       gu_stall_fifo) | ({32{gu_stall_mft_read}} & gu_stall_mft) | ({32{gu_stall_rit_read}} &
       gu_stall_rit) | ({32{gu_entries_read}} & gu_entries) | ({32{vu_vectors_read}} & vu_vectors) |
       ({32{vu_busy_read}} & vu_busy) | ({32{vu_stall_out_read}} & vu_stall_out);
+
+  assign control_gu_start = control_written & written_ones[0];
+  assign control_vu_start = control_written & written_ones[1];
+  assign control_clear = control_written & written_ones[2];
+  assign control_snapshot = control_written & written_ones[3];
+  assign read_data = word_read;
   assign read_error = ~(id_read | version_read | config_low_read | config_high_read | gu_params_read
       | gu_limits_read | gu_streams_read | vu_params_read | control_read | status_read |
       irq_status_read | irq_enable_read | gu_mode_read | gu_packets_read | gu_left_read |
@@ -284,6 +288,76 @@ module npu_registers (
       | vu_busy_read | vu_stall_out_read);
   assign write_error = ~(control_addressed | irq_status_addressed | irq_enable_addressed |
       gu_mode_addressed | gu_packets_addressed | vu_packets_addressed);
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  wire [9:0] any_register;
+  potamoi_free #(.WIDTH(10)) any_any_register (.value(any_register));
+  wire any_written = write & (write_index == any_register);
+  reg [31:0] value_written, bits_written;
+  wire any_is_irq_enable = any_register == 10'd11;
+  wire [31:0] any_irq_enable_bits = {32{any_is_irq_enable}} & 32'd63;
+  wire irq_enable_differs = |((irq_enable_word ^ value_written) & bits_written &
+      any_irq_enable_bits);
+  wire any_is_gu_mode = any_register == 10'd16;
+  wire [31:0] any_gu_mode_bits = {32{any_is_gu_mode}} & 32'h7f03;
+  wire gu_mode_differs = |((gu_mode_word ^ value_written) & bits_written & any_gu_mode_bits);
+  wire any_is_gu_packets = any_register == 10'd17;
+  wire [31:0] any_gu_packets_bits = {32{any_is_gu_packets}} & 32'hffffffff;
+  wire gu_packets_differs = |((gu_packets ^ value_written) & bits_written & any_gu_packets_bits);
+  wire any_is_vu_packets = any_register == 10'd20;
+  wire [31:0] any_vu_packets_bits = {32{any_is_vu_packets}} & 32'hffffffff;
+  wire vu_packets_differs = |((vu_packets ^ value_written) & bits_written & any_vu_packets_bits);
+  wire read_differs = |((word_read ^ value_written) & bits_written & (any_irq_enable_bits |
+      any_gu_mode_bits | any_gu_packets_bits | any_vu_packets_bits));
+  reg [31:0] irq_status_was_set, irq_status_was_cleared, irq_status_before;
+  wire [31:0] not_irq_status_word = ~irq_status_word;
+  wire none_lost_now = ~(|(irq_status_was_set & not_irq_status_word & 32'd63));
+  wire events_stay_now = ~(|(irq_status_before & (~irq_status_was_cleared) & not_irq_status_word));
+  wire events_clear_now = ~(|(irq_status_was_cleared & (~irq_status_was_set) & irq_status_word));
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      value_written <= 32'd0;
+      bits_written <= 32'd0;
+      irq_status_was_set <= 32'd0;
+      irq_status_was_cleared <= 32'd0;
+      irq_status_before <= 32'd0;
+    end else begin
+      if (any_written) begin
+        value_written <= (value_written & (~write_mask)) | written_ones;
+        bits_written <= bits_written | write_mask;
+      end
+      irq_status_was_set <= {26'd0, irq_status_vu_refused_set, irq_status_gu_refused_set,
+          irq_status_vu_error_set, irq_status_gu_error_set, irq_status_vu_done_set,
+          irq_status_gu_done_set};
+      irq_status_was_cleared <= {32{irq_status_written}} & written_ones;
+      irq_status_before <= irq_status_word;
+    end
+  end
+
+  wire unused_checks = &{1'b0, none_lost_now, events_stay_now, events_clear_now};
+
+  potamoi_assert check_irq_enable_kept (.clk(clk), .on(checking), .good(~irq_enable_differs));
+  potamoi_assert check_gu_mode_kept (.clk(clk), .on(checking), .good(~gu_mode_differs));
+  potamoi_assert check_gu_packets_kept (.clk(clk), .on(checking), .good(~gu_packets_differs));
+  potamoi_assert check_vu_packets_kept (.clk(clk), .on(checking), .good(~vu_packets_differs));
+
+  // A read of a register that software writes gives what was written last, byte by byte.
+  potamoi_assert check_read_as_written (.clk(clk), .on(checking), .good((~(read_index ==
+      any_register)) | (~read_differs)));
+
+  // An event sets its bit even at the edge at which software clears it.
+  potamoi_assert check_none_lost (.clk(clk), .on(checking), .good(none_lost_now));
+
+  // The bit of an event stays until software writes 1 to it.
+  potamoi_assert check_events_stay (.clk(clk), .on(checking), .good(events_stay_now));
+
+  // Writing 1 clears the bit of an event.
+  potamoi_assert check_events_clear (.clk(clk), .on(checking), .good(events_clear_now));
+`endif
 endmodule
 
 `default_nettype wire

@@ -267,6 +267,15 @@ module vector_unit (
   reg tlast_past;
   wire tlast_stays;
   potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(fifo_data[132]), .b(tlast_past), .same(tlast_stays));
+  reg [31:0] vectors_again;
+  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (vectors_again == 32'hffffffff) ? 33'hffffffff :
+      ({1'd0, vectors_again} + 33'd1);
+  reg [31:0] busy_again;
+  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (busy_again == 32'hffffffff) ? 33'hffffffff :
+      ({1'd0, busy_again} + 33'd1);
+  reg [31:0] stall_out_again;
+  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (stall_out_again == 32'hffffffff) ? 33'hffffffff
+      : ({1'd0, stall_out_again} + 33'd1);
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -274,15 +283,26 @@ module vector_unit (
       tdata_past <= 128'h0;
       tkeep_past <= 16'd0;
       tlast_past <= 1'b0;
+      vectors_again <= 32'd0;
+      busy_again <= 32'd0;
+      stall_out_again <= 32'd0;
     end else begin
       waits <= fifo_valid & (~m_axis_vec_tready);
       tdata_past <= fifo_data[127:0];
       tkeep_past <= results_kept_3_joined;
       tlast_past <= fifo_data[132];
+      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept)) vectors_again <=
+          by_cfg_clear[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept) | valid_1 | valid_2 | valid_3 |
+          valid_4 | valid_5 | valid_6 | valid_7 | valid_8 | valid_9 | valid_10 | valid_11 | valid_12
+          | valid_13) busy_again <= by_cfg_clear_2[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & (in_flight == 5'd18))) stall_out_again <=
+          by_cfg_clear_3[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past};
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, by_cfg_clear[32],
+      by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   // Every vector in flight is in the engine or in the FIFO: none is lost, none is there twice.
   potamoi_assert check_balance (.clk(clk), .on(checking), .good({14'd0, in_flight} == ({1'd0, {1'd0,
@@ -311,6 +331,17 @@ module vector_unit (
       m_axis_vec_tready)) | value_and_may_accept | (|fifo_count) | result_valid | valid_1 | valid_2
       | valid_3 | valid_4 | valid_5 | valid_6 | valid_7 | valid_8 | valid_9 | valid_10 | valid_11 |
       valid_12 | valid_13));
+
+  // Every vector that enters counts.
+  potamoi_assert check_vectors_count (.clk(clk), .on(checking), .good(stat_vectors ==
+      vectors_again));
+
+  // Every cycle counts in which a vector enters or is in the engine.
+  potamoi_assert check_busy_count (.clk(clk), .on(checking), .good(stat_busy == busy_again));
+
+  // Every cycle counts in which a vector waits for nothing but room.
+  potamoi_assert check_stall_out_count (.clk(clk), .on(checking), .good(stat_stall_out ==
+      stall_out_again));
 
   // All credit is used.
   potamoi_cover check_full (.clk(clk), .on(checking), .good(in_flight == 5'd18));

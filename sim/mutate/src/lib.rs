@@ -4,9 +4,9 @@
 //! another bit. Yosys draws them, evenly over the cells of each module. One build holds them all; an
 //! input tells which is active.
 //!
-//! The judges are, in this order: the standalone bench; the verification against the golden models;
-//! the proofs. A mutant that none finds is alive, unless a miter of its module shows that it is
-//! equivalent.
+//! The judges are, in this order: the standalone bench; a miter of the module, which shows that a
+//! mutant is equivalent; the verification against the golden models; the proofs. A mutant that none
+//! settles is alive.
 
 mod bench;
 mod design;

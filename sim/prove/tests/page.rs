@@ -10,7 +10,11 @@ use potamoi_formats::config::PRESETS;
 const BEGIN: &str = "<!-- proofs -->\n";
 const END: &str = "<!-- end of proofs -->";
 
-/// Counts of a unit of a preset: proven, bounded and failed properties, invariants, cycles, seconds.
+/// Units that have a row of their own. All others are modules that are proven alone.
+const UNITS: [&str; 3] = ["gathering_unit", "vector_unit", "potamoi_npu_ext"];
+
+/// Counts of a unit of a preset: proven, bounded and failed properties, invariants, cycles, and
+/// seconds by module.
 #[derive(Default)]
 struct Row {
     proven: u32,
@@ -18,15 +22,17 @@ struct Row {
     failed: u32,
     invariants: u32,
     cycles: String,
-    seconds: String,
+    seconds: BTreeMap<String, f64>,
 }
 
 fn table(outcomes: &str) -> String {
-    let mut rows: BTreeMap<(usize, &str), Row> = BTreeMap::new();
+    let mut rows: BTreeMap<(usize, usize), Row> = BTreeMap::new();
     for line in outcomes.lines().skip(1) {
         let fields: Vec<&str> = line.split(',').collect();
         let place = PRESETS.iter().position(|(name, _)| *name == fields[0]);
-        let row = rows.entry((place.unwrap(), fields[1])).or_default();
+        let unit = UNITS.iter().position(|unit| *unit == fields[1]);
+        let unit = unit.unwrap_or(UNITS.len());
+        let row = rows.entry((place.unwrap(), unit)).or_default();
         match (fields[3], fields[5]) {
             ("cover", _) => continue,
             ("invariant", "proven") => row.invariants += 1,
@@ -37,7 +43,8 @@ fn table(outcomes: &str) -> String {
                 fields[6].clone_into(&mut row.cycles);
             }
         }
-        fields[7].clone_into(&mut row.seconds);
+        let seconds = fields[7].parse().unwrap();
+        row.seconds.insert(fields[1].to_owned(), seconds);
     }
     let mut text = String::from(
         "\n| preset | unit | proven | invariants | bounded | cycles of the bound | failed | seconds |\n\
@@ -45,10 +52,15 @@ fn table(outcomes: &str) -> String {
     );
     for ((place, unit), row) in rows {
         let (preset, _) = PRESETS[place];
+        let unit = match UNITS.get(unit) {
+            Some(unit) => format!("`{unit}`"),
+            None => "modules of data".to_owned(),
+        };
+        let seconds: f64 = row.seconds.values().sum();
         let _ = writeln!(
             text,
-            "| {preset} | `{unit}` | {} | {} | {} | {} | {} | {} |",
-            row.proven, row.invariants, row.bounded, row.cycles, row.failed, row.seconds
+            "| {preset} | {unit} | {} | {} | {} | {} | {} | {seconds:.0} |",
+            row.proven, row.invariants, row.bounded, row.cycles, row.failed
         );
     }
     text + "\n"

@@ -4,7 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::timing::GatherStage;
 use potamoi_netlist::{Instance, ModuleBuilder};
 
-use crate::gathering_unit::shared::counter_checks::counter_checks;
+use crate::gathering_unit::shared::counter_checks::{Counted, counter_checks};
 use crate::gathering_unit::shared::reducer::stage_name;
 use crate::gathering_unit::shared::unit_checks::environment;
 use crate::stream_checks::stable_stream;
@@ -80,7 +80,12 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
     stable_stream(m, "m_axis_feat", &["tdata", "tkeep", "tlast", "tuser"]);
     progress(m, config, &stages);
     if config.table_parts() == 1 {
-        counter_checks(m, config.gu.counter_bits, &["fifo", "mft", "rit"]);
+        let counted = Counted {
+            running: &["fifo", "mft", "rit"],
+            at_once: &[],
+            groups: "group_done",
+        };
+        counter_checks(m, config.gu.counter_bits, &counted);
     }
     m.cover(
         "full",

@@ -98,7 +98,7 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         written.overflow,
         "a row past the MVoxel's rows is dropped",
     );
-    table_checks(m);
+    table_checks(m, "read");
     builder.finish()
 }
 

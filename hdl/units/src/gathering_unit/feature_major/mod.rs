@@ -4,6 +4,7 @@
 //! `docs/explanation/organisations.md`.
 
 mod arbiter;
+mod checks;
 mod lane;
 mod loader;
 mod passes;

@@ -9,6 +9,7 @@ use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal, Ty};
 use super::passes::{Passes, Settings};
 use super::shape::Shape;
 use crate::circuits::{bits_for, is, plus_one, popcount};
+use crate::gathering_unit::shared::table_checks::table_checks;
 use crate::gathering_unit::shared::table_halves::TableHalves;
 use crate::memory::{Size, halves};
 
@@ -91,6 +92,7 @@ pub(super) fn table(config: &Config) -> Result<Arc<Module>, IrErrors> {
         written.overflow,
         "a row past the MVoxel's rows is dropped, or a block is not as it must be",
     );
+    table_checks(m, "any(read)");
     builder.finish()
 }
 

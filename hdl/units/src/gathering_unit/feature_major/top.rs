@@ -8,6 +8,7 @@ use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_netlist::{Feed, Instance, InstanceArray, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::arbiter::bank_arbiter;
+use super::checks::unit_checks;
 use super::lane::lane;
 use super::loader::Loader;
 use super::passes::Settings;
@@ -20,8 +21,6 @@ use crate::gathering_unit::shared::idle::{idle, setting_moved};
 use crate::gathering_unit::shared::ports::Ports;
 use crate::gathering_unit::shared::report::{Stats, Watched, errors, outputs};
 use crate::gathering_unit::shared::streams::{Beat, FeatureStream, count_both, rit_stream};
-use crate::gathering_unit::shared::unit_checks::environment;
-use crate::stream_checks::stable_stream;
 
 /// Builds the feature-major gathering unit for a configuration.
 ///
@@ -80,9 +79,7 @@ pub(in crate::gathering_unit) fn feature_major(config: &Config) -> Result<Arc<Mo
         ],
     );
     outputs(m, config, &below.io, &stats, (errors, idle), instances);
-    m.begin_checks();
-    environment(m, config);
-    stable_stream(m, "m_axis_feat", &["tdata", "tkeep", "tlast", "tuser"]);
+    unit_checks(m, config, stream.fifo);
     builder.finish()
 }
 

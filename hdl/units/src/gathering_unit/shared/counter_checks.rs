@@ -2,8 +2,18 @@
 
 use potamoi_netlist::ModuleBuilder;
 
+/// What the counters of a unit count.
+pub(crate) struct Counted<'a> {
+    /// Causes of stalls that count once something is issued after them.
+    pub(crate) running: &'a [&'a str],
+    /// Causes of stalls that count at once.
+    pub(crate) at_once: &'a [&'a str],
+    /// When the entries of a group count.
+    pub(crate) groups: &'a str,
+}
+
 /// Each cycle after the first issue counts once, under one cause.
-pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, causes: &[&str]) {
+pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, counted: &Counted<'_>) {
     let full = (0..bits).fold(0u64, |all, bit| all | 1 << bit);
     let next = format!("if(cfg_clear, 0, if(elapsed == {full}, {full}, elapsed + 1))");
     let elapsed = m.ghost_reg("elapsed", bits);
@@ -11,7 +21,9 @@ pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, causes: &[&str]) 
     let shown = m.ghost_reg("elapsed_shown", bits);
     m.ghost_next(shown, "cfg_clear | fire", &next);
     let sum = |prefix: &str| {
-        let all: Vec<String> = causes.iter().map(|c| format!("{prefix}_{c}")).collect();
+        let running = counted.running.iter().map(|c| format!("{prefix}_{c}"));
+        let at_once = counted.at_once.iter().map(|c| format!("stat_stall_{c}"));
+        let all: Vec<String> = running.chain(at_once).collect();
         all.join(" + ")
     };
     m.invariant(
@@ -34,7 +46,7 @@ pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, causes: &[&str]) 
     let more = "entries_again + entries_of_group";
     m.ghost_next(
         entries,
-        "cfg_clear | group_done",
+        &format!("cfg_clear | {}", counted.groups),
         &format!("if(cfg_clear, 0, if({more} > {full}, {full}, {more}))"),
     );
     m.assert(

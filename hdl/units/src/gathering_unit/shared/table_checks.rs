@@ -2,12 +2,13 @@
 
 use potamoi_netlist::ModuleBuilder;
 
-/// Checks of a table that is written by `write` and read by `read`, and whose half `done` frees.
-pub(crate) fn table_checks(m: &mut ModuleBuilder) {
+/// Checks of a table that is written by `write` and read where the formula `read` holds, and whose
+/// half `done` frees.
+pub(crate) fn table_checks(m: &mut ModuleBuilder, read: &str) {
     m.begin_checks();
     m.assume(
         "reads_loaded",
-        "read -> is_loaded",
+        &format!("{read} -> is_loaded"),
         "Rows are read only of a half that is loaded.",
     );
     m.assume(
@@ -17,7 +18,7 @@ pub(crate) fn table_checks(m: &mut ModuleBuilder) {
     );
     m.assert(
         "halves_apart",
-        "write & read -> write_half != read_half",
+        &format!("write & {read} -> write_half != read_half"),
         "No half is written while it is read.",
     );
     m.assert(
@@ -38,7 +39,7 @@ pub(crate) fn table_checks(m: &mut ModuleBuilder) {
     );
     m.cover(
         "written_and_read",
-        "write & read",
+        &format!("write & {read}"),
         "A half is written while the other one is read.",
     );
 }

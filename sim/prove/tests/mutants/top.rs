@@ -1,0 +1,133 @@
+//! Mutants of the SoC top.
+
+use crate::Mutant;
+
+const BUS: &str = "npu_axi_lite.v";
+const REGISTERS: &str = "npu_registers.v";
+const JOB: &str = "npu_job.v";
+const GATE: &str = "npu_packet_gate.v";
+
+pub(crate) const TOP: [Mutant; 22] = [
+    [
+        "bus.write_response_stays",
+        BUS,
+        "(~(s_axil_bvalid & s_axil_bready))",
+        "(~s_axil_bvalid)",
+    ],
+    [
+        "bus.read_response_stays",
+        BUS,
+        "reads = s_axil_arvalid & not_s_axil_rvalid;",
+        "reads = s_axil_arvalid;",
+    ],
+    [
+        "bus.writes_answered",
+        BUS,
+        "~(has_data | s_axil_bvalid)",
+        "~s_axil_bvalid",
+    ],
+    [
+        "bus.reads_answered",
+        BUS,
+        "reads = s_axil_arvalid & not_s_axil_rvalid;",
+        "reads = s_axil_arvalid;",
+    ],
+    [
+        "bus.written_as_offered",
+        BUS,
+        "write_strobe <= s_axil_wstrb;",
+        "write_strobe <= {s_axil_wstrb[3:1], 1'b1};",
+    ],
+    [
+        "bus.answered_as_given",
+        BUS,
+        "write_error ? 2'd2",
+        "write_error ? 2'd3",
+    ],
+    [
+        "registers.read_as_written",
+        REGISTERS,
+        "(gu_mode_vertices & (~write_mask[1:0])) | written_ones[1:0];",
+        "written_ones[1:0];",
+    ],
+    [
+        "registers.none_lost",
+        REGISTERS,
+        "(irq_status_gu_done & (~(irq_status_written & written_ones[0]))) |\n          irq_status_gu_done_set;",
+        "(irq_status_gu_done | irq_status_gu_done_set) & (~(irq_status_written & written_ones[0]));",
+    ],
+    [
+        "registers.events_stay",
+        REGISTERS,
+        "(irq_status_gu_done & (~(irq_status_written & written_ones[0])))",
+        "1'b0",
+    ],
+    [
+        "registers.events_clear",
+        REGISTERS,
+        "(irq_status_gu_done & (~(irq_status_written & written_ones[0])))",
+        "irq_status_gu_done",
+    ],
+    [
+        "gu_job.packets_add_up",
+        JOB,
+        "(left - 32'd1)",
+        "(left - 32'd2)",
+    ],
+    [
+        "gu_job.done_is_complete",
+        JOB,
+        "(~(is_open | any_left))",
+        "(~is_open)",
+    ],
+    ["gu_job.begins_at_rest", JOB, "(~running) & idle", "idle"],
+    [
+        "vu_job.packets_add_up",
+        JOB,
+        "(left - 32'd1)",
+        "(left - 32'd2)",
+    ],
+    [
+        "vu_job.done_is_complete",
+        JOB,
+        "(~(is_open | any_left))",
+        "(~is_open)",
+    ],
+    ["vu_job.begins_at_rest", JOB, "(~running) & idle", "idle"],
+    [
+        "rit_gate.closed_passes_nothing",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid",
+    ],
+    [
+        "rit_gate.passes_at_both_sides",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid",
+    ],
+    [
+        "mft_gate.closed_passes_nothing",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid",
+    ],
+    [
+        "mft_gate.passes_at_both_sides",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid",
+    ],
+    [
+        "vec_gate.closed_passes_nothing",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid",
+    ],
+    [
+        "vec_gate.passes_at_both_sides",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid",
+    ],
+];
