@@ -139,5 +139,73 @@ fn misuse_is_named() {
         m.begin_checks();
         m.assert("x", "a == 1", "");
     });
-    assert!(error.contains("has no register"), "{error}");
+    assert!(error.contains("has no clock"), "{error}");
+    let error = failed(&|m| {
+        let held = m.data_reg("held", Ty::u(4));
+        let a = m.named("a");
+        m.set_next(held, a);
+        m.output("z", held, "");
+        m.begin_checks();
+        let past = m.ghost_reg("past", 4);
+        m.ghost_next(past, "1", "z");
+        m.assert("x", "z == past", "");
+    });
+    assert!(error.contains("use ghost_data_reg"), "{error}");
+}
+
+/// A memory that a macro may replace, with a check of its output.
+fn memory() -> Arc<Module> {
+    let mut m = ModuleBuilder::new("bank");
+    m.macro_hook();
+    let re = m.input("re", Ty::bit(), "");
+    let address = m.input("addr", Ty::u(5), "");
+    let mem = m.memory("mem", 32, 8, "");
+    let data = m.input("wdata", Ty::u(8), "");
+    m.mem_write(mem, re, address, data);
+    let word = m.mem_read(mem, re, address, "word");
+    m.output("rdata", word, "");
+    m.begin_checks();
+    let past = m.ghost_data_reg("past", 8);
+    m.ghost_next(past, "1", "rdata");
+    m.same_in_all_bits("same", "rdata", "past");
+    m.assert("holds", "re | same", "It holds.");
+    m.finish().unwrap()
+}
+
+#[test]
+fn checks_without_a_reset_begin_at_the_second_edge_and_see_ports_of_a_macro() {
+    let module = memory();
+    let all = text(&module);
+    let checks = all.split("`ifdef POTAMOI_CHECKS").nth(1).unwrap();
+    assert!(
+        checks.contains("potamoi_begun check_begun (.clk(clk)"),
+        "{checks}"
+    );
+    assert!(checks.contains("past <= rdata;"), "{checks}");
+    assert!(checks.contains(".WHOLE(1)"), "{checks}");
+    assert!(
+        !checks.contains("word") && !checks.contains("rst_n"),
+        "{checks}"
+    );
+}
+
+#[test]
+fn modules_without_a_reset_are_proven_alone() {
+    let bank = memory();
+    assert!(bank.is_proven_alone());
+    let mut m = ModuleBuilder::new("m");
+    let bit = m.input("re", Ty::bit(), "");
+    let address = m.input("addr", Ty::u(5), "");
+    let data = m.input("wdata", Ty::u(8), "");
+    let low = m.instance(
+        "low",
+        &bank,
+        &[("re", bit), ("addr", address), ("wdata", data)],
+    );
+    let word = m.out(low, "rdata");
+    m.output("y", word, "");
+    let parent = m.finish().unwrap();
+    assert_eq!(parent.data_modules(), BTreeSet::from(["bank".to_owned()]));
+    assert!(parent.proven_alone().contains_key("bank"));
+    assert!(parent.checks().is_empty());
 }
