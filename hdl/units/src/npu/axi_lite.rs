@@ -5,8 +5,7 @@ use std::sync::Arc;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::checks::bus_checks;
-use super::register_file::INDEX_BITS;
-use super::registers::{ADDRESS_BITS, WORD_BITS};
+use super::registers::{ADDRESS_BITS, INDEX_BITS, WORD_BITS};
 
 /// Response codes of AXI.
 const OKAY: u32 = 0;

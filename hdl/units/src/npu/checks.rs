@@ -2,8 +2,7 @@
 
 use potamoi_netlist::{ModuleBuilder, Signal};
 
-use super::register_file::INDEX_BITS;
-use super::registers::{ADDRESS_BITS, WORD_BITS};
+use super::registers::{ADDRESS_BITS, INDEX_BITS, WORD_BITS};
 
 /// A ghost register that takes a value where `when` holds.
 fn taken(m: &mut ModuleBuilder, name: &str, width: u32, when: &str, value: &str) -> Signal {

@@ -6,6 +6,7 @@
 
 mod axi_lite;
 mod checks;
+mod field_placement;
 mod job;
 mod packet_gate;
 mod register_checks;

@@ -2,8 +2,8 @@
 
 use potamoi_netlist::{ModuleBuilder, Signal};
 
-use super::register_file::{INDEX_BITS, placed};
-use super::registers::{Access, Register, WORD_BITS};
+use super::field_placement::placed;
+use super::registers::{Access, INDEX_BITS, Register, WORD_BITS};
 
 /// A register and its value.
 pub(super) struct Word<'a> {

@@ -4,12 +4,10 @@ use std::sync::Arc;
 
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
+use super::field_placement::placed;
 use super::register_checks::{Word, register_checks};
-use super::registers::{ADDRESS_BITS, Access, Field, Register, RegisterMap, WORD_BITS};
+use super::registers::{Access, Field, INDEX_BITS, Register, RegisterMap, WORD_BITS};
 use crate::circuits::is;
-
-/// Bits of the number of a register: its address without the bytes of a word.
-pub(super) const INDEX_BITS: u32 = ADDRESS_BITS - 2;
 
 /// Builds `npu_registers`. For each field: a constant has no port; a status an input; what software
 /// writes an output; an event an output and the input `NAME_set`.
@@ -209,22 +207,4 @@ fn stored(
         }
     }
     (reg, Some(reg))
-}
-
-/// The fields at their places, with 0 between them.
-pub(super) fn placed(m: &mut ModuleBuilder, own: &Register, values: &[Signal]) -> Signal {
-    let mut parts = vec![];
-    let mut next = 0;
-    for (field, value) in own.fields.iter().zip(values) {
-        if field.low > next {
-            parts.push(m.lit(0, Ty::u(field.low - next)));
-        }
-        parts.push(*value);
-        next = field.low + field.width;
-    }
-    if next < WORD_BITS {
-        parts.push(m.lit(0, Ty::u(WORD_BITS - next)));
-    }
-    parts.reverse();
-    m.cat(&parts)
 }

@@ -10,7 +10,9 @@ mod table;
 pub use c_header::c_header;
 pub use json::json;
 pub use markdown::{markdown, tables};
-pub use model::{ADDRESS_BITS, Access, Field, Register, RegisterMap, WORD_BITS, WORD_BYTES};
+pub use model::{
+    ADDRESS_BITS, Access, Field, INDEX_BITS, Register, RegisterMap, WORD_BITS, WORD_BYTES,
+};
 pub use rdl::system_rdl;
 pub use table::{IDENTIFIER, VERSION, register_map};
 pub(in crate::npu) use table::{counted, settings};

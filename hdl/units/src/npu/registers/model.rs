@@ -8,6 +8,8 @@ pub const WORD_BYTES: u32 = 4;
 pub const WORD_BITS: u32 = 32;
 /// Bits of an address: the map fills 4 KiB.
 pub const ADDRESS_BITS: u32 = 12;
+/// Bits of the number of a register: its address without the bytes of a word.
+pub const INDEX_BITS: u32 = ADDRESS_BITS - 2;
 
 /// What software can do with a register, the same for all of its fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
