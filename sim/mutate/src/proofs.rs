@@ -31,7 +31,11 @@ impl<'a> Systems<'a> {
             },
             all: vec![],
         };
-        for unit in [vec![unit.clone()], unit.proven_alone()].concat() {
+        // A mutant is a fault of one bit.
+        let mut unit = unit.clone();
+        unit.all_bits = true;
+        let alone = unit.proven_alone();
+        for unit in [vec![unit], alone].concat() {
             let unproven = this.not_proven(&unit)?;
             let modules = unit.modules();
             this.all.push(System {

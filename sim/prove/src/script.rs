@@ -13,9 +13,10 @@ pub(crate) enum Kept<'a> {
 }
 
 /// The commands that read all Verilog of a folder.
-pub(crate) fn load(top: &str) -> [String; 3] {
+pub(crate) fn load(top: &str, all_bits: bool) -> [String; 3] {
+    let one_bit = if all_bits { "" } else { " -DPOTAMOI_ONE_BIT" };
     [
-        "read_verilog -formal -DPOTAMOI_CHECKS -DPOTAMOI_ONE_BIT *.v".to_owned(),
+        format!("read_verilog -formal -DPOTAMOI_CHECKS{one_bit} *.v"),
         format!("hierarchy -top {top}"),
         "proc".to_owned(),
     ]

@@ -33,6 +33,8 @@ pub struct Unit {
     pub within: Option<Arc<Module>>,
     /// Modules below that are proven apart: here their outputs are anything.
     pub apart: BTreeSet<String>,
+    /// Whether payloads are compared in all bits, and not in one that stands for all.
+    pub all_bits: bool,
     /// Edits of its text, for mutants: a file, text that occurs in it, and what replaces the first.
     pub edits: Vec<[String; 3]>,
     /// A Yosys command that puts a fault into the netlist of [`Unit::load`].
@@ -102,6 +104,7 @@ impl Unit {
             module,
             within: None,
             apart: BTreeSet::new(),
+            all_bits: false,
             edits: vec![],
             fault: None,
         }
@@ -115,6 +118,7 @@ impl Unit {
         alone
             .map(|module| Self {
                 within: within.clone(),
+                all_bits: self.all_bits,
                 edits: self.edits.clone(),
                 fault: self.fault.clone(),
                 ..Self::new(module)
@@ -215,7 +219,7 @@ impl Unit {
     /// Yosys commands that read the unit and its checks from the Verilog in the folder.
     #[must_use]
     pub fn load(&self) -> [String; 3] {
-        load(self.read_with().name())
+        load(self.read_with().name(), self.all_bits)
     }
 
     fn read_with(&self) -> &Arc<Module> {
@@ -249,7 +253,9 @@ impl Unit {
             .iter()
             .map(|m| format!("outputs of {m} are free"))
             .collect();
-        all.push("one bit of a payload stands for all".to_owned());
+        if !self.all_bits {
+            all.push("one bit of a payload stands for all".to_owned());
+        }
         let ports = self.module.ports();
         if ports.iter().any(|p| p.name == "stat_entries") {
             all.push(format!("counters have {COUNTER_BITS} bits"));

@@ -13,6 +13,7 @@ const TEXT: &str = r#"# Simulates the units against golden vectors. It needs mak
 #   make DUMP=1           also writes BUILD/UNIT.vcd, of the last run
 #   make CHECKS=1         also holds the units to the assertions in their Verilog
 #   make RTL=DIR          other Verilog with the same ports, in DIR/gathering_unit, DIR/vector_unit, ...
+#   make MACROS=FILES     the modules NAME_macro of these files in place of the memories
 #
 # The exit status is not 0 if a unit fails.
 
@@ -23,6 +24,7 @@ RTL   ?= ..
 BUILD ?= build
 DUMP  ?=
 CHECKS ?=
+MACROS ?=
 
 IVERILOG  ?= iverilog
 VVP       ?= vvp
@@ -47,6 +49,8 @@ $(UNITS): %: $(BUILD)/%.$(SIM)
 # Of Verilog elsewhere, the checks are there too.
 checks = $(if $(CHECKS),$(wildcard $(RTL)/checks/*.v))
 
+defines = $(if $(CHECKS),-DPOTAMOI_CHECKS) $(if $(MACROS),-DPOTAMOI_MACROS)
+
 # Verilator 5.006 optimises some netlists of gates wrongly.
 optimise = $(if $(filter ..,$(RTL)),-O3,-O0)
 
@@ -55,14 +59,14 @@ PARTS_potamoi_npu_ext = gathering_unit vector_unit
 sources = $(foreach folder,$(PARTS_$1) $1,$(wildcard $(RTL)/$(folder)/*.v))
 
 .SECONDEXPANSION:
-$(BUILD)/%.icarus: %_tb.v $$(call sources,$$*) $$(checks)
+$(BUILD)/%.icarus: %_tb.v $$(call sources,$$*) $$(checks) $(MACROS)
 	@mkdir -p $(BUILD)
-	$(IVERILOG) -g2005 $(if $(CHECKS),-DPOTAMOI_CHECKS) -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
+	$(IVERILOG) -g2005 $(defines) -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
 	@touch $@
 
-$(BUILD)/%.verilator: %_tb.v $$(call sources,$$*) $$(checks)
+$(BUILD)/%.verilator: %_tb.v $$(call sources,$$*) $$(checks) $(MACROS)
 	@mkdir -p $(BUILD)
-	$(VERILATOR) $(if $(CHECKS),--assert -DPOTAMOI_CHECKS) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint $(optimise) \
+	$(VERILATOR) $(if $(CHECKS),--assert) $(defines) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint $(optimise) \
 	  --x-assign unique --x-initial unique --top-module $*_tb -Mdir $(BUILD)/$* $^ \
 	  > $(BUILD)/$*.log 2>&1 || { cat $(BUILD)/$*.log; exit 1; }
 	@touch $@
