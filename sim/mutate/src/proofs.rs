@@ -31,11 +31,7 @@ impl<'a> Systems<'a> {
             },
             all: vec![],
         };
-        // A mutant is a fault of one bit.
-        let mut unit = unit.clone();
-        unit.all_bits = true;
-        let alone = unit.proven_alone();
-        for unit in [vec![unit], alone].concat() {
+        for unit in [vec![unit.clone()], unit.proven_alone()].concat() {
             let unproven = this.not_proven(&unit)?;
             let modules = unit.modules();
             this.all.push(System {

@@ -144,6 +144,11 @@ pub fn score(
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Result<Vec<Judged>, MutateError> {
     progress("building the mutants", 0, 1);
+    // A mutant is a fault of one bit.
+    let unit = &Unit {
+        all_bits: true,
+        ..unit.clone()
+    };
     let design = Design::new(tools, unit, options.mutants, options.seed)?;
     let mut court = Court {
         fates: vec![Fate::Alive; design.mutants.len()],
