@@ -177,12 +177,15 @@ const TEXT: [(&str, usize, f64); 4] = [
 /// Folders beside the units.
 const BESIDE: [&str; 2] = ["sim/", "checks/"];
 
-/// The text that is read without `POTAMOI_CHECKS`.
+/// The text that is read without `POTAMOI_CHECKS`, and without the empty line in front of them.
 fn without_checks(text: &str) -> String {
     let mut depth = 0;
     let mut kept = String::new();
     for line in text.lines() {
         let begins = line.starts_with("`ifdef") && (depth > 0 || line.ends_with(" POTAMOI_CHECKS"));
+        if begins && depth == 0 && kept.ends_with("\n\n") {
+            kept.pop();
+        }
         depth += usize::from(begins);
         if depth == 0 {
             kept += line;

@@ -259,22 +259,32 @@ fn rows_at_their_addresses(m: &mut ModuleBuilder, parts: &[Part], reads: u32) {
         let both = part.read + 1 < reads;
         let port = if both { "addr0" } else { "addr" };
         m.inside_as(&format!("{name}_given"), part.instance, port);
+        let same = |m: &mut ModuleBuilder, which: &str, row: &str| {
+            let name = format!("{name}_{which}_row");
+            let given = format!("{}_given", part.name);
+            m.same_in_all_bits(&name, &given, row);
+            name
+        };
+        let writes = same(m, "write", "waddr");
         m.assert(
             &format!("{name}_written"),
-            &format!("~loaded[{half}] -> {name}_given == waddr"),
+            &format!("loaded[{half}] | {writes}"),
             "A half that is written gets the row that is written as its address.",
         );
-        let read = suffix(part.read, reads);
+        let reads_row = same(m, "read", &format!("raddr{}", suffix(part.read, reads)));
         m.assert(
             &format!("{name}_read"),
-            &format!("loaded[{half}] -> {name}_given == raddr{read}"),
+            &format!("~loaded[{half}] | {reads_row}"),
             "A half that is read gets the row that is read as its address.",
         );
         if both {
-            m.inside_as(&format!("{name}_given_second"), part.instance, "addr1");
+            let given = format!("{name}_given_second");
+            m.inside_as(&given, part.instance, "addr1");
+            let second = format!("{name}_second_row");
+            m.same_in_all_bits(&second, &given, &format!("raddr{}", part.read + 1));
             m.assert(
                 &format!("{name}_read_second"),
-                &format!("{name}_given_second == raddr{}", part.read + 1),
+                &second,
                 "The second read gets its row as its address.",
             );
         }
