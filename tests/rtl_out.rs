@@ -132,14 +132,16 @@ fn what_was_emitted_is_listed() {
     }
 }
 
-/// Runs the benches beside emitted units, with gaps in the streams and without.
-fn simulates(folder: &Path, runs: &str) {
+/// Runs the benches beside emitted units, with gaps in the streams and without; `more` are further
+/// variables of the Makefile.
+fn simulates(folder: &Path, runs: &str, more: &[&str]) {
     let build = tempfile::tempdir().unwrap();
     let done = Command::new("make")
         .arg("-C")
         .arg(folder.join("sim"))
         .arg(format!("BUILD={}", build.path().display()))
         .arg(format!("RUNS={runs}"))
+        .args(more)
         .output()
         .unwrap();
     let said = String::from_utf8([done.stdout, done.stderr].concat()).unwrap();
@@ -150,7 +152,8 @@ fn simulates(folder: &Path, runs: &str) {
 
 #[test]
 fn the_benches_of_the_checked_in_verilog_pass() {
-    simulates(&root().join("rtl_out/paper"), "40:1");
+    simulates(&root().join("rtl_out/paper"), "40:1", &[]);
+    simulates(&root().join("rtl_out/small"), "40:1", &["CHECKS=1"]);
 }
 
 #[test]
@@ -159,7 +162,10 @@ fn the_benches_of_all_presets_pass() {
     for preset in presets() {
         let folder = tempfile::tempdir().unwrap();
         emit(&preset, folder.path());
-        simulates(folder.path(), "0:1 20:2 50:3 80:4");
+        simulates(folder.path(), "0:1 20:2 50:3 80:4", &[]);
+        simulates(folder.path(), "40:1", &["CHECKS=1"]);
+        let verilator = &["CHECKS=1", "SIM=verilator"];
+        simulates(folder.path(), "40:1", verilator);
     }
 }
 
