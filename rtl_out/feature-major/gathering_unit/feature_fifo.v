@@ -70,7 +70,8 @@ module feature_fifo (
   reg [528:0] was_stored;
   reg was_pushed, seen;
   wire stored_is_same;
-  potamoi_same #(.WIDTH(529)) is_stored_is_same (.a(stored), .b(was_stored), .same(stored_is_same));
+  potamoi_same #(.WIDTH(529), .TAKES_X(1)) is_stored_is_same (.a(stored), .b(was_stored),
+      .same(stored_is_same));
 
   always @(posedge clk) begin
     if (!rst_n) begin

@@ -60,10 +60,10 @@ module mft_halves (
   wire [8:0] low_given = low.addr;
 `endif
   wire low_write_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1)) is_low_write_row (.a(low_given), .b(waddr),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
       .same(low_write_row));
   wire low_read_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1)) is_low_read_row (.a(low_given), .b(raddr),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_read_row (.a(low_given), .b(raddr),
       .same(low_read_row));
 `ifdef FORMAL
   (* hierconn *) wire [8:0] \high.addr ;
@@ -72,10 +72,10 @@ module mft_halves (
   wire [8:0] high_given = high.addr;
 `endif
   wire high_write_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1)) is_high_write_row (.a(high_given), .b(waddr),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
       .same(high_write_row));
   wire high_read_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1)) is_high_read_row (.a(high_given), .b(raddr),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_read_row (.a(high_given), .b(raddr),
       .same(high_read_row));
 
   wire unused_checks = &{1'b0, low_given, high_given};

@@ -72,7 +72,7 @@ module feature_fifo (
   reg [1058:0] was_stored;
   reg was_pushed, seen;
   wire stored_is_same;
-  potamoi_same #(.WIDTH(1059)) is_stored_is_same (.a(stored), .b(was_stored),
+  potamoi_same #(.WIDTH(1059), .TAKES_X(1)) is_stored_is_same (.a(stored), .b(was_stored),
       .same(stored_is_same));
 
   always @(posedge clk) begin

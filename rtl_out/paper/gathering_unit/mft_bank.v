@@ -53,12 +53,12 @@ module mft_bank (
   reg was_read0;
   reg [15:0] past_rdata0;
   wire rdata0_is_same;
-  potamoi_same #(.WIDTH(16), .WHOLE(1)) is_rdata0_is_same (.a(rdata0), .b(past_rdata0),
+  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) is_rdata0_is_same (.a(rdata0), .b(past_rdata0),
       .same(rdata0_is_same));
   reg was_read1;
   reg [15:0] past_rdata1;
   wire rdata1_is_same;
-  potamoi_same #(.WIDTH(16), .WHOLE(1)) is_rdata1_is_same (.a(rdata1), .b(past_rdata1),
+  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) is_rdata1_is_same (.a(rdata1), .b(past_rdata1),
       .same(rdata1_is_same));
 
   always @(posedge clk) begin

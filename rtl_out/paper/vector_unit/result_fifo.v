@@ -70,7 +70,8 @@ module result_fifo (
   reg [792:0] was_stored;
   reg was_pushed, seen;
   wire stored_is_same;
-  potamoi_same #(.WIDTH(793)) is_stored_is_same (.a(stored), .b(was_stored), .same(stored_is_same));
+  potamoi_same #(.WIDTH(793), .TAKES_X(1)) is_stored_is_same (.a(stored), .b(was_stored),
+      .same(stored_is_same));
 
   always @(posedge clk) begin
     if (!rst_n) begin

@@ -71,10 +71,10 @@ module mft_halves (
   wire [5:0] low_given = low.addr0;
 `endif
   wire low_write_row;
-  potamoi_same #(.WIDTH(6), .WHOLE(1)) is_low_write_row (.a(low_given), .b(waddr),
+  potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
       .same(low_write_row));
   wire low_read_row;
-  potamoi_same #(.WIDTH(6), .WHOLE(1)) is_low_read_row (.a(low_given), .b(raddr0),
+  potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_read_row (.a(low_given), .b(raddr0),
       .same(low_read_row));
 `ifdef FORMAL
   (* hierconn *) wire [5:0] \low.addr1 ;
@@ -83,8 +83,8 @@ module mft_halves (
   wire [5:0] low_given_second = low.addr1;
 `endif
   wire low_second_row;
-  potamoi_same #(.WIDTH(6), .WHOLE(1)) is_low_second_row (.a(low_given_second), .b(raddr1),
-      .same(low_second_row));
+  potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_second_row (.a(low_given_second),
+      .b(raddr1), .same(low_second_row));
 `ifdef FORMAL
   (* hierconn *) wire [5:0] \high.addr0 ;
   wire [5:0] high_given = \high.addr0 ;
@@ -92,10 +92,10 @@ module mft_halves (
   wire [5:0] high_given = high.addr0;
 `endif
   wire high_write_row;
-  potamoi_same #(.WIDTH(6), .WHOLE(1)) is_high_write_row (.a(high_given), .b(waddr),
+  potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
       .same(high_write_row));
   wire high_read_row;
-  potamoi_same #(.WIDTH(6), .WHOLE(1)) is_high_read_row (.a(high_given), .b(raddr0),
+  potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_read_row (.a(high_given), .b(raddr0),
       .same(high_read_row));
 `ifdef FORMAL
   (* hierconn *) wire [5:0] \high.addr1 ;
@@ -104,8 +104,8 @@ module mft_halves (
   wire [5:0] high_given_second = high.addr1;
 `endif
   wire high_second_row;
-  potamoi_same #(.WIDTH(6), .WHOLE(1)) is_high_second_row (.a(high_given_second), .b(raddr1),
-      .same(high_second_row));
+  potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_second_row (.a(high_given_second),
+      .b(raddr1), .same(high_second_row));
 
   wire unused_checks = &{1'b0, low_given, low_given_second, low_second_row, high_given,
       high_given_second, high_second_row};

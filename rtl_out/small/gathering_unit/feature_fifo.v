@@ -72,7 +72,8 @@ module feature_fifo (
   reg [145:0] was_stored;
   reg was_pushed, seen;
   wire stored_is_same;
-  potamoi_same #(.WIDTH(146)) is_stored_is_same (.a(stored), .b(was_stored), .same(stored_is_same));
+  potamoi_same #(.WIDTH(146), .TAKES_X(1)) is_stored_is_same (.a(stored), .b(was_stored),
+      .same(stored_is_same));
 
   always @(posedge clk) begin
     if (!rst_n) begin

@@ -45,7 +45,7 @@ module mft_bank (
   reg was_read;
   reg [15:0] past_rdata;
   wire rdata_is_same;
-  potamoi_same #(.WIDTH(16), .WHOLE(1)) is_rdata_is_same (.a(rdata), .b(past_rdata),
+  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) is_rdata_is_same (.a(rdata), .b(past_rdata),
       .same(rdata_is_same));
 
   always @(posedge clk) begin

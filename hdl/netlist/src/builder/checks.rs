@@ -90,21 +90,35 @@ impl ModuleBuilder {
     /// Whether two payloads are the same. Where nothing but registers and memories that treat all bits
     /// alike is between them, one bit stands for all, and a proof may compare that one.
     pub fn same(&mut self, name: &str, a: &str, b: &str) -> Signal {
-        self.same_bits(name, a, b, false)
+        self.same_bits(name, a, b, [false, false])
+    }
+
+    /// As [`Self::same`], but in a simulation X is the same as X.
+    pub fn same_or_x(&mut self, name: &str, a: &str, b: &str) -> Signal {
+        self.same_bits(name, a, b, [false, true])
     }
 
     /// Whether two payloads are the same in all bits. In a simulation X is the same as X.
     pub fn same_in_all_bits(&mut self, name: &str, a: &str, b: &str) -> Signal {
-        self.same_bits(name, a, b, true)
+        self.same_bits(name, a, b, [true, true])
     }
 
-    fn same_bits(&mut self, name: &str, a: &str, b: &str, whole: bool) -> Signal {
+    fn same_bits(&mut self, name: &str, a: &str, b: &str, [whole, takes_x]: [bool; 2]) -> Signal {
         let (a, b) = (self.formula(a), self.formula(b));
         if !self.agree(name, a, b) {
             return a;
         }
         let (a, b) = (a.id, b.id);
-        self.source(name, Ty::bit(), Source::Same { a, b, whole })
+        self.source(
+            name,
+            Ty::bit(),
+            Source::Same {
+                a,
+                b,
+                whole,
+                takes_x,
+            },
+        )
     }
 
     fn source(&mut self, name: &str, ty: Ty, source: Source) -> Signal {

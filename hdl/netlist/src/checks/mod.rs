@@ -44,8 +44,15 @@ pub(crate) enum Source {
     Free,
     /// A signal within an instance, by its name there.
     Inside { instance: usize, name: String },
-    /// Whether two payloads are the same; a proof may compare one bit of them unless `whole`.
-    Same { a: usize, b: usize, whole: bool },
+    /// Whether two payloads are the same.
+    Same {
+        a: usize,
+        b: usize,
+        /// A proof may not compare one bit of them.
+        whole: bool,
+        /// In a simulation X is the same as X.
+        takes_x: bool,
+    },
 }
 
 impl Source {

@@ -97,14 +97,20 @@ impl Printer<'_> {
                 let text = format!("potamoi_free #(.WIDTH({width})) any_{name} (.value({name}));");
                 self.line(1, &text);
             }
-            Source::Same { a, b, whole } => {
+            Source::Same {
+                a,
+                b,
+                whole,
+                takes_x,
+            } => {
                 let of = self.module.nodes[*a].ty.width;
                 let (a, b) = (self.exprs.operand(*a), self.exprs.operand(*b));
                 self.declarations();
                 self.line(1, &format!("wire {name};{note}"));
                 let text = format!(
-                    "potamoi_same #(.WIDTH({of}){}) is_{name} (.a({a}), .b({b}), .same({name}));",
-                    if *whole { ", .WHOLE(1)" } else { "" }
+                    "potamoi_same #(.WIDTH({of}){}{}) is_{name} (.a({a}), .b({b}), .same({name}));",
+                    if *whole { ", .WHOLE(1)" } else { "" },
+                    if *takes_x { ", .TAKES_X(1)" } else { "" }
                 );
                 self.line(1, &text);
             }

@@ -1,11 +1,12 @@
-// potamoi_same: whether two payloads are the same; X is the same as X. With POTAMOI_ONE_BIT a proof
-// compares one bit, which stands for all where registers and memories between the two treat all bits
-// alike, unless WHOLE is 1.
+// potamoi_same: whether two payloads are the same. With TAKES_X, X is the same as X. With
+// POTAMOI_ONE_BIT a proof compares one bit, which stands for all where registers and memories between
+// the two treat all bits alike, unless WHOLE is 1.
 `default_nettype none
 
 module potamoi_same #(
   parameter WIDTH = 1,
-  parameter WHOLE = 0
+  parameter WHOLE = 0,
+  parameter TAKES_X = 0
 ) (
   input  wire [WIDTH-1:0] a,
   input  wire [WIDTH-1:0] b,
@@ -13,11 +14,11 @@ module potamoi_same #(
 );
 
 `ifdef POTAMOI_ONE_BIT
-  assign same = WHOLE ? a === b : a[0] === b[0];
+  assign same = WHOLE ? a == b : a[0] == b[0];
 
   wire unused_ok = &{1'b0, a, b};
 `else
-  assign same = a === b;
+  assign same = TAKES_X ? a === b : a == b;
 `endif
 endmodule
 
