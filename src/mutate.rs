@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use potamoi_base::content_hash;
 use potamoi_base::outputs as files;
 use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::Config;
-use potamoi_mutate::{Fate, Judge, Judged, MutateError, Options, Score, Tools, score};
+use potamoi_mutate::{Fate, Judge, Judged, Kept, MutateError, Options, Score, Tools, score};
 use potamoi_netlist::{Header, verilog};
 use potamoi_prove::{Unit, units_as_built};
 use potamoi_rtl::verify::{Settings, Verifier};
@@ -34,7 +35,7 @@ pub(crate) struct MutateArgs {
     mutants: u32,
     /// Judges, of which each gets what is left by those before it
     #[arg(long, value_enum, value_delimiter = ',', value_name = "JUDGE,...",
-        default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::Verify, JudgeArg::Proofs])]
+        default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::Proofs, JudgeArg::Verify])]
     judges: Vec<JudgeArg>,
     /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -58,10 +59,10 @@ enum JudgeArg {
     Bench,
     /// A miter of the module with and without the fault, which finds it equivalent
     Miter,
-    /// The verification of a scene's work against the golden models, under Icarus Verilog
-    Verify,
     /// The proofs of the checks in the Verilog
     Proofs,
+    /// The verification of a scene's work against the golden models, under Icarus Verilog
+    Verify,
 }
 
 impl From<JudgeArg> for Judge {
@@ -113,6 +114,7 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
         mutants: args.mutants,
         seed: args.seed,
         cycles: CYCLES,
+        kept: Some(kept()?),
     };
     let work = Work::Scene(Box::new(args.scene.open()?));
     let every = Extent::Share(WORK).every(work.counts(&config)?);
@@ -167,6 +169,20 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// Where verdicts are kept, with the hash of this program.
+fn kept() -> Result<Kept, Failure> {
+    let folder =
+        potamoi_verilated::cache::folder("mutants").map_err(potamoi_synth::SynthError::from)?;
+    let file = |path: &Path| {
+        let path = path.to_owned();
+        move |error| MutateError::File { path, error }
+    };
+    let own = std::env::current_exe().map_err(file(Path::new("potamoi")))?;
+    let program = std::fs::read(&own).map_err(file(&own))?;
+    let program = content_hash::hash_of(&program).to_hex().to_string();
+    Ok(Kept { folder, program })
 }
 
 /// Files of a unit's modules.

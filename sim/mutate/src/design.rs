@@ -143,6 +143,11 @@ impl Design {
         read(&self.folder().join(file))
     }
 
+    /// The netlist without a fault, in RTLIL.
+    pub(crate) fn netlist(&self) -> Result<String, MutateError> {
+        read(&self.folder().join("hardware.il"))
+    }
+
     pub(crate) fn write(&self, name: &str, text: &str) -> Result<(), MutateError> {
         write(&self.folder().join(name), text)
     }

@@ -1,17 +1,30 @@
 //! The judges.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// A judge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+/// A judge, in the order in which they are asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Judge {
     /// The standalone bench.
     Bench,
     /// The miter of the mutant's module.
     Miter,
-    /// The verification against the golden models.
-    Verify,
     /// The proofs of the checks.
     Proofs,
+    /// The verification against the golden models.
+    Verify,
+}
+
+impl Judge {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bench => "bench",
+            Self::Miter => "miter",
+            Self::Proofs => "proofs",
+            Self::Verify => "verify",
+        }
+    }
 }

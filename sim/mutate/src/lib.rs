@@ -5,23 +5,27 @@
 //! input tells which is active.
 //!
 //! The judges are, in this order: the standalone bench; a miter of the module, which shows that a
-//! mutant is equivalent; the verification against the golden models; the proofs. A mutant that none
+//! mutant is equivalent; the proofs; the verification against the golden models. A mutant that none
 //! settles is alive.
 
 mod bench;
 mod design;
 mod equivalence;
 mod error;
+mod fate;
 mod judge;
 mod mutant;
 mod proofs;
+mod record;
 mod score;
 mod tools;
 
 pub use design::Design;
 pub use equivalence::Miter;
 pub use error::MutateError;
+pub use fate::Fate;
 pub use judge::Judge;
 pub use mutant::Mutant;
-pub use score::{Fate, Judged, Options, Score, Verify, score};
+pub use record::Kept;
+pub use score::{Judged, Options, Score, Verify, score};
 pub use tools::Tools;

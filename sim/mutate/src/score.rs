@@ -9,9 +9,10 @@ use potamoi_prove::Unit;
 use serde::Serialize;
 
 use crate::bench::Bench;
-use crate::equivalence::{Miter, Miters};
+use crate::equivalence::Miters;
 use crate::proofs::Systems;
-use crate::{Design, Judge, Mutant, MutateError, Tools};
+use crate::record::{Kept, Record};
+use crate::{Design, Fate, Judge, Mutant, MutateError, Tools};
 
 /// How a score is taken.
 #[derive(Debug, Clone)]
@@ -24,41 +25,14 @@ pub struct Options {
     pub seed: u64,
     /// Length of the runs in which the proofs look for a counterexample.
     pub cycles: u32,
+    /// Where verdicts are kept, if they are. Those of the verification are not: they depend on the
+    /// scene, and few mutants get there.
+    pub kept: Option<Kept>,
 }
 
 /// The verification of Verilog against the golden models: the difference that it finds.
 pub type Verify<'a> =
     dyn Fn(&BTreeMap<String, String>) -> Result<Option<String>, MutateError> + Sync + 'a;
-
-/// What becomes of a mutant.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case", tag = "fate")]
-pub enum Fate {
-    /// The bench finds it.
-    Bench {
-        /// The run of the bench: gaps and seed.
-        run: String,
-        /// What the bench says.
-        said: String,
-    },
-    /// It is equivalent.
-    Equivalent {
-        /// As the miter shows.
-        miter: Miter,
-    },
-    /// The verification finds it.
-    Verify {
-        /// The difference.
-        said: String,
-    },
-    /// Properties that are proven of the unit are not of the mutant.
-    Proofs {
-        /// Their names.
-        properties: Vec<String>,
-    },
-    /// No judge finds it.
-    Alive,
-}
 
 /// A mutant and its fate.
 #[derive(Debug, Clone, Serialize)]
@@ -150,16 +124,19 @@ pub fn score(
         ..unit.clone()
     };
     let design = Design::new(tools, unit, options.mutants, options.seed)?;
+    let commands: Vec<&str> = design.mutants.iter().map(|m| &*m.command).collect();
+    let parts = (config, &design.netlist()?, commands, options.cycles);
     let mut court = Court {
         fates: vec![Fate::Alive; design.mutants.len()],
         design: &design,
+        record: Record::open(options.kept.as_ref(), &(parts, tools)),
         progress,
     };
     for judge in &options.judges {
         match judge {
             Judge::Bench => {
                 let bench = Bench::new(config, &design)?;
-                court.judge("bench", &|mutant| {
+                court.judge(Judge::Bench, &|mutant| {
                     let found = bench.judge(mutant.number)?;
                     Ok(found.map(|[run, said]| Fate::Bench { run, said }))
                 })?;
@@ -167,19 +144,9 @@ pub fn score(
             Judge::Miter => {
                 let open = court.open().into_iter().map(|m| m.module.as_str());
                 let miters = Miters::new(tools, &design, open)?;
-                court.judge("miter", &|mutant| {
+                court.judge(Judge::Miter, &|mutant| {
                     let found = miters.equivalent(mutant)?;
                     Ok(found.map(|miter| Fate::Equivalent { miter }))
-                })?;
-            }
-            Judge::Verify => {
-                if let Some(said) = verify(&design.verilog(0)?)? {
-                    let unit = unit.name.clone();
-                    return Err(MutateError::Unmutated("verification", unit, said));
-                }
-                court.judge("verify", &|mutant| {
-                    let found = verify(&design.verilog(mutant.number)?)?;
-                    Ok(found.map(|said| Fate::Verify { said }))
                 })?;
             }
             Judge::Proofs => {
@@ -187,10 +154,20 @@ pub fn score(
                     continue;
                 };
                 let systems = Systems::new(proofs, unit, options.cycles)?;
-                court.judge("proofs", &|mutant| {
+                court.judge(Judge::Proofs, &|mutant| {
                     let lost = systems.lost(mutant)?;
                     let is_found = !lost.is_empty();
                     Ok(is_found.then_some(Fate::Proofs { properties: lost }))
+                })?;
+            }
+            Judge::Verify => {
+                if let Some(said) = verify(&design.verilog(0)?)? {
+                    let unit = unit.name.clone();
+                    return Err(MutateError::Unmutated("verification", unit, said));
+                }
+                court.judge(Judge::Verify, &|mutant| {
+                    let found = verify(&design.verilog(mutant.number)?)?;
+                    Ok(found.map(|said| Fate::Verify { said }))
                 })?;
             }
         }
@@ -206,6 +183,7 @@ pub fn score(
 struct Court<'a> {
     design: &'a Design,
     fates: Vec<Fate>,
+    record: Record,
     progress: &'a (dyn Fn(&str, usize, usize) + Sync),
 }
 
@@ -217,10 +195,19 @@ impl<'a> Court<'a> {
             .collect()
     }
 
-    fn judge(&mut self, by: &str, verdict: &Verdict<'_>) -> Result<(), MutateError> {
+    fn judge(&mut self, by: Judge, verdict: &Verdict<'_>) -> Result<(), MutateError> {
         let open = self.open();
-        let progress = |done| (self.progress)(by, done, open.len());
-        let found = in_parallel(&open, verdict, &progress)?;
+        let progress = |done| (self.progress)(by.name(), done, open.len());
+        let record = &self.record;
+        let found = match by {
+            Judge::Verify => in_parallel(&open, verdict, &progress)?,
+            _ => in_parallel(
+                &open,
+                &|mutant: &Mutant| record.verdict(by, mutant.number, || verdict(mutant)),
+                &progress,
+            )?,
+        };
+        record.save()?;
         for (mutant, fate) in open.iter().zip(found) {
             self.fates[mutant.number - 1] = fate;
         }

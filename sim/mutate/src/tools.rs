@@ -1,11 +1,12 @@
 //! The programs.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
 use potamoi_verilated::child::{self, Done, Fault};
+use serde::Serialize;
 
 use crate::{Judge, MutateError};
 
@@ -15,11 +16,14 @@ const LIMIT: Duration = Duration::from_secs(1800);
 const LINES: usize = 12;
 
 /// Programs that are there.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Tools {
     /// First line of `yosys -V`.
     pub yosys: String,
+    /// That of the others, by name.
+    pub others: BTreeMap<String, String>,
     /// Those of the proofs, if they judge.
+    #[serde(skip)]
     pub proofs: Option<potamoi_prove::Tools>,
 }
 
@@ -36,21 +40,29 @@ impl Tools {
             ("iverilog", "-V", "apt-get install iverilog"),
             ("make", "--version", "apt-get install make"),
         ];
-        let mut yosys = String::new();
+        let mut versions = BTreeMap::new();
         for (tool, argument, remedy) in needed {
             let mut command = Command::new(tool);
             match child::run(command.arg(argument), child::TO_ANSWER) {
-                Ok(done) if tool == "yosys" => {
-                    yosys = text(&done).lines().next().unwrap_or_default().to_owned();
+                Ok(done) => {
+                    let version = text(&done).lines().next().unwrap_or_default().to_owned();
+                    versions.insert(tool.to_owned(), version);
                 }
-                Ok(_) => {}
                 Err(Fault::Missing { .. }) => return Err(MutateError::Missing { tool, remedy }),
                 Err(fault) => return Err(broken(tool, "its version", fault)),
             }
         }
-        let proofs = judges.contains(&Judge::Proofs);
-        let proofs = proofs.then(potamoi_prove::Tools::find).transpose()?;
-        Ok(Self { yosys, proofs })
+        let proofs = potamoi_prove::Tools::find();
+        if let Ok(found) = &proofs {
+            versions.insert("yices-smt2".to_owned(), found.yices.clone());
+        }
+        let proofs = judges.contains(&Judge::Proofs).then_some(proofs);
+        let proofs = proofs.transpose()?;
+        Ok(Self {
+            yosys: versions.remove("yosys").unwrap_or_default(),
+            others: versions,
+            proofs,
+        })
     }
 
     /// Runs a Yosys script in a folder.

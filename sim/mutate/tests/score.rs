@@ -35,6 +35,7 @@ fn the_bench_and_the_miter_judge_mutants() {
         mutants: MUTANTS,
         seed: 1,
         cycles: 4,
+        kept: None,
     };
     let tools = Tools::find(&options.judges).unwrap();
     let none = |_: &_| Ok(None);

@@ -10,10 +10,11 @@ use serde::Serialize;
 use crate::ends_with_key;
 
 /// Folders of what is kept, and what it is.
-pub const KINDS: [(&str, &str); 3] = [
+pub const KINDS: [(&str, &str); 4] = [
     ("models", "Verilog models, built for simulation"),
     ("work", "work counted on rendered frames"),
     ("synth", "results of synthesis"),
+    ("mutants", "verdicts on mutants of the Verilog"),
 ];
 
 /// One kept result.
