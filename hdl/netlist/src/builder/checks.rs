@@ -229,14 +229,25 @@ impl ModuleBuilder {
                 let a = self.value(a);
                 self.any(a)
             }
+            Formula::Ones(a) => {
+                let a = self.value(a);
+                let bits: Vec<Signal> = (0..a.width()).map(|at| self.bit(a, at)).collect();
+                self.sum(&bits)
+            }
+            Formula::Two("+", both) => {
+                let mut addends = vec![];
+                self.addends(&both[0], &mut addends);
+                self.addends(&both[1], &mut addends);
+                self.sum(&addends)
+            }
             Formula::Choice(all) => {
                 let [c, t, e] = all.each_ref().map(|part| self.value(part));
-                let (t, e) = self.alike(t, e, 0);
+                let (t, e) = self.alike(t, e);
                 self.mux(c, t, e)
             }
             Formula::Two(operator, both) => {
                 let [a, b] = both.each_ref().map(|part| self.value(part));
-                let (a, b) = self.alike(a, b, u32::from(*operator == "+"));
+                let (a, b) = self.alike(a, b);
                 match *operator {
                     "->" => {
                         let not = self.not(a);
@@ -250,17 +261,50 @@ impl ModuleBuilder {
                     "<=" => self.le(a, b),
                     ">" => self.lt(b, a),
                     ">=" => self.le(b, a),
-                    "-" => self.sub(a, b),
-                    _ => self.add(a, b),
+                    _ => self.sub(a, b),
                 }
             }
         }
     }
 
-    /// Both at the wider one's width and so many bits.
-    fn alike(&mut self, a: Signal, b: Signal, more: u32) -> (Signal, Signal) {
-        let width = a.width().max(b.width()) + more;
+    /// Both at the wider one's width.
+    fn alike(&mut self, a: Signal, b: Signal) -> (Signal, Signal) {
+        let width = a.width().max(b.width());
         (self.extend(a, width), self.extend(b, width))
+    }
+
+    /// The addends of a formula, as many as it is a sum of.
+    fn addends(&mut self, formula: &Formula, all: &mut Vec<Signal>) {
+        match formula {
+            Formula::Two("+", both) => {
+                self.addends(&both[0], all);
+                self.addends(&both[1], all);
+            }
+            Formula::Ones(of) => {
+                let of = self.value(of);
+                all.extend(
+                    (0..of.width())
+                        .map(|at| self.bit(of, at))
+                        .collect::<Vec<_>>(),
+                );
+            }
+            other => all.push(self.value(other)),
+        }
+    }
+
+    /// The sum of all, in a width in which it does not wrap.
+    fn sum(&mut self, all: &[Signal]) -> Signal {
+        let widest = all.iter().map(|s| s.width()).max().unwrap_or(1);
+        let width = widest + (all.len().max(1) as u32).next_power_of_two().ilog2();
+        let mut all = all.iter();
+        let first = match all.next() {
+            Some(first) => self.extend(*first, width),
+            None => self.zero(Ty::u(width)),
+        };
+        all.fold(first, |sum, next| {
+            let next = self.extend(*next, width);
+            self.add(sum, next)
+        })
     }
 
     /// What the checks need of the module's clock and reset, and it does not have.

@@ -1,7 +1,7 @@
 //! Bitwise operations, arithmetic, comparisons, shifts.
 
 use num_bigint::BigInt;
-use num_traits::Zero as _;
+use num_traits::{ToPrimitive as _, Zero as _};
 
 use super::ModuleBuilder;
 use crate::node::{Binary, Op, Signal, Ty, Unary};
@@ -15,25 +15,25 @@ impl ModuleBuilder {
         }
     }
 
-    /// An operation on two bits, one of them constant. The value `ruling` determines the result;
-    /// the other value passes the other bit.
-    fn with_known_bit(&self, a: Signal, b: Signal, ruling: bool) -> Option<Signal> {
-        if a.ty != Ty::bit() || b.ty != Ty::bit() {
+    /// An operation on two values of which one is a constant of equal bits. Bits of the value
+    /// `ruling` determine the result; those of the other value pass the other operand.
+    fn with_known_bits(&self, a: Signal, b: Signal, ruling: bool) -> Option<Signal> {
+        if a.ty != b.ty || a.ty.signed {
             return None;
         }
         [(a, b), (b, a)].into_iter().find_map(|(known, other)| {
             let value = self.constant(known)?;
-            Some(if value.is_zero() == ruling {
-                other
-            } else {
-                known
-            })
+            let ones = *value == known.ty.max();
+            if !ones && !value.is_zero() {
+                return None;
+            }
+            Some(if ones == ruling { known } else { other })
         })
     }
 
     /// Bitwise and.
     pub fn and(&mut self, a: Signal, b: Signal) -> Signal {
-        if let Some(result) = self.with_known_bit(a, b, false) {
+        if let Some(result) = self.with_known_bits(a, b, false) {
             return result;
         }
         self.binary("and", Binary::And, a, b, a.ty)
@@ -41,7 +41,7 @@ impl ModuleBuilder {
 
     /// Bitwise or.
     pub fn or(&mut self, a: Signal, b: Signal) -> Signal {
-        if let Some(result) = self.with_known_bit(a, b, true) {
+        if let Some(result) = self.with_known_bits(a, b, true) {
             return result;
         }
         self.binary("or", Binary::Or, a, b, a.ty)
@@ -54,6 +54,12 @@ impl ModuleBuilder {
 
     /// Bitwise complement.
     pub fn not(&mut self, a: Signal) -> Signal {
+        if a.ty == Ty::bit()
+            && let Some(known) = self.constant(a)
+        {
+            let inverse = u8::from(known.is_zero());
+            return self.lit(inverse, a.ty);
+        }
         self.node(Op::Unary(Unary::Not, a.id), a.ty)
     }
 
@@ -184,12 +190,18 @@ impl ModuleBuilder {
     /// Left shift by an unsigned signal; the width is unchanged.
     pub fn shl(&mut self, a: Signal, amount: Signal) -> Signal {
         let amount = self.shift_amount("shl", amount);
+        if let Some(known) = self.constant(amount).and_then(|n| n.to_u32()) {
+            return self.shl_const(a, known);
+        }
         self.node(Op::Shl(a.id, amount.id), a.ty)
     }
 
     /// Right shift by an unsigned signal, arithmetic if signed.
     pub fn shr(&mut self, a: Signal, amount: Signal) -> Signal {
         let amount = self.shift_amount("shr", amount);
+        if let Some(known) = self.constant(amount).and_then(|n| n.to_u32()) {
+            return self.shr_const(a, known);
+        }
         self.node(Op::Shr(a.id, amount.id), a.ty)
     }
 

@@ -1,6 +1,7 @@
 //! Slices and width conversions, always explicit and exact.
 
 use num_bigint::BigInt;
+use num_traits::Zero as _;
 use potamoi_formats::fixed::Rounding;
 
 use super::ModuleBuilder;
@@ -65,6 +66,12 @@ impl ModuleBuilder {
         }
     }
 
+    /// Whether a signal is made of constants alone.
+    #[must_use]
+    pub fn is_fixed(&self, s: Signal) -> bool {
+        self.fixed[s.id]
+    }
+
     /// One bit.
     pub fn bit(&mut self, a: Signal, index: u32) -> Signal {
         self.slice(a, index, 1)
@@ -98,6 +105,17 @@ impl ModuleBuilder {
             return self.as_unsigned(a);
         }
         let width = a.width().saturating_mul(count);
+        if a.ty == Ty::bit()
+            && let Some(value) = self.constant(a)
+        {
+            let ty = Ty::u(width);
+            let all = if value.is_zero() {
+                value.clone()
+            } else {
+                ty.max()
+            };
+            return self.lit(all, ty);
+        }
         self.node(Op::Repeat(a.id, count), Ty::u(width))
     }
 

@@ -9,6 +9,7 @@
 //! | `a - b` | modulo the width of the wider |
 //! | `if(c, a, b)` | a choice |
 //! | `any(a)` | whether a bit is set |
+//! | `ones(a)` | number of bits that are set |
 //! | `a[3]` | a bit |
 
 /// A parsed formula.
@@ -19,6 +20,7 @@ pub(crate) enum Formula {
     Bit(String, u32),
     Not(Box<Formula>),
     Any(Box<Formula>),
+    Ones(Box<Formula>),
     Choice(Box<[Formula; 3]>),
     /// An operator, as written.
     Two(&'static str, Box<[Formula; 2]>),
@@ -112,12 +114,8 @@ impl Reader<'_> {
             return number.map_err(|_| self.wrong("a number below 2^64 before"));
         }
         match word.as_str() {
-            "any" => {
-                self.expects("(")?;
-                let inner = self.level(0)?;
-                self.expects(")")?;
-                Ok(Formula::Any(Box::new(inner)))
-            }
+            "any" => Ok(Formula::Any(self.argument()?)),
+            "ones" => Ok(Formula::Ones(self.argument()?)),
             "if" => {
                 self.expects("(")?;
                 let condition = self.level(0)?;
@@ -136,6 +134,13 @@ impl Reader<'_> {
             }
             _ => Ok(Formula::Name(word)),
         }
+    }
+
+    fn argument(&mut self) -> Result<Box<Formula>, String> {
+        self.expects("(")?;
+        let inner = self.level(0)?;
+        self.expects(")")?;
+        Ok(Box::new(inner))
     }
 
     fn word(&mut self) -> String {
@@ -160,6 +165,7 @@ mod tests {
             Formula::Bit(name, at) => format!("{name}[{at}]"),
             Formula::Not(a) => format!("~{}", written(a)),
             Formula::Any(a) => format!("any({})", written(a)),
+            Formula::Ones(a) => format!("ones({})", written(a)),
             Formula::Choice(all) => {
                 let [c, t, e] = all.each_ref().map(written);
                 format!("if({c}, {t}, {e})")
@@ -178,6 +184,7 @@ mod tests {
             ("a | b & ~c", "(a | (b & ~c))"),
             ("a + 1 + b <= c -> d", "(((a + 1) + b) <= c) -> d"),
             ("if(a, b, 3) == any(c)", "(if(a, b, 3) == any(c))"),
+            ("ones(a) + b", "(ones(a) + b)"),
             ("a[3]&(b|c)", "(a[3] & (b | c))"),
         ] {
             let found = written(&parse(text).unwrap());

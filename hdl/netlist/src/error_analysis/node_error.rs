@@ -143,8 +143,24 @@ impl NodeError {
         if rounding == Rounding::Floor {
             return self.shr(bits, value);
         }
-        let half = BigInt::one() << (FRACTION - 1);
-        let off = Self::rest(Interval::new(-&half, half));
+        let one = BigInt::one() << bits;
+        let half = &one >> 1u8;
+        let off = if value.is_point() {
+            let rest = &value.low & (&one - 1u8);
+            let tie_goes_up = rounding == Rounding::HalfUp || value.low.bit(u64::from(bits));
+            match rest > half || (rest == half && tie_goes_up) {
+                true => Interval::point(&(one - rest)),
+                false => Interval::point(&-rest),
+            }
+        } else {
+            // Half up, less than a half is dropped.
+            let dropped = match rounding {
+                Rounding::HalfUp => &half - 1u8,
+                _ => half.clone(),
+            };
+            Interval::new(-dropped, half)
+        };
+        let off = Self::rest(off.shl(FRACTION, FRACTION)).divided(bits);
         self.divided(bits).add(&off)
     }
 
@@ -173,5 +189,32 @@ impl NodeError {
             return self.clone();
         }
         Self::rest(self.ends().join(&other.ends()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use potamoi_formats::fixed::round_shift;
+
+    use super::*;
+
+    #[test]
+    fn a_rounding_is_off_by_what_it_is_over_all_values() {
+        for rounding in [Rounding::Floor, Rounding::HalfUp, Rounding::HalfEven] {
+            for bits in 1..=4u32 {
+                let off = |value: &Interval| NodeError::none().round(bits, rounding, value).ends();
+                let scaled = |v: i128| BigInt::from(v) << (FRACTION - bits);
+                let exact = |v: i128| (round_shift(v, bits, rounding) << bits) - v;
+                let all = -64..64i128;
+                for v in all.clone() {
+                    let found = off(&Interval::point(&BigInt::from(v)));
+                    assert_eq!(found, Interval::point(&scaled(exact(v))), "{v} {bits}");
+                }
+                let ends = [all.clone().map(exact).min(), all.map(exact).max()];
+                let [least, most] = ends.map(|end| scaled(end.unwrap_or_default()));
+                let found = off(&Interval::new(-64, 63));
+                assert_eq!(found, Interval::new(least, most), "{rounding:?} {bits}");
+            }
+        }
     }
 }
