@@ -175,8 +175,8 @@ const TOP_LINES: usize = 1000;
 /// Lines and the percentage of repetition, at most, of the units of a preset.
 const TEXT: [(&str, usize, f64); 4] = [
     ("paper", 1400, 10.0),
-    ("small", 1600, 20.0),
-    ("parity", 1760, 18.0),
+    ("small", 1440, 10.0),
+    ("parity", 1760, 17.0),
     ("feature-major", 1920, 8.0),
 ];
 

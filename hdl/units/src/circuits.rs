@@ -109,3 +109,32 @@ pub(crate) fn repeated(m: &mut ModuleBuilder, bits: Signal, times: u32) -> Signa
 pub(crate) fn ones(width: u32) -> BigInt {
     (BigInt::from(1) << width) - 1
 }
+
+/// A value after so many stages, and the shift register that delays it, whose first stage is lowest.
+pub(crate) fn delayed(
+    m: &mut ModuleBuilder,
+    name: &str,
+    value: Signal,
+    stages: u32,
+    reset: Option<u8>,
+) -> (Signal, Option<Signal>) {
+    if stages == 0 {
+        return (value, None);
+    }
+    let width = value.width();
+    let ty = Ty::u(stages * width);
+    let all = match reset {
+        Some(reset) => m.reg(name, ty, reset),
+        None => m.data_reg(name, ty),
+    };
+    let earlier = stages - 1;
+    let next = match earlier {
+        0 => value,
+        _ => {
+            let held = m.slice(all, 0, earlier * width);
+            m.cat(&[held, value])
+        }
+    };
+    m.set_next(all, next);
+    (m.slice(all, earlier * width, width), Some(all))
+}

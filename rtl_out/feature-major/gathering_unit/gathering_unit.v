@@ -517,9 +517,9 @@ module gathering_unit (
 
   // Every beat in flight is open, in the pipeline or in the FIFO: none is lost, none is there
   // twice.
-  potamoi_assert check_balance (.clk(clk), .on(checking), .good({4'd0, in_flight} == ({1'd0, {1'd0,
-      {1'd0, {1'd0, results_count} + {3'd0, s_push}} + {4'd0, x_completes}} + {5'd0, d_completes}} +
-      {6'd0, beat_open})));
+  potamoi_assert check_balance (.clk(clk), .on(checking), .good({3'd0, in_flight} == ({3'd0,
+      results_count} + {5'd0, s_push} + {5'd0, x_completes} + {5'd0, d_completes} + {5'd0,
+      beat_open})));
 
   // No more beats are in flight than the FIFO has words.
   potamoi_assert check_credit (.clk(clk), .on(checking), .good(in_flight <= 3'd5));
@@ -546,16 +546,14 @@ module gathering_unit (
   potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
       tkeep_stays & tlast_stays & tuser_stays)));
   potamoi_assert check_running_sum (.clk(clk), .on(checking), .good((~(elapsed < 32'hffffffff)) |
-      ((({1'd0, {1'd0, {1'd0, {1'd0, stat_busy} + {1'd0, running_fifo}} + {2'd0, running_mft}} +
-      {3'd0, running_rit}} + {4'd0, stat_stall_bank}) == {4'd0, elapsed}) & (begun ==
-      (|elapsed)))));
+      ((({3'd0, stat_busy} + {3'd0, running_fifo} + {3'd0, running_mft} + {3'd0, running_rit} +
+      {3'd0, stat_stall_bank}) == {3'd0, elapsed}) & (begun == (|elapsed)))));
 
   // Busy cycles and stalls are all cycles from the first issue to the last, until they
   // saturate.
   potamoi_assert check_no_cycle_lost (.clk(clk), .on(checking), .good((~(elapsed_shown <
-      32'hffffffff)) | (({1'd0, {1'd0, {1'd0, {1'd0, stat_busy} + {1'd0, stat_stall_fifo}} + {2'd0,
-      stat_stall_mft}} + {3'd0, stat_stall_rit}} + {4'd0, stat_stall_bank}) == {4'd0,
-      elapsed_shown})));
+      32'hffffffff)) | (({3'd0, stat_busy} + {3'd0, stat_stall_fifo} + {3'd0, stat_stall_mft} +
+      {3'd0, stat_stall_rit} + {3'd0, stat_stall_bank}) == {3'd0, elapsed_shown})));
 
   // Every entry of a group that is issued counts.
   potamoi_assert check_entries_count (.clk(clk), .on(checking), .good(stat_entries ==

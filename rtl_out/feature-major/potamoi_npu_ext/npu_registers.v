@@ -314,10 +314,10 @@ module npu_registers (
   wire [31:0] any_gu_mode_bits = {32{any_is_gu_mode}} & 32'h7f007f03;
   wire gu_mode_differs = |((gu_mode_word ^ value_written) & bits_written & any_gu_mode_bits);
   wire any_is_gu_packets = any_register == 10'd17;
-  wire [31:0] any_gu_packets_bits = {32{any_is_gu_packets}} & 32'hffffffff;
+  wire [31:0] any_gu_packets_bits = {32{any_is_gu_packets}};
   wire gu_packets_differs = |((gu_packets ^ value_written) & bits_written & any_gu_packets_bits);
   wire any_is_vu_packets = any_register == 10'd20;
-  wire [31:0] any_vu_packets_bits = {32{any_is_vu_packets}} & 32'hffffffff;
+  wire [31:0] any_vu_packets_bits = {32{any_is_vu_packets}};
   wire vu_packets_differs = |((vu_packets ^ value_written) & bits_written & any_vu_packets_bits);
   wire read_differs = |((word_read ^ value_written) & bits_written & (any_irq_enable_bits |
       any_gu_mode_bits | any_gu_packets_bits | any_vu_packets_bits));

@@ -264,8 +264,8 @@ module vector_unit (
   potamoi_assert check_phase_in_range (.clk(clk), .on(checking), .good(phase <= 5'd19));
 
   // Every vector in flight is in the engine or in the FIFO: none is lost, none is there twice.
-  potamoi_assert check_balance (.clk(clk), .on(checking), .good({2'd0, in_flight} == ({1'd0, {1'd0,
-      fifo_count} + {2'd0, result_valid}} + {3'd0, engine_has_vector})));
+  potamoi_assert check_balance (.clk(clk), .on(checking), .good({2'd0, in_flight} == ({2'd0,
+      fifo_count} + {3'd0, result_valid} + {3'd0, engine_has_vector})));
 
   // No more vectors are in flight than the FIFO has words.
   potamoi_assert check_credit (.clk(clk), .on(checking), .good(1'b1));

@@ -411,14 +411,14 @@ module rit_buffer (
 
   always @(posedge clk) begin
     if (e_fill) begin
-      e_fraction_x0 <= entry0[21:9] & {13{1'b1}};
-      e_fraction_y0 <= entry0[34:22] & {13{1'b1}};
-      e_fraction_z0 <= entry0[47:35] & {13{1'b1}};
+      e_fraction_x0 <= entry0[21:9];
+      e_fraction_y0 <= entry0[34:22];
+      e_fraction_z0 <= entry0[47:35];
       e_row0 <= {7'd0, entry0[8:0]};
       e_slot0 <= entry0[63:48];
-      e_fraction_x1 <= entry1[21:9] & {13{1'b1}};
-      e_fraction_y1 <= entry1[34:22] & {13{1'b1}};
-      e_fraction_z1 <= entry1[47:35] & {13{1'b1}};
+      e_fraction_x1 <= entry1[21:9];
+      e_fraction_y1 <= entry1[34:22];
+      e_fraction_z1 <= entry1[47:35];
       e_row1 <= {7'd0, entry1[8:0]};
       e_slot1 <= entry1[63:48];
     end

@@ -62,248 +62,184 @@ module vector_lane (
   // Exponential: stage 0
   wire take0 = 23'h2c5c86 <= remain_start;
   wire [22:0] remain0 = take0 ? (remain_start - 23'h2c5c86) : remain_start;
-  wire [20:0] accum_shifted0 = {ACCUM_START, 1'b0} >> 5'd0;
-  wire [19:0] accum0 = (take0 & (~1'b1)) ? (ACCUM_START + accum_shifted0[20:1] + {19'd0,
-      accum_shifted0[0]}) : ACCUM_START;
   wire [3:0] digits0 = {3'd0, take0};
   reg [22:0] s_remain_0;
-  reg [19:0] s_accum_0;
   reg [3:0] s_digits_0;
-  reg s_rescaled_0;
 
   always @(posedge clk) begin
     s_remain_0 <= remain0;
-    s_accum_0 <= accum0;
     s_digits_0 <= digits0;
-    s_rescaled_0 <= rescaled;
   end
 
   // Exponential: stage 1
   wire take1 = 23'h162e43 <= s_remain_0;
   wire [22:0] remain1 = take1 ? (s_remain_0 - 23'h162e43) : s_remain_0;
-  wire [20:0] accum_shifted1 = {s_accum_0, 1'b0} >> 5'd0;
-  wire [19:0] accum1 = (take1 & (~1'b1)) ? (s_accum_0 + accum_shifted1[20:1] + {19'd0,
-      accum_shifted1[0]}) : s_accum_0;
   wire [3:0] digits1 = {s_digits_0[2:0], take1};
   reg [22:0] s_remain_1;
-  reg [19:0] s_accum_1;
   reg [3:0] s_digits_1;
-  reg s_rescaled_1;
 
   always @(posedge clk) begin
     s_remain_1 <= remain1;
-    s_accum_1 <= accum1;
     s_digits_1 <= digits1;
-    s_rescaled_1 <= s_rescaled_0;
   end
 
   // Exponential: stage 2
   wire take2 = 23'hb1721 <= s_remain_1;
   wire [22:0] remain2 = take2 ? (s_remain_1 - 23'hb1721) : s_remain_1;
-  wire [20:0] accum_shifted2 = {s_accum_1, 1'b0} >> 5'd0;
-  wire [19:0] accum2 = (take2 & (~1'b1)) ? (s_accum_1 + accum_shifted2[20:1] + {19'd0,
-      accum_shifted2[0]}) : s_accum_1;
   wire [3:0] digits2 = {s_digits_1[2:0], take2};
   reg [22:0] s_remain_2;
-  reg [19:0] s_accum_2;
   reg [3:0] s_digits_2;
-  reg s_rescaled_2;
 
   always @(posedge clk) begin
     s_remain_2 <= remain2;
-    s_accum_2 <= accum2;
     s_digits_2 <= digits2;
-    s_rescaled_2 <= s_rescaled_1;
   end
 
   // Exponential: stage 3
   wire take3 = 23'h58b91 <= s_remain_2;
   wire [22:0] remain3 = take3 ? (s_remain_2 - 23'h58b91) : s_remain_2;
-  wire [20:0] accum_shifted3 = {s_accum_2, 1'b0} >> 5'd0;
-  wire [19:0] accum3 = (take3 & (~1'b1)) ? (s_accum_2 + accum_shifted3[20:1] + {19'd0,
-      accum_shifted3[0]}) : s_accum_2;
   wire [3:0] digits3 = {s_digits_2[2:0], take3};
   reg [22:0] s_remain_3;
-  reg [19:0] s_accum_3;
   reg [3:0] s_digits_3;
-  reg s_rescaled_3;
 
   always @(posedge clk) begin
     s_remain_3 <= remain3;
-    s_accum_3 <= accum3;
     s_digits_3 <= digits3;
-    s_rescaled_3 <= s_rescaled_2;
   end
 
   // Exponential: stage 4
   wire take4 = 23'h33e64 <= s_remain_3;
   wire [22:0] remain4 = take4 ? (s_remain_3 - 23'h33e64) : s_remain_3;
-  wire [20:0] accum_shifted4 = {s_accum_3, 1'b0} >> 5'd1;
-  wire [19:0] accum4 = (take4 & (~1'b0)) ? (s_accum_3 + accum_shifted4[20:1] + {19'd0,
-      accum_shifted4[0]}) : s_accum_3;
-  wire [3:0] digits4 = s_digits_3;
+  wire [19:0] accum_shifted4 = {1'b0, ACCUM_START[19:1]} + {19'd0, ACCUM_START[0]};
+  wire [19:0] accum4 = take4 ? (ACCUM_START + accum_shifted4) : ACCUM_START;
   reg [22:0] s_remain_4;
   reg [19:0] s_accum_4;
   reg [3:0] s_digits_4;
-  reg s_rescaled_4;
 
   always @(posedge clk) begin
     s_remain_4 <= remain4;
     s_accum_4 <= accum4;
-    s_digits_4 <= digits4;
-    s_rescaled_4 <= s_rescaled_3;
+    s_digits_4 <= s_digits_3;
   end
 
   // Exponential: stage 5
   wire take5 = 23'h1c8ff <= s_remain_4;
   wire [22:0] remain5 = take5 ? (s_remain_4 - 23'h1c8ff) : s_remain_4;
-  wire [20:0] accum_shifted5 = {s_accum_4, 1'b0} >> 5'd2;
-  wire [19:0] accum5 = (take5 & (~1'b0)) ? (s_accum_4 + accum_shifted5[20:1] + {19'd0,
-      accum_shifted5[0]}) : s_accum_4;
-  wire [3:0] digits5 = s_digits_4;
+  wire [18:0] accum_shifted5 = {1'b0, s_accum_4[19:2]} + {18'd0, s_accum_4[1]};
+  wire [19:0] accum5 = take5 ? (s_accum_4 + {1'd0, accum_shifted5}) : s_accum_4;
   reg [22:0] s_remain_5;
   reg [19:0] s_accum_5;
   reg [3:0] s_digits_5;
-  reg s_rescaled_5;
 
   always @(posedge clk) begin
     s_remain_5 <= remain5;
     s_accum_5 <= accum5;
-    s_digits_5 <= digits5;
-    s_rescaled_5 <= s_rescaled_4;
+    s_digits_5 <= s_digits_4;
   end
 
   // Exponential: stage 6
   wire take6 = 23'hf138 <= s_remain_5;
   wire [22:0] remain6 = take6 ? (s_remain_5 - 23'hf138) : s_remain_5;
-  wire [20:0] accum_shifted6 = {s_accum_5, 1'b0} >> 5'd3;
-  wire [19:0] accum6 = (take6 & (~1'b0)) ? (s_accum_5 + accum_shifted6[20:1] + {19'd0,
-      accum_shifted6[0]}) : s_accum_5;
-  wire [3:0] digits6 = s_digits_5;
+  wire [17:0] accum_shifted6 = {1'b0, s_accum_5[19:3]} + {17'd0, s_accum_5[2]};
+  wire [19:0] accum6 = take6 ? (s_accum_5 + {2'd0, accum_shifted6}) : s_accum_5;
   reg [22:0] s_remain_6;
   reg [19:0] s_accum_6;
   reg [3:0] s_digits_6;
-  reg s_rescaled_6;
 
   always @(posedge clk) begin
     s_remain_6 <= remain6;
     s_accum_6 <= accum6;
-    s_digits_6 <= digits6;
-    s_rescaled_6 <= s_rescaled_5;
+    s_digits_6 <= s_digits_5;
   end
 
   // Exponential: stage 7
   wire take7 = 23'h7c29 <= s_remain_6;
   wire [22:0] remain7 = take7 ? (s_remain_6 - 23'h7c29) : s_remain_6;
-  wire [20:0] accum_shifted7 = {s_accum_6, 1'b0} >> 5'd4;
-  wire [19:0] accum7 = (take7 & (~1'b0)) ? (s_accum_6 + accum_shifted7[20:1] + {19'd0,
-      accum_shifted7[0]}) : s_accum_6;
-  wire [3:0] digits7 = s_digits_6;
+  wire [16:0] accum_shifted7 = {1'b0, s_accum_6[19:4]} + {16'd0, s_accum_6[3]};
+  wire [19:0] accum7 = take7 ? (s_accum_6 + {3'd0, accum_shifted7}) : s_accum_6;
   reg [22:0] s_remain_7;
   reg [19:0] s_accum_7;
   reg [3:0] s_digits_7;
-  reg s_rescaled_7;
 
   always @(posedge clk) begin
     s_remain_7 <= remain7;
     s_accum_7 <= accum7;
-    s_digits_7 <= digits7;
-    s_rescaled_7 <= s_rescaled_6;
+    s_digits_7 <= s_digits_6;
   end
 
   // Exponential: stage 8
   wire take8 = 23'h3f05 <= s_remain_7;
   wire [22:0] remain8 = take8 ? (s_remain_7 - 23'h3f05) : s_remain_7;
-  wire [20:0] accum_shifted8 = {s_accum_7, 1'b0} >> 5'd5;
-  wire [19:0] accum8 = (take8 & (~1'b0)) ? (s_accum_7 + accum_shifted8[20:1] + {19'd0,
-      accum_shifted8[0]}) : s_accum_7;
-  wire [3:0] digits8 = s_digits_7;
+  wire [15:0] accum_shifted8 = {1'b0, s_accum_7[19:5]} + {15'd0, s_accum_7[4]};
+  wire [19:0] accum8 = take8 ? (s_accum_7 + {4'd0, accum_shifted8}) : s_accum_7;
   reg [22:0] s_remain_8;
   reg [19:0] s_accum_8;
   reg [3:0] s_digits_8;
-  reg s_rescaled_8;
 
   always @(posedge clk) begin
     s_remain_8 <= remain8;
     s_accum_8 <= accum8;
-    s_digits_8 <= digits8;
-    s_rescaled_8 <= s_rescaled_7;
+    s_digits_8 <= s_digits_7;
   end
 
   // Exponential: stage 9
   wire take9 = 23'd8129 <= s_remain_8;
   wire [22:0] remain9 = take9 ? (s_remain_8 - 23'd8129) : s_remain_8;
-  wire [20:0] accum_shifted9 = {s_accum_8, 1'b0} >> 5'd6;
-  wire [19:0] accum9 = (take9 & (~1'b0)) ? (s_accum_8 + accum_shifted9[20:1] + {19'd0,
-      accum_shifted9[0]}) : s_accum_8;
-  wire [3:0] digits9 = s_digits_8;
+  wire [14:0] accum_shifted9 = {1'b0, s_accum_8[19:6]} + {14'd0, s_accum_8[5]};
+  wire [19:0] accum9 = take9 ? (s_accum_8 + {5'd0, accum_shifted9}) : s_accum_8;
   reg [22:0] s_remain_9;
   reg [19:0] s_accum_9;
   reg [3:0] s_digits_9;
-  reg s_rescaled_9;
 
   always @(posedge clk) begin
     s_remain_9 <= remain9;
     s_accum_9 <= accum9;
-    s_digits_9 <= digits9;
-    s_rescaled_9 <= s_rescaled_8;
+    s_digits_9 <= s_digits_8;
   end
 
   // Exponential: stage 10
   wire take10 = 23'd4080 <= s_remain_9;
   wire [22:0] remain10 = take10 ? (s_remain_9 - 23'd4080) : s_remain_9;
-  wire [20:0] accum_shifted10 = {s_accum_9, 1'b0} >> 5'd7;
-  wire [19:0] accum10 = (take10 & (~1'b0)) ? (s_accum_9 + accum_shifted10[20:1] + {19'd0,
-      accum_shifted10[0]}) : s_accum_9;
-  wire [3:0] digits10 = s_digits_9;
+  wire [13:0] accum_shifted10 = {1'b0, s_accum_9[19:7]} + {13'd0, s_accum_9[6]};
+  wire [19:0] accum10 = take10 ? (s_accum_9 + {6'd0, accum_shifted10}) : s_accum_9;
   reg [22:0] s_remain_10;
   reg [19:0] s_accum_10;
   reg [3:0] s_digits_10;
-  reg s_rescaled_10;
 
   always @(posedge clk) begin
     s_remain_10 <= remain10;
     s_accum_10 <= accum10;
-    s_digits_10 <= digits10;
-    s_rescaled_10 <= s_rescaled_9;
+    s_digits_10 <= s_digits_9;
   end
 
   // Exponential: stage 11
   wire take11 = 23'd2044 <= s_remain_10;
   wire [22:0] remain11 = take11 ? (s_remain_10 - 23'd2044) : s_remain_10;
-  wire [20:0] accum_shifted11 = {s_accum_10, 1'b0} >> 5'd8;
-  wire [19:0] accum11 = (take11 & (~1'b0)) ? (s_accum_10 + accum_shifted11[20:1] + {19'd0,
-      accum_shifted11[0]}) : s_accum_10;
-  wire [3:0] digits11 = s_digits_10;
+  wire [12:0] accum_shifted11 = {1'b0, s_accum_10[19:8]} + {12'd0, s_accum_10[7]};
+  wire [19:0] accum11 = take11 ? (s_accum_10 + {7'd0, accum_shifted11}) : s_accum_10;
   reg [22:0] s_remain_11;
   reg [19:0] s_accum_11;
   reg [3:0] s_digits_11;
-  reg s_rescaled_11;
 
   always @(posedge clk) begin
     s_remain_11 <= remain11;
     s_accum_11 <= accum11;
-    s_digits_11 <= digits11;
-    s_rescaled_11 <= s_rescaled_10;
+    s_digits_11 <= s_digits_10;
   end
 
   // Exponential: stage 12
   wire take12 = 23'd1023 <= s_remain_11;
   wire [22:0] remain12 = take12 ? (s_remain_11 - 23'd1023) : s_remain_11;
-  wire [20:0] accum_shifted12 = {s_accum_11, 1'b0} >> 5'd9;
-  wire [19:0] accum12 = (take12 & (~1'b0)) ? (s_accum_11 + accum_shifted12[20:1] + {19'd0,
-      accum_shifted12[0]}) : s_accum_11;
-  wire [3:0] digits12 = s_digits_11;
+  wire [11:0] accum_shifted12 = {1'b0, s_accum_11[19:9]} + {11'd0, s_accum_11[8]};
+  wire [19:0] accum12 = take12 ? (s_accum_11 + {8'd0, accum_shifted12}) : s_accum_11;
   reg [22:0] s_remain_12;
   reg [19:0] s_accum_12;
   reg [3:0] s_digits_12;
-  reg s_rescaled_12;
 
   always @(posedge clk) begin
     s_remain_12 <= remain12;
     s_accum_12 <= accum12;
-    s_digits_12 <= digits12;
-    s_rescaled_12 <= s_rescaled_11;
+    s_digits_12 <= s_digits_11;
   end
 
   // Exponential: tail
@@ -312,12 +248,12 @@ module vector_lane (
   wire [19:0] accum_tail = s_accum_12 + {8'd0, tail_product[30:19]};
   reg [19:0] s_accum_13;
   reg [3:0] s_digits_13;
-  reg s_rescaled_13;
+  reg [13:0] rescaled_stages;
 
   always @(posedge clk) begin
     s_accum_13 <= accum_tail;
     s_digits_13 <= s_digits_12;
-    s_rescaled_13 <= s_rescaled_12;
+    rescaled_stages <= {rescaled_stages[12:0], rescaled};
   end
 
   // Result stage
@@ -328,35 +264,23 @@ module vector_lane (
   wire round_up = ((rounding == 2'd1) & shifted[0]) | ((rounding == 2'd2) & shifted[0] &
       ((|(exact[62:0] & dropped_bits[63:1])) | shifted[1]));
   wire [65:0] rounded_value = {floor[64], floor} + {65'd0, round_up};
-  reg [31:0] value_0, value_1, value_2, value_3, value_4, value_5, value_6, value_7, value_8,
-      value_9, value_10, value_11, value_12;
+  reg [415:0] value_stages;
   // the result is R_accum 2^-exponent
-  wire [4:0] exponent = (s_rescaled_13 ? 5'd24 : 5'd12) - {1'd0, s_digits_13};
+  wire [4:0] exponent = (rescaled_stages[13] ? 5'd24 : 5'd12) - {1'd0, s_digits_13};
   wire [20:0] accum_doubled = {s_accum_13, 1'b0};
   wire [18:0] scaled = accum_doubled[20:2] >> exponent;
   wire [17:0] rounded = scaled[18:1] + {17'd0, scaled[0]};
   wire [17:0] one_minus_power = (18'h10000 < rounded) ? 18'd0 : (18'h10000 - rounded);
 
   always @(posedge clk) begin
-    value_0 <= (~rounded_value[65] & (|rounded_value[64:31])) ? 32'h7fffffff : ((rounded_value[65] &
-        ~(&rounded_value[64:31])) ? 32'h80000000 : rounded_value[31:0]);
-    value_1 <= value_0;
-    value_2 <= value_1;
-    value_3 <= value_2;
-    value_4 <= value_3;
-    value_5 <= value_4;
-    value_6 <= value_5;
-    value_7 <= value_6;
-    value_8 <= value_7;
-    value_9 <= value_8;
-    value_10 <= value_9;
-    value_11 <= value_10;
-    value_12 <= value_11;
+    value_stages <= {value_stages[383:0], (~rounded_value[65] & (|rounded_value[64:31])) ?
+        32'h7fffffff : ((rounded_value[65] & ~(&rounded_value[64:31])) ? 32'h80000000 :
+        rounded_value[31:0])};
   end
 
   assign result = (result_is_exp ? (result_is_one_minus ? {16'd0, (|one_minus_power[17:16]) ?
       16'hffff : one_minus_power[15:0]} : {16'd0, (|rounded[17:16]) ? 16'hffff : rounded[15:0]}) :
-      value_12) & {32{result_keep}};
+      value_stages[415:384]) & {32{result_keep}};
   assign torn = (|keep) ^ (&keep);
 
   wire unused_ok = &{1'b0, power_extended[22:17], depth_remain[23], s_digits_0[3], s_digits_1[3],

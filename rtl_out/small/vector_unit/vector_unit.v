@@ -49,111 +49,33 @@ module vector_unit (
   wire is_exp = is_power | is_one_minus;
 
   // Sequence of an exponential
-  reg result_valid, valid_1, is_exp_1, one_minus_1, last_1, valid_2, is_exp_2, one_minus_2, last_2,
-      valid_3, is_exp_3, one_minus_3, last_3, valid_4, is_exp_4, one_minus_4, last_4, valid_5,
-      is_exp_5, one_minus_5, last_5, valid_6, is_exp_6, one_minus_6, last_6, valid_7, is_exp_7,
-      one_minus_7, last_7, valid_8, is_exp_8, one_minus_8, last_8, valid_9, is_exp_9, one_minus_9,
-      last_9, valid_10, is_exp_10, one_minus_10, last_10, valid_11, is_exp_11, one_minus_11,
-      last_11, valid_12, is_exp_12, one_minus_12, last_12, valid_13, is_exp_13, one_minus_13,
-      last_13, result_is_exp, result_one_minus, result_last;
-  reg [3:0] keep_1, keep_2, keep_3, keep_4, keep_5, keep_6, keep_7, keep_8, keep_9, keep_10,
-      keep_11, keep_12, keep_13, result_keep;
-  wire moving = valid_1 | valid_2 | valid_3 | valid_4 | valid_5 | valid_6 | valid_7 | valid_8 |
-      valid_9 | valid_10 | valid_11 | valid_12 | valid_13;
+  reg result_valid, result_is_exp, result_one_minus, result_last;
+  reg [12:0] valid_stages, is_exp_stages, one_minus_stages, last_stages;
+  reg [51:0] keep_stages;
+  reg [3:0] result_keep;
+  wire moving = |valid_stages;
   reg [5:0] shift_next;
   reg [1:0] rounding_next;
 
   always @(posedge clk) begin
     if (!rst_n) begin
       result_valid <= 1'b0;
-      valid_1 <= 1'b0;
-      valid_2 <= 1'b0;
-      valid_3 <= 1'b0;
-      valid_4 <= 1'b0;
-      valid_5 <= 1'b0;
-      valid_6 <= 1'b0;
-      valid_7 <= 1'b0;
-      valid_8 <= 1'b0;
-      valid_9 <= 1'b0;
-      valid_10 <= 1'b0;
-      valid_11 <= 1'b0;
-      valid_12 <= 1'b0;
-      valid_13 <= 1'b0;
+      valid_stages <= 13'd0;
     end else begin
-      result_valid <= valid_13;
-      valid_1 <= accept;
-      valid_2 <= valid_1;
-      valid_3 <= valid_2;
-      valid_4 <= valid_3;
-      valid_5 <= valid_4;
-      valid_6 <= valid_5;
-      valid_7 <= valid_6;
-      valid_8 <= valid_7;
-      valid_9 <= valid_8;
-      valid_10 <= valid_9;
-      valid_11 <= valid_10;
-      valid_12 <= valid_11;
-      valid_13 <= valid_12;
+      result_valid <= valid_stages[12];
+      valid_stages <= {valid_stages[11:0], accept};
     end
   end
 
   always @(posedge clk) begin
-    is_exp_1 <= is_exp;
-    one_minus_1 <= is_one_minus;
-    keep_1 <= kept_lanes;
-    last_1 <= s_axis_vec_tlast;
-    is_exp_2 <= is_exp_1;
-    one_minus_2 <= one_minus_1;
-    keep_2 <= keep_1;
-    last_2 <= last_1;
-    is_exp_3 <= is_exp_2;
-    one_minus_3 <= one_minus_2;
-    keep_3 <= keep_2;
-    last_3 <= last_2;
-    is_exp_4 <= is_exp_3;
-    one_minus_4 <= one_minus_3;
-    keep_4 <= keep_3;
-    last_4 <= last_3;
-    is_exp_5 <= is_exp_4;
-    one_minus_5 <= one_minus_4;
-    keep_5 <= keep_4;
-    last_5 <= last_4;
-    is_exp_6 <= is_exp_5;
-    one_minus_6 <= one_minus_5;
-    keep_6 <= keep_5;
-    last_6 <= last_5;
-    is_exp_7 <= is_exp_6;
-    one_minus_7 <= one_minus_6;
-    keep_7 <= keep_6;
-    last_7 <= last_6;
-    is_exp_8 <= is_exp_7;
-    one_minus_8 <= one_minus_7;
-    keep_8 <= keep_7;
-    last_8 <= last_7;
-    is_exp_9 <= is_exp_8;
-    one_minus_9 <= one_minus_8;
-    keep_9 <= keep_8;
-    last_9 <= last_8;
-    is_exp_10 <= is_exp_9;
-    one_minus_10 <= one_minus_9;
-    keep_10 <= keep_9;
-    last_10 <= last_9;
-    is_exp_11 <= is_exp_10;
-    one_minus_11 <= one_minus_10;
-    keep_11 <= keep_10;
-    last_11 <= last_10;
-    is_exp_12 <= is_exp_11;
-    one_minus_12 <= one_minus_11;
-    keep_12 <= keep_11;
-    last_12 <= last_11;
-    is_exp_13 <= is_exp_12;
-    one_minus_13 <= one_minus_12;
-    keep_13 <= keep_12;
-    last_13 <= last_12;
-    result_is_exp <= is_exp_13;
-    result_one_minus <= one_minus_13;
-    result_keep <= keep_13;
-    result_last <= last_13;
+    is_exp_stages <= {is_exp_stages[11:0], is_exp};
+    result_is_exp <= is_exp_stages[12];
+    one_minus_stages <= {one_minus_stages[11:0], is_one_minus};
+    result_one_minus <= one_minus_stages[12];
+    keep_stages <= {keep_stages[47:0], kept_lanes};
+    result_keep <= keep_stages[51:48];
+    last_stages <= {last_stages[11:0], s_axis_vec_tlast};
+    result_last <= last_stages[12];
     shift_next <= s_axis_vec_tuser[9:4];
     rounding_next <= s_axis_vec_tuser[11:10];
   end
@@ -293,9 +215,8 @@ module vector_unit (
       tlast_past <= fifo_data[132];
       if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept)) vectors_again <=
           by_cfg_clear[31:0];
-      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept) | valid_1 | valid_2 | valid_3 |
-          valid_4 | valid_5 | valid_6 | valid_7 | valid_8 | valid_9 | valid_10 | valid_11 | valid_12
-          | valid_13) busy_again <= by_cfg_clear_2[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept) | (|valid_stages)) busy_again <=
+          by_cfg_clear_2[31:0];
       if (cfg_clear | (s_axis_vec_tvalid & (in_flight == 5'd18))) stall_out_again <=
           by_cfg_clear_3[31:0];
     end
@@ -305,12 +226,12 @@ module vector_unit (
       by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   // Every vector in flight is in the engine or in the FIFO: none is lost, none is there twice.
-  potamoi_assert check_balance (.clk(clk), .on(checking), .good({14'd0, in_flight} == ({1'd0, {1'd0,
-      {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0, {1'd0,
-      fifo_count} + {5'd0, result_valid}} + {6'd0, valid_1}} + {7'd0, valid_2}} + {8'd0, valid_3}} +
-      {9'd0, valid_4}} + {10'd0, valid_5}} + {11'd0, valid_6}} + {12'd0, valid_7}} + {13'd0,
-      valid_8}} + {14'd0, valid_9}} + {15'd0, valid_10}} + {16'd0, valid_11}} + {17'd0, valid_12}} +
-      {18'd0, valid_13})));
+  potamoi_assert check_balance (.clk(clk), .on(checking), .good({4'd0, in_flight} == ({4'd0,
+      fifo_count} + {8'd0, result_valid} + {8'd0, valid_stages[0]} + {8'd0, valid_stages[1]} +
+      {8'd0, valid_stages[2]} + {8'd0, valid_stages[3]} + {8'd0, valid_stages[4]} + {8'd0,
+      valid_stages[5]} + {8'd0, valid_stages[6]} + {8'd0, valid_stages[7]} + {8'd0, valid_stages[8]}
+      + {8'd0, valid_stages[9]} + {8'd0, valid_stages[10]} + {8'd0, valid_stages[11]} + {8'd0,
+      valid_stages[12]})));
 
   // No more vectors are in flight than the FIFO has words.
   potamoi_assert check_credit (.clk(clk), .on(checking), .good(in_flight <= 5'd18));
@@ -328,9 +249,11 @@ module vector_unit (
 
   // With the source valid and the sink ready, a vector moves in every cycle.
   potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~(s_axis_vec_tvalid &
-      m_axis_vec_tready)) | value_and_may_accept | (|fifo_count) | result_valid | valid_1 | valid_2
-      | valid_3 | valid_4 | valid_5 | valid_6 | valid_7 | valid_8 | valid_9 | valid_10 | valid_11 |
-      valid_12 | valid_13));
+      m_axis_vec_tready)) | value_and_may_accept | (|fifo_count) | result_valid | (|({4'd0,
+      valid_stages[0]} + {4'd0, valid_stages[1]} + {4'd0, valid_stages[2]} + {4'd0, valid_stages[3]}
+      + {4'd0, valid_stages[4]} + {4'd0, valid_stages[5]} + {4'd0, valid_stages[6]} + {4'd0,
+      valid_stages[7]} + {4'd0, valid_stages[8]} + {4'd0, valid_stages[9]} + {4'd0,
+      valid_stages[10]} + {4'd0, valid_stages[11]} + {4'd0, valid_stages[12]}))));
 
   // Every vector that enters counts.
   potamoi_assert check_vectors_count (.clk(clk), .on(checking), .good(stat_vectors ==

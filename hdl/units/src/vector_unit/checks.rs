@@ -2,6 +2,7 @@
 
 use potamoi_netlist::{Instance, ModuleBuilder};
 
+use super::result_control::VALID_STAGES;
 use crate::stream_checks::stable_stream;
 
 /// Width of the counters in bits.
@@ -22,8 +23,9 @@ pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u
         m.ghost("engine_has_vector", "any(phase)");
         all.push("engine_has_vector".to_owned());
     }
-    let stages = (1..).map(|stage| format!("valid_{stage}"));
-    all.extend(stages.take_while(|valid| m.has(valid)));
+    if m.has(VALID_STAGES) {
+        all.push(format!("ones({VALID_STAGES})"));
+    }
     m.assert(
         "balance",
         &format!("in_flight == {}", all.join(" + ")),
@@ -63,14 +65,10 @@ pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u
 /// Each counter is what is seen of its event at the ports and in the engine.
 fn counter_checks(m: &mut ModuleBuilder, depth: u32) {
     let enters = "s_axis_vec_tvalid & s_axis_vec_tready";
-    let stages: Vec<String> = (1..)
-        .map(|stage| format!("valid_{stage}"))
-        .take_while(|valid| m.has(valid))
-        .collect();
-    let (steps, free) = match (m.has("phase"), &stages[..]) {
+    let (steps, free) = match (m.has("phase"), m.has(VALID_STAGES)) {
         (true, _) => ("any(phase)".to_owned(), "~any(phase)"),
-        (false, []) => ("0".to_owned(), "1"),
-        (false, stages) => (stages.join(" | "), "1"),
+        (false, true) => (format!("any({VALID_STAGES})"), "1"),
+        (false, false) => ("0".to_owned(), "1"),
     };
     let waits = format!("s_axis_vec_tvalid & {free} & in_flight == {depth}");
     for (name, event, doc) in [

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 
 use super::alu::{EXACT, exact, requantise};
 use super::exponential;
 use super::lane_control::LaneControl;
 use super::operation_kinds::OperationKinds;
+use crate::circuits::delayed;
 use crate::data_checks::{Held, held_without_enable};
 
 /// Builds `vector_lane`.
@@ -55,7 +56,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.section("Result stage");
     let value = plain.map(|held| requantise(m, held, control.shift, control.rounding));
     let value = match (value, exp.pipelined && kinds.exp) {
-        (Some(v), true) => Some(delay(m, v, exp.interval() - 1)),
+        (Some(v), true) => Some(delayed(m, "value_stages", v, exp.interval() - 1, None).0),
         (v, _) => v,
     };
     let more = powers.as_ref().and_then(|p| p.more);
@@ -89,13 +90,4 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         held_without_enable(m, &[Held { register, enable }]);
     }
     builder.finish()
-}
-
-/// Delays a value by `cycles`.
-fn delay(m: &mut ModuleBuilder, value: Signal, cycles: u32) -> Signal {
-    (0..cycles).fold(value, |from, i| {
-        let reg = m.data_reg(&format!("value_{i}"), from.ty());
-        m.set_next(reg, from);
-        reg
-    })
 }

@@ -3,6 +3,10 @@
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::sequence::Sequence;
+use crate::circuits::delayed;
+
+/// In the pipelined form, whether a vector is in each stage; the first is the lowest bit.
+pub(super) const VALID_STAGES: &str = "valid_stages";
 
 /// Control data of the vector in the result stage.
 pub(super) struct ResultControl {
@@ -39,27 +43,17 @@ impl ResultControl {
             });
             return Self::of(valid, None, held);
         }
-        let (mut from_valid, mut from) = (accept, values);
-        let mut stages = vec![];
-        for stage in 1..interval {
-            let reg = m.reg(&format!("valid_{stage}"), Ty::bit(), 0);
-            m.set_next(reg, from_valid);
-            from_valid = reg;
-            stages.push(reg);
-            from = std::array::from_fn(|i| {
-                let reg = m.data_reg(&format!("{}_{stage}", names[i]), from[i].ty());
-                m.set_next(reg, from[i]);
-                reg
-            });
-        }
+        let stages = interval - 1;
+        let (from_valid, inside) = delayed(m, VALID_STAGES, accept, stages, Some(0));
         m.set_next(valid, from_valid);
         let held = std::array::from_fn(|i| {
-            let reg = m.data_reg(&format!("result_{}", names[i]), from[i].ty());
-            m.set_next(reg, from[i]);
+            let (from, _) = delayed(m, &format!("{}_stages", names[i]), values[i], stages, None);
+            let reg = m.data_reg(&format!("result_{}", names[i]), from.ty());
+            m.set_next(reg, from);
             reg
         });
-        let moving = (!stages.is_empty()).then(|| {
-            let moving = m.any_of(&stages);
+        let moving = inside.map(|inside| {
+            let moving = m.any(inside);
             m.name(moving, "moving")
         });
         Self::of(valid, moving, held)

@@ -226,6 +226,7 @@ impl<'a> Recurrence<'a> {
         let shifted = machine.find(&format!("lane_0.accum_shifted{index}"))?;
         match machine.op(shifted) {
             Op::Shr(_, amount) => self.unit.point(machine.beside(shifted, *amount))?.to_u32(),
+            Op::Round(_, amount, _) => Some(*amount),
             _ => None,
         }
     }

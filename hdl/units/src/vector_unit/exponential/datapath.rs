@@ -5,7 +5,7 @@ use potamoi_formats::config::ExpOutput;
 use potamoi_formats::fixed::Rounding;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use super::form::{Powers, Recurrence, State, StepInputs, Widths};
+use super::form::{Powers, Recurrence, Shift, State, StepInputs, Widths};
 use super::logistic::Size;
 use crate::circuits::bits_for;
 
@@ -154,19 +154,47 @@ impl Widths {
         index: u32,
         rounded: bool,
     ) -> Signal {
-        // One more bit below: the dropped bit rounds.
-        let none = m.lit(0, Ty::bit());
-        let doubled = m.cat(&[s.accum, none]);
-        let shifted = m.shr(doubled, place.shift);
-        let shifted = m.name(shifted, &format!("accum_shifted{index}"));
-        let whole = m.slice(shifted, 1, self.accum.width);
-        let sum = m.add(s.accum, whole);
-        if !rounded {
-            return sum;
-        }
-        let up = m.bit(shifted, 0);
-        let up = m.extend(up, self.accum.width);
-        m.add(sum, up)
+        let more = self.shifted(m, s.accum, place.shift, index, rounded);
+        more.into_iter().fold(s.accum, |sum, one| m.add(sum, one))
+    }
+
+    /// A value shifted to the right, as addends of the accumulator's width: what is left, and where
+    /// it is `rounded` the last bit that is dropped.
+    pub(super) fn shifted(
+        &self,
+        m: &mut ModuleBuilder,
+        value: Signal,
+        shift: Shift,
+        index: u32,
+        rounded: bool,
+    ) -> Vec<Signal> {
+        let width = self.accum.width;
+        let name = format!("accum_shifted{index}");
+        let addends = match shift {
+            Shift::By(by) => {
+                let rounding = match rounded {
+                    true => Rounding::HalfUp,
+                    false => Rounding::Floor,
+                };
+                let shifted = m.round(value, by, rounding);
+                vec![m.name(shifted, &name)]
+            }
+            Shift::Of(by) => {
+                // One more bit below: the dropped bit rounds.
+                let none = m.lit(0, Ty::bit());
+                let doubled = m.cat(&[value, none]);
+                let shifted = m.shr(doubled, by);
+                let shifted = m.name(shifted, &name);
+                let whole = m.slice(shifted, 1, value.width());
+                let up = m.bit(shifted, 0);
+                vec![whole, up][..1 + usize::from(rounded)].to_vec()
+            }
+        };
+        let fit = |one: Signal| match one.width() < width {
+            true => m.extend(one, width),
+            false => m.truncate(one, width),
+        };
+        addends.into_iter().map(fit).collect()
     }
 
     /// `R_accum (1 + R_remain)`, truncated.

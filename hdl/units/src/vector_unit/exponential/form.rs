@@ -35,8 +35,15 @@ pub(in crate::vector_unit) struct State {
 pub(in crate::vector_unit) struct StepInputs {
     /// One constant, or for radix 4 those of the digits 1, 2 and 3.
     pub(in crate::vector_unit) constants: Vec<Signal>,
-    pub(in crate::vector_unit) shift: Signal,
+    pub(in crate::vector_unit) shift: Shift,
     pub(in crate::vector_unit) digit: Signal,
+}
+
+/// Shift amount of a step: that of a stage is known, that of a shift register changes.
+#[derive(Clone, Copy)]
+pub(in crate::vector_unit) enum Shift {
+    By(u32),
+    Of(Signal),
 }
 
 /// Outputs of the engine for the result stage.
@@ -125,4 +132,12 @@ pub(in crate::vector_unit) trait Recurrence: Sync {
         index: u32,
         log: Option<Signal>,
     ) -> State;
+}
+
+/// Names what a step makes of a signal, unless it leaves it as it is.
+pub(super) fn renamed(m: &mut ModuleBuilder, after: Signal, before: Signal, name: &str) -> Signal {
+    match after == before {
+        true => after,
+        false => m.name(after, name),
+    }
 }

@@ -5,7 +5,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::multiples;
 use super::early_out::Own;
-use super::form::{Powers, Recurrence, State, StepInputs, Widths};
+use super::form::{Powers, Recurrence, Shift, State, StepInputs, Widths};
 use super::logistic::Passes;
 use super::shift_registers::sub_name;
 use crate::vector_unit::lane_control::LaneControl;
@@ -222,7 +222,7 @@ fn place(own: &dyn Recurrence, m: &mut ModuleBuilder, widths: &Widths, i: u32) -
                 )
             })
             .collect(),
-        shift: m.input(&format!("mul{i}"), widths.shift, "shift amount of r_accum"),
+        shift: Shift::Of(m.input(&format!("mul{i}"), widths.shift, "shift amount of r_accum")),
         digit: if widths.engine.digits > 0 {
             m.input(
                 &format!("digit{i}"),

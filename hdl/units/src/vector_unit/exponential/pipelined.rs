@@ -5,7 +5,8 @@ use potamoi_formats::timing::PowerStage;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::{Step, steps};
-use super::form::{Powers, Recurrence, State, StepInputs, Widths};
+use super::form::{Powers, Recurrence, Shift, State, StepInputs, Widths};
+use crate::circuits::delayed;
 use crate::vector_unit::lane_control::LaneControl;
 
 /// Builds one register stage for each clock's steps.
@@ -20,28 +21,9 @@ pub(super) fn pipelined(
     m.section("Exponential: start");
     let exp = &config.vu.exp;
     let r = exp.iterations_per_clock as usize;
-    let (mut state, mut large) = widths.start(own, m, a, control.one_minus, None);
+    let (mut state, large) = widths.start(own, m, a, control.one_minus, None);
     let all = steps(own, exp, widths.remain.width);
-    let mut stage = 0;
-    let mut hold = |m: &mut ModuleBuilder, s: State, large: Signal| {
-        let mut reg = |name: &str, value: Signal| {
-            let reg = m.data_reg(&format!("{name}_{stage}"), value.ty());
-            m.set_next(reg, value);
-            reg
-        };
-        let held = State {
-            remain: reg("s_remain", s.remain),
-            accum: reg("s_accum", s.accum),
-            digits: reg("s_digits", s.digits),
-        };
-        let large = if widths.kinds.one_minus {
-            reg("s_rescaled", large)
-        } else {
-            large
-        };
-        stage += 1;
-        (held, large)
-    };
+    let mut held = 0;
     for stage in exp.power_pipeline().stages() {
         state = match stage {
             PowerStage::Steps(clock) => {
@@ -59,8 +41,14 @@ pub(super) fn pipelined(
             // Not of the recurrence.
             PowerStage::PowerOfTwo | PowerStage::Mantissa => continue,
         };
-        (state, large) = hold(m, state, large);
+        state = hold(m, state, held);
+        held += 1;
     }
+    let large = if widths.kinds.one_minus {
+        delayed(m, "rescaled_stages", large, held, None).0
+    } else {
+        large
+    };
     Powers {
         state,
         large,
@@ -70,12 +58,30 @@ pub(super) fn pipelined(
     }
 }
 
+/// Registers the state after a stage.
+fn hold(m: &mut ModuleBuilder, state: State, stage: u32) -> State {
+    let mut reg = |name: &str, value: Signal| {
+        // The accumulator is at its start until the exponent's digits are known.
+        if m.is_fixed(value) {
+            return value;
+        }
+        let reg = m.data_reg(&format!("{name}_{stage}"), value.ty());
+        m.set_next(reg, value);
+        reg
+    };
+    State {
+        remain: reg("s_remain", state.remain),
+        accum: reg("s_accum", state.accum),
+        digits: reg("s_digits", state.digits),
+    }
+}
+
 /// A position of the shift registers with fixed constants.
 fn literal_place(m: &mut ModuleBuilder, widths: &Widths, step: &Step) -> StepInputs {
     let constants = step.constants.iter();
     StepInputs {
         constants: constants.map(|c| m.lit(c.clone(), widths.remain)).collect(),
-        shift: m.lit(step.shift, widths.shift),
+        shift: Shift::By(step.shift),
         digit: m.lit(u8::from(step.digit), Ty::bit()),
     }
 }

@@ -5,7 +5,7 @@ use potamoi_formats::config::{Engine, ExpConfig};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::ln_two_multiple;
-use super::form::{Recurrence, State, StepInputs, Widths};
+use super::form::{Recurrence, Shift, State, StepInputs, Widths, renamed};
 
 pub(super) struct Radix4;
 
@@ -56,14 +56,14 @@ impl Recurrence for Radix4 {
         let remain = m.name(remain, &format!("remain{index}"));
         let grown = grown(m, widths, s.accum, place.shift, [one, two, three], index);
         let accum = m.mux(place.digit, s.accum, grown);
-        let accum = m.name(accum, &format!("accum{index}"));
+        let accum = renamed(m, accum, s.accum, &format!("accum{index}"));
         let rest = m.slice(s.digits, 0, widths.digits.width - 2);
         let not_two = m.not(two);
         let odd = m.and(one, not_two);
         let odd = m.or(odd, three);
         let pushed = m.cat(&[rest, two, odd]);
         let digits = m.mux(place.digit, pushed, s.digits);
-        let digits = m.name(digits, &format!("digits{index}"));
+        let digits = renamed(m, digits, s.digits, &format!("digits{index}"));
         State {
             remain,
             accum,
@@ -77,7 +77,7 @@ fn grown(
     m: &mut ModuleBuilder,
     widths: &Widths,
     accum: Signal,
-    shift: Signal,
+    shift: Shift,
     [one, two, three]: [Signal; 3],
     index: u32,
 ) -> Signal {
@@ -90,14 +90,6 @@ fn grown(
     let multiple = m.mux(two, twice, multiple);
     let multiple = m.mux(three, thrice, multiple);
     let multiple = m.name(multiple, &format!("accum_multiple{index}"));
-    // One more bit below: the dropped bit rounds.
-    let low = m.lit(0, Ty::bit());
-    let doubled = m.cat(&[multiple, low]);
-    let shifted = m.shr(doubled, shift);
-    let shifted = m.name(shifted, &format!("accum_shifted{index}"));
-    let whole = m.slice(shifted, 1, widths.accum.width);
-    let sum = m.add(accum, whole);
-    let up = m.bit(shifted, 0);
-    let up = m.extend(up, widths.accum.width);
-    m.add(sum, up)
+    let more = widths.shifted(m, multiple, shift, index, true);
+    more.into_iter().fold(accum, |sum, one| m.add(sum, one))
 }

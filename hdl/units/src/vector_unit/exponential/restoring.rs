@@ -5,7 +5,7 @@ use potamoi_formats::config::{Engine, ExpConfig, ExpOutput};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::ln_two_times;
-use super::form::{Recurrence, State, StepInputs, Widths};
+use super::form::{Recurrence, State, StepInputs, Widths, renamed};
 
 pub(super) struct Restoring;
 
@@ -62,11 +62,11 @@ impl Recurrence for Restoring {
         let multiply = m.not(place.digit);
         let multiply = m.and(take, multiply);
         let accum = m.mux(multiply, sum, s.accum);
-        let accum = m.name(accum, &format!("accum{index}"));
+        let accum = renamed(m, accum, s.accum, &format!("accum{index}"));
         let rest = m.slice(s.digits, 0, widths.digits.width - 1);
         let pushed = m.cat(&[rest, take]);
         let digits = m.mux(place.digit, pushed, s.digits);
-        let digits = m.name(digits, &format!("digits{index}"));
+        let digits = renamed(m, digits, s.digits, &format!("digits{index}"));
         State {
             remain,
             accum,
