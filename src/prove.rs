@@ -22,6 +22,9 @@ pub(crate) struct ProveArgs {
     /// Length of the runs in which cover points are looked for [default: not looked for]
     #[arg(long, value_name = "CYCLES", value_parser = clap::value_parser!(u32).range(1..=1000))]
     covers: Option<u32>,
+    /// Prove of whole payloads what is else proven of their bit 0; takes minutes where they are wide
+    #[arg(long)]
+    all_bits: bool,
     /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -50,7 +53,8 @@ pub(crate) fn run(common: &Common, args: &ProveArgs) -> Result<(), Failure> {
         cover: args.covers.unwrap_or(0),
     };
     let mut proofs = vec![];
-    for unit in units(&config)? {
+    for mut unit in units(&config)? {
+        unit.all_bits = args.all_bits;
         let spinner = progress::spinner(&format!("proving {}", unit.name));
         proofs.push(unit.prove(&tools, options)?);
         spinner.finish_and_clear();

@@ -44,10 +44,10 @@ pub fn emit(
     }
     let map = register_map_of(config)?;
     for (ending, text) in [
-        ("rdl", system_rdl(&map, command)),
+        ("rdl", system_rdl(&map, prefix, command)),
         ("json", json(&map)),
         ("md", markdown(&map, command)),
-        ("h", c_header(&map, command)),
+        ("h", c_header(&map, prefix, command)),
     ] {
         files.insert(format!("{REGISTERS}/potamoi_npu.{ending}"), text);
     }

@@ -64,7 +64,7 @@ fn ram_rw(name: &str, size: Size, ports: u32) -> Result<Arc<Module>, IrErrors> {
         name,
         size,
         ["1rw", "2rw"][ports as usize - 1],
-        "Port 0 writes or reads, never both at one edge, and nothing is read at an edge that writes.",
+        "Its port writes or reads, never both at one edge, and nothing is read at an edge that writes.",
     );
     let we = m.input("we", Ty::bit(), "write at the clock edge");
     let wdata = m.input("wdata", Ty::u(size.bits), "");

@@ -439,11 +439,6 @@ module gathering_unit (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
-  wire [31:0] kept_ports_15_joined = {{2{kept_ports[15]}}, {2{kept_ports[14]}}, {2{kept_ports[13]}},
-      {2{kept_ports[12]}}, {2{kept_ports[11]}}, {2{kept_ports[10]}}, {2{kept_ports[9]}},
-      {2{kept_ports[8]}}, {2{kept_ports[7]}}, {2{kept_ports[6]}}, {2{kept_ports[5]}},
-      {2{kept_ports[4]}}, {2{kept_ports[3]}}, {2{kept_ports[2]}}, {2{kept_ports[1]}},
-      {2{kept_ports[0]}}};
 `ifdef FORMAL
   (* hierconn *) wire [2:0] \results.count ;
   wire [2:0] results_count = \results.count ;
@@ -453,19 +448,19 @@ module gathering_unit (
   reg beat_open, waits;
   reg [255:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(256)) is_tdata_stays (.a(results_data[255:0]), .b(tdata_past),
+  potamoi_same #(.WIDTH(256)) is_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [31:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(32)) is_tkeep_stays (.a(kept_ports_15_joined), .b(tkeep_past),
+  potamoi_same #(.WIDTH(32)) is_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(results_data[528]), .b(tlast_past),
+  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
       .same(tlast_stays));
   reg [255:0] tuser_past;
   wire tuser_stays;
-  potamoi_same #(.WIDTH(256)) is_tuser_stays (.a(results_data[511:256]), .b(tuser_past),
+  potamoi_same #(.WIDTH(256)) is_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
       .same(tuser_stays));
   reg [31:0] elapsed;
   wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
@@ -490,11 +485,11 @@ module gathering_unit (
       entries_again <= 32'd0;
     end else begin
       beat_open <= (beat_open | beat_start) & (~completes);
-      waits <= results_valid & (~m_axis_feat_tready);
-      tdata_past <= results_data[255:0];
-      tkeep_past <= kept_ports_15_joined;
-      tlast_past <= results_data[528];
-      tuser_past <= results_data[511:256];
+      waits <= m_axis_feat_tvalid & (~m_axis_feat_tready);
+      tdata_past <= m_axis_feat_tdata;
+      tkeep_past <= m_axis_feat_tkeep;
+      tlast_past <= m_axis_feat_tlast;
+      tuser_past <= m_axis_feat_tuser;
       if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
       if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
       if (cfg_clear | (step_done & step_ends_entries)) entries_again <= by_cfg_clear_3[31:0];
@@ -526,7 +521,7 @@ module gathering_unit (
 
   // An idle unit has nothing in flight.
   potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~idle) | (~(step_valid |
-      beat_open | d_completes | x_completes | s_push | rit_p_valid | results_valid))));
+      beat_open | d_completes | x_completes | s_push | rit_p_valid | m_axis_feat_tvalid))));
   potamoi_assert check_first_round_opens (.clk(clk), .on(checking), .good((~step_valid) | (beat_open
       == (~begins_channel))));
   potamoi_assert check_next_begins_after_last (.clk(clk), .on(checking), .good((~(next_vertex ==
@@ -540,7 +535,7 @@ module gathering_unit (
       mft_is_loaded));
 
   // tvalid stays until tready.
-  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | results_valid));
+  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | m_axis_feat_tvalid));
 
   // tdata, tkeep, tlast and tuser stay until tready.
   potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &

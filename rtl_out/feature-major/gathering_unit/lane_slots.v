@@ -34,12 +34,12 @@ module lane_slots (
   reg was_read;
   reg [15:0] past_rdata;
   wire rdata_is_same;
-  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) is_rdata_is_same (.a(word), .b(past_rdata),
+  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) is_rdata_is_same (.a(rdata), .b(past_rdata),
       .same(rdata_is_same));
 
   always @(posedge clk) begin
     was_read <= re;
-    past_rdata <= word;
+    past_rdata <= rdata;
   end
 
   wire unused_checks = &{1'b0, past_rdata};

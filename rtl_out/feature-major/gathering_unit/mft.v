@@ -191,13 +191,12 @@ module mft (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
-  wire by_read_half = read_half ? loaded_1 : loaded_0;
 
   // Rows are read only of a half that is loaded.
-  potamoi_assert check_reads_loaded (.clk(clk), .on(checking), .good((~(|read)) | by_read_half));
+  potamoi_assert check_reads_loaded (.clk(clk), .on(checking), .good((~(|read)) | is_loaded));
 
   // Only a loaded half is freed.
-  potamoi_assert check_frees_loaded (.clk(clk), .on(checking), .good((~done) | by_read_half));
+  potamoi_assert check_frees_loaded (.clk(clk), .on(checking), .good((~done) | is_loaded));
 
   // No half is written while it is read.
   potamoi_assert check_halves_apart (.clk(clk), .on(checking), .good((~(write & (|read))) |
@@ -209,7 +208,7 @@ module mft (
   potamoi_assert check_halves_in_turn (.clk(clk), .on(checking), .good((loaded_0 != loaded_1) ==
       (read_half != write_half)));
   potamoi_assert check_read_half_is_first (.clk(clk), .on(checking), .good((~(loaded_0 | loaded_1))
-      | by_read_half));
+      | is_loaded));
 
   // Both halves are loaded.
   potamoi_cover check_both_loaded (.clk(clk), .on(checking), .good(loaded_0 & loaded_1));

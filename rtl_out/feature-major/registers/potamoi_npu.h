@@ -4,8 +4,8 @@
  *
  * Registers of potamoi_npu_ext. A device is a pointer to its first register, mapped uncached.
  * Where POTAMOI_NPU_OWN_BUS is defined, the user declares and defines the two functions of the bus:
- *   uint32_t potamoi_npu_read(void *device, uint32_t offset);
- *   void potamoi_npu_write(void *device, uint32_t offset, uint32_t value);
+ *   uint32_t potamoi_npu_read(volatile void *device, uint32_t offset);
+ *   void potamoi_npu_write(volatile void *device, uint32_t offset, uint32_t value);
  */
 #ifndef POTAMOI_NPU_H
 #define POTAMOI_NPU_H
@@ -261,13 +261,13 @@ extern "C" {
 #endif
 
 #ifdef POTAMOI_NPU_OWN_BUS
-uint32_t potamoi_npu_read(void *device, uint32_t offset);
-void potamoi_npu_write(void *device, uint32_t offset, uint32_t value);
+uint32_t potamoi_npu_read(volatile void *device, uint32_t offset);
+void potamoi_npu_write(volatile void *device, uint32_t offset, uint32_t value);
 #else
-static inline uint32_t potamoi_npu_read(void *device, uint32_t offset) {
+static inline uint32_t potamoi_npu_read(volatile void *device, uint32_t offset) {
   return ((volatile uint32_t *)device)[offset / 4u];
 }
-static inline void potamoi_npu_write(void *device, uint32_t offset, uint32_t value) {
+static inline void potamoi_npu_write(volatile void *device, uint32_t offset, uint32_t value) {
   ((volatile uint32_t *)device)[offset / 4u] = value;
 }
 #endif
@@ -279,7 +279,7 @@ static inline void potamoi_npu_write(void *device, uint32_t offset, uint32_t val
   (((uint32_t)(value) << POTAMOI_NPU_##reg##_##field##_SHIFT) & POTAMOI_NPU_##reg##_##field##_MASK)
 
 /* Whether the block is one that this header describes, of the same configuration. */
-static inline int potamoi_npu_is_known(void *device) {
+static inline int potamoi_npu_is_known(volatile void *device) {
   return potamoi_npu_read(device, POTAMOI_NPU_ID_OFFSET) == POTAMOI_NPU_ID_RESET
       && potamoi_npu_read(device, POTAMOI_NPU_VERSION_OFFSET) == POTAMOI_NPU_VERSION_RESET
       && potamoi_npu_read(device, POTAMOI_NPU_CONFIG_LOW_OFFSET) == POTAMOI_NPU_CONFIG_LOW_RESET
@@ -287,30 +287,30 @@ static inline int potamoi_npu_is_known(void *device) {
 }
 
 /* Begins a job of the gathering unit: its settings (a word of GU_MODE), and MVoxels times segments. */
-static inline void potamoi_npu_start_gather(void *device, uint32_t mode, uint32_t packets) {
+static inline void potamoi_npu_start_gather(volatile void *device, uint32_t mode, uint32_t packets) {
   potamoi_npu_write(device, POTAMOI_NPU_GU_MODE_OFFSET, mode);
   potamoi_npu_write(device, POTAMOI_NPU_GU_PACKETS_OFFSET, packets);
   potamoi_npu_write(device, POTAMOI_NPU_CONTROL_OFFSET, POTAMOI_NPU_CONTROL_GU_START_MASK);
 }
 
 /* Begins a job of the vector unit: packets of its operands. */
-static inline void potamoi_npu_start_vector(void *device, uint32_t packets) {
+static inline void potamoi_npu_start_vector(volatile void *device, uint32_t packets) {
   potamoi_npu_write(device, POTAMOI_NPU_VU_PACKETS_OFFSET, packets);
   potamoi_npu_write(device, POTAMOI_NPU_CONTROL_OFFSET, POTAMOI_NPU_CONTROL_VU_START_MASK);
 }
 
 /* Clears counters and error flags. */
-static inline void potamoi_npu_clear(void *device) {
+static inline void potamoi_npu_clear(volatile void *device) {
   potamoi_npu_write(device, POTAMOI_NPU_CONTROL_OFFSET, POTAMOI_NPU_CONTROL_CLEAR_MASK);
 }
 
 /* Makes the registers of counters show all counters as of one clock. */
-static inline void potamoi_npu_snapshot(void *device) {
+static inline void potamoi_npu_snapshot(volatile void *device) {
   potamoi_npu_write(device, POTAMOI_NPU_CONTROL_OFFSET, POTAMOI_NPU_CONTROL_SNAPSHOT_MASK);
 }
 
 /* Events of IRQ_STATUS that have occurred, which it clears. */
-static inline uint32_t potamoi_npu_take_events(void *device) {
+static inline uint32_t potamoi_npu_take_events(volatile void *device) {
   uint32_t events = potamoi_npu_read(device, POTAMOI_NPU_IRQ_STATUS_OFFSET);
   potamoi_npu_write(device, POTAMOI_NPU_IRQ_STATUS_OFFSET, events);
   return events;

@@ -197,15 +197,6 @@ module vector_unit (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
-  wire not_in_flight = ~(|in_flight);
-  wire value_and_may_accept = rst_n & may_accept;
-  wire [95:0] results_kept_23_joined = {{4{results_kept[23]}}, {4{results_kept[22]}},
-      {4{results_kept[21]}}, {4{results_kept[20]}}, {4{results_kept[19]}}, {4{results_kept[18]}},
-      {4{results_kept[17]}}, {4{results_kept[16]}}, {4{results_kept[15]}}, {4{results_kept[14]}},
-      {4{results_kept[13]}}, {4{results_kept[12]}}, {4{results_kept[11]}}, {4{results_kept[10]}},
-      {4{results_kept[9]}}, {4{results_kept[8]}}, {4{results_kept[7]}}, {4{results_kept[6]}},
-      {4{results_kept[5]}}, {4{results_kept[4]}}, {4{results_kept[3]}}, {4{results_kept[2]}},
-      {4{results_kept[1]}}, {4{results_kept[0]}}};
 `ifdef FORMAL
   (* hierconn *) wire [1:0] \fifo.count ;
   wire [1:0] fifo_count = \fifo.count ;
@@ -216,15 +207,16 @@ module vector_unit (
   reg waits;
   reg [767:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(768)) is_tdata_stays (.a(fifo_data[767:0]), .b(tdata_past),
+  potamoi_same #(.WIDTH(768)) is_tdata_stays (.a(m_axis_vec_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [95:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(96)) is_tkeep_stays (.a(results_kept_23_joined), .b(tkeep_past),
+  potamoi_same #(.WIDTH(96)) is_tkeep_stays (.a(m_axis_vec_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(fifo_data[792]), .b(tlast_past), .same(tlast_stays));
+  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_vec_tlast), .b(tlast_past),
+      .same(tlast_stays));
   reg [31:0] vectors_again;
   wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (vectors_again == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, vectors_again} + 33'd1);
@@ -245,13 +237,12 @@ module vector_unit (
       busy_again <= 32'd0;
       stall_out_again <= 32'd0;
     end else begin
-      waits <= fifo_valid & (~m_axis_vec_tready);
-      tdata_past <= fifo_data[767:0];
-      tkeep_past <= results_kept_23_joined;
-      tlast_past <= fifo_data[792];
-      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept)) vectors_again <=
-          by_cfg_clear[31:0];
-      if (cfg_clear | (s_axis_vec_tvalid & value_and_may_accept) | (|phase)) busy_again <=
+      waits <= m_axis_vec_tvalid & (~m_axis_vec_tready);
+      tdata_past <= m_axis_vec_tdata;
+      tkeep_past <= m_axis_vec_tkeep;
+      tlast_past <= m_axis_vec_tlast;
+      if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready)) vectors_again <= by_cfg_clear[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready) | (|phase)) busy_again <=
           by_cfg_clear_2[31:0];
       if (cfg_clear | (s_axis_vec_tvalid & (~(|phase)) & (in_flight == 2'd3))) stall_out_again <=
           by_cfg_clear_3[31:0];
@@ -267,15 +258,15 @@ module vector_unit (
   potamoi_assert check_balance (.clk(clk), .on(checking), .good({2'd0, in_flight} == ({2'd0,
       fifo_count} + {3'd0, result_valid} + {3'd0, engine_has_vector})));
 
-  // No more vectors are in flight than the FIFO has words.
-  potamoi_assert check_credit (.clk(clk), .on(checking), .good(1'b1));
+  // A vector enters only if fewer are in flight than there is room for.
+  potamoi_assert check_credit (.clk(clk), .on(checking), .good((~accept) | (in_flight < 2'd3)));
 
   // An idle unit has nothing in flight.
-  potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~not_in_flight) |
-      (~(result_valid | fifo_valid))));
+  potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~idle) | (~(result_valid |
+      m_axis_vec_tvalid))));
 
   // tvalid stays until tready.
-  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | fifo_valid));
+  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | m_axis_vec_tvalid));
 
   // tdata, tkeep and tlast stay until tready.
   potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
@@ -283,8 +274,7 @@ module vector_unit (
 
   // With the source valid and the sink ready, a vector moves in every cycle.
   potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~(s_axis_vec_tvalid &
-      m_axis_vec_tready)) | value_and_may_accept | (|fifo_count) | result_valid |
-      engine_has_vector));
+      m_axis_vec_tready)) | s_axis_vec_tready | (|fifo_count) | result_valid | engine_has_vector));
 
   // Every vector that enters counts.
   potamoi_assert check_vectors_count (.clk(clk), .on(checking), .good(stat_vectors ==

@@ -348,13 +348,6 @@ module rit_buffer (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
-  wire [2:0] write_accept_joined = {write_accept & ends_half & not_last & write_second &
-      (~s_axis_rit_tuser) & (7'd1 < cfg_segments), write_accept & ((~(s_axis_rit_tlast ?
-      (~((|(s_axis_rit_tkeep[15:1] & (~s_axis_rit_tkeep[14:0]))) | (^s_axis_rit_tkeep))) :
-      (&s_axis_rit_tkeep))) | (follows_beats & (write_user ^ s_axis_rit_tuser))), write_accept &
-      s_axis_rit_tlast & (~(whole_entries | ((~some_bytes) & write_phase_is_0 &
-      write_row_or_write_second)))};
-  wire not_closed_0 = ~(closed_0 | closed_1 | follows_beats | q_valid | p_valid);
   reg [1:0] vertices_past;
   reg [6:0] segments_past;
   wire [3:0] groups_a_row = (cfg_vertices == 2'd0) ? 4'd12 : {1'd0, (cfg_vertices == 2'd1) ? 3'd4 :
@@ -449,14 +442,14 @@ module rit_buffer (
   wire unused_checks = &{1'b0, by_due[3]};
 
   // The stream raises no flag: full beats, whole entries, halves that suffice.
-  potamoi_assert check_regular (.clk(clk), .on(checking), .good(~(|write_accept_joined)));
+  potamoi_assert check_regular (.clk(clk), .on(checking), .good(~(|errors)));
 
   // Settings change only while the buffer is empty.
-  potamoi_assert check_settings_stay (.clk(clk), .on(checking), .good(not_closed_0 | ((cfg_vertices
-      == vertices_past) & (cfg_segments == segments_past))));
+  potamoi_assert check_settings_stay (.clk(clk), .on(checking), .good(is_empty | ((cfg_vertices ==
+      vertices_past) & (cfg_segments == segments_past))));
 
   // The segments are as many as the unit is built for.
-  potamoi_assert check_segments_built (.clk(clk), .on(checking), .good((not_closed_0 &
+  potamoi_assert check_segments_built (.clk(clk), .on(checking), .good((is_empty &
       (~s_axis_rit_tvalid)) | ((7'd0 < cfg_segments) & (cfg_segments <= 7'd8))));
 
   // A vertex is taken only if there is one.
@@ -478,8 +471,8 @@ module rit_buffer (
   potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~read_closed) | readable));
 
   // A half is read once for every segment at most.
-  potamoi_assert check_segment_in_range (.clk(clk), .on(checking), .good(not_closed_0 |
-      (read_segment < cfg_segments)));
+  potamoi_assert check_segment_in_range (.clk(clk), .on(checking), .good(is_empty | (read_segment <
+      cfg_segments)));
   potamoi_assert check_end_0_follows_writer (.clk(clk), .on(checking), .good(closed_0 |
       ((~write_half) ? ((end_row_0 == {1'd0, write_row}) & (end_group_0 == groups_written)) :
       ((~(|end_row_0)) & (~(|end_group_0))))));
@@ -501,7 +494,7 @@ module rit_buffer (
   potamoi_assert check_phase_in_range (.clk(clk), .on(checking), .good(write_phase < 3'd6));
   potamoi_assert check_row_in_range (.clk(clk), .on(checking), .good({1'd0, write_row} < 7'd64));
   potamoi_assert check_group_in_range (.clk(clk), .on(checking), .good(read_group < groups_a_row));
-  potamoi_assert check_waits_at_start (.clk(clk), .on(checking), .good(write_ready |
+  potamoi_assert check_waits_at_start (.clk(clk), .on(checking), .good(s_axis_rit_tready |
       ((~(|write_row)) & (~(|write_phase)) & closed_0 & closed_1)));
   potamoi_assert check_reader_up_to_end (.clk(clk), .on(checking), .good(readable | (({1'd0,
       read_row} == read_end_row) & (read_group == read_end_group))));

@@ -152,7 +152,7 @@ module npu_axi_lite (
         data_given <= read_data;
         read_refused <= read_error;
       end
-      if (writes) write_refused <= write_error;
+      if (write) write_refused <= write_error;
     end
   end
 

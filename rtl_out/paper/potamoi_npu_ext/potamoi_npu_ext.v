@@ -79,7 +79,7 @@ module potamoi_npu_ext (
   wire [3:0] bus_write_strobe;
   wire [6:0] registers_gu_mode_segments;
 
-  // Gathering unit
+  // Bus, and the side of the gathering unit
   npu_axi_lite bus (
     .clk            (clk),
     .rst_n          (rst_n),
@@ -223,7 +223,7 @@ module potamoi_npu_ext (
     end
   end
 
-  // Vector unit
+  // Side of the vector unit
   wire vu_s_axis_vec_tready, vu_m_axis_vec_tvalid, vu_m_axis_vec_tlast, vu_idle, vu_job_begins,
       vu_job_refused, vu_job_is_running, vu_job_done, vec_gate_m_tvalid, vec_gate_s_tready,
       vec_gate_is_open;

@@ -315,9 +315,6 @@ module gathering_unit (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
-  wire [15:0] kept_ports_1_joined = {{8{kept_ports[1]}}, {8{kept_ports[0]}}};
-  wire value_and_rit_s_axis_rit_tready = rst_n & rit_s_axis_rit_tready;
-  wire value_and_mft_s_axis_mft_tready = rst_n & mft_s_axis_mft_tready;
 `ifdef FORMAL
   (* hierconn *) wire [2:0] \results.count ;
   wire [2:0] results_count = \results.count ;
@@ -345,19 +342,19 @@ module gathering_unit (
   reg waits;
   reg [127:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(128)) is_tdata_stays (.a(results_data[127:0]), .b(tdata_past),
+  potamoi_same #(.WIDTH(128)) is_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [15:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(16)) is_tkeep_stays (.a(kept_ports_1_joined), .b(tkeep_past),
+  potamoi_same #(.WIDTH(16)) is_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(results_data[162]), .b(tlast_past),
+  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
       .same(tlast_stays));
   reg [31:0] tuser_past;
   wire tuser_stays;
-  potamoi_same #(.WIDTH(32)) is_tuser_stays (.a(results_data[159:128]), .b(tuser_past),
+  potamoi_same #(.WIDTH(32)) is_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
       .same(tuser_stays));
   wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
   wire fills_issue = rit_p_free & rit_q_valid;
@@ -382,11 +379,11 @@ module gathering_unit (
       elapsed_shown <= 32'd0;
       entries_again <= 32'd0;
     end else begin
-      waits <= results_valid & (~m_axis_feat_tready);
-      tdata_past <= results_data[127:0];
-      tkeep_past <= kept_ports_1_joined;
-      tlast_past <= results_data[162];
-      tuser_past <= results_data[159:128];
+      waits <= m_axis_feat_tvalid & (~m_axis_feat_tready);
+      tdata_past <= m_axis_feat_tdata;
+      tkeep_past <= m_axis_feat_tkeep;
+      tlast_past <= m_axis_feat_tlast;
+      tuser_past <= m_axis_feat_tuser;
       if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
       if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
       if (cfg_clear | group_done) entries_again <= by_cfg_clear_3[31:0];
@@ -417,19 +414,19 @@ module gathering_unit (
 
   // An idle unit has nothing in flight.
   potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~idle) | (~(s1_valid |
-      sum_valid | s2_push | rit_p_valid | results_valid))));
+      sum_valid | s2_push | rit_p_valid | m_axis_feat_tvalid))));
 
   // tvalid stays until tready.
-  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | results_valid));
+  potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | m_axis_feat_tvalid));
 
   // tdata, tkeep, tlast and tuser stay until tready.
   potamoi_assert check_beat_stays (.clk(clk), .on(checking), .good((~waits) | (tdata_stays &
       tkeep_stays & tlast_stays & tuser_stays)));
 
   // With both sources valid and the sink ready, a beat or a vertex moves in every cycle.
-  potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~all_ready) |
-      value_and_rit_s_axis_rit_tready | value_and_mft_s_axis_mft_tready | fire | pop | s1_valid |
-      sum_valid | s2_push | (|results_count) | rit_read_fire | fills_issue));
+  potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~all_ready) | s_axis_rit_tready
+      | s_axis_mft_tready | fire | pop | s1_valid | sum_valid | s2_push | (|results_count) |
+      rit_read_fire | fills_issue));
   potamoi_assert check_running_sum (.clk(clk), .on(checking), .good((~(elapsed < 32'hffffffff)) |
       ((({2'd0, stat_busy} + {2'd0, running_fifo} + {2'd0, running_mft} + {2'd0, running_rit}) ==
       {2'd0, elapsed}) & (begun == (|elapsed)))));
@@ -451,7 +448,7 @@ module gathering_unit (
   potamoi_cover check_delivers (.clk(clk), .on(checking), .good(pop));
 
   // The last one of an MVoxel leaves.
-  potamoi_cover check_delivers_last (.clk(clk), .on(checking), .good(pop & results_data[162]));
+  potamoi_cover check_delivers_last (.clk(clk), .on(checking), .good(pop & m_axis_feat_tlast));
 `endif
 endmodule
 

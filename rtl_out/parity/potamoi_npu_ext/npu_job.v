@@ -51,31 +51,31 @@ module npu_job (
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg [31:0] packets_ordered, packets_taken;
-  wire [32:0] by_begins_now = begins_now ? 33'd0 : ({1'd0, packets_taken} + 33'd1);
+  wire [32:0] by_begins_now = begins ? 33'd0 : ({1'd0, packets_taken} + 33'd1);
 
   always @(posedge clk) begin
     if (!rst_n) begin
       packets_ordered <= 32'd0;
       packets_taken <= 32'd0;
     end else begin
-      if (begins_now) packets_ordered <= packets;
-      if (begins_now | ends) packets_taken <= by_begins_now[31:0];
+      if (begins) packets_ordered <= packets;
+      if (begins | ends) packets_taken <= by_begins_now[31:0];
     end
   end
 
   wire unused_checks = &{1'b0, by_begins_now[32]};
 
   // The packets of a job are those that were taken and those that are left.
-  potamoi_assert check_packets_add_up (.clk(clk), .on(checking), .good(({1'd0, left} + {1'd0,
-      packets_taken}) == {1'd0, packets_ordered}));
+  potamoi_assert check_packets_add_up (.clk(clk), .on(checking), .good(({1'd0, packets_left} +
+      {1'd0, packets_taken}) == {1'd0, packets_ordered}));
 
   // A job is done when all its packets have come and were taken, and the unit is idle.
-  potamoi_assert check_done_is_complete (.clk(clk), .on(checking), .good((~is_done) |
-      ((packets_taken == packets_ordered) & idle & (~is_open))));
+  potamoi_assert check_done_is_complete (.clk(clk), .on(checking), .good((~done) | ((packets_taken
+      == packets_ordered) & idle & (~is_open))));
 
   // A job begins only while no other runs.
-  potamoi_assert check_begins_at_rest (.clk(clk), .on(checking), .good((~begins_now) | (idle &
-      (~running))));
+  potamoi_assert check_begins_at_rest (.clk(clk), .on(checking), .good((~begins) | (idle &
+      (~is_running))));
 `endif
 endmodule
 

@@ -35,6 +35,7 @@ module gathering_unit_tb;
   integer cycles = 0;  // of this job
   integer quiet = 0;   // clocks since a beat moved
   integer cut = 0;     // cycle of the first job in which it is cut off by a reset
+  integer reset = 4;   // clocks of a reset; one is enough
   reg failed = 1'b0;
   reg moved;
   reg willing;
@@ -464,7 +465,7 @@ module gathering_unit_tb;
           $display("FAIL: s_axis_mft_tready is %b in reset", s_axis_mft_tready);
           fail;
         end
-        if (!failed && clocks == 4) begin
+        if (!failed && clocks == reset) begin
           rst_n <= 1'b1;
           state = BEGIN;
           clocks = 0;
@@ -578,9 +579,10 @@ module gathering_unit_tb;
     willing = !closed && drawn[30:8] % 100 >= m_axis_feat_rate;
     m_axis_feat_tready <= state == DRAIN || state == SCRIPT || (state == RUN && willing);
 
-    // A reset in the middle of the first job, which then begins again.
+    // A reset of one clock in the middle of the first job, which then begins again.
     if (state == RUN && job == 0 && cut != 0 && cycles == cut) begin
       cut = 0;
+      reset = 1;
       state = RESET;
       clocks = 0;
       rst_n <= 1'b0;

@@ -58,9 +58,9 @@ module result_fifo (
   reg waits;
   reg [792:0] head;
   wire data_is_word;
-  potamoi_same #(.WIDTH(793)) is_data_is_word (.a(mem_out), .b(word), .same(data_is_word));
+  potamoi_same #(.WIDTH(793)) is_data_is_word (.a(data), .b(word), .same(data_is_word));
   wire data_is_head;
-  potamoi_same #(.WIDTH(793)) is_data_is_head (.a(mem_out), .b(head), .same(data_is_head));
+  potamoi_same #(.WIDTH(793)) is_data_is_head (.a(data), .b(head), .same(data_is_head));
   wire [792:0] kept_word = mem[slot];
   wire kept_is_word;
   potamoi_same #(.WIDTH(793)) is_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
@@ -96,7 +96,7 @@ module result_fifo (
         slot <= write_pointer;
       end
       waits <= (|count) & (~pop);
-      head <= mem_out;
+      head <= data;
       was_stored <= stored;
       was_pushed <= push & (write_pointer == any_slot);
       seen <= 1'b1;

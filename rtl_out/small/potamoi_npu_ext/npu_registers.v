@@ -310,7 +310,7 @@ module npu_registers (
   wire any_is_vu_packets = any_register == 10'd20;
   wire [31:0] any_vu_packets_bits = {32{any_is_vu_packets}};
   wire vu_packets_differs = |((vu_packets ^ value_written) & bits_written & any_vu_packets_bits);
-  wire read_differs = |((word_read ^ value_written) & bits_written & (any_irq_enable_bits |
+  wire read_differs = |((read_data ^ value_written) & bits_written & (any_irq_enable_bits |
       any_gu_mode_bits | any_gu_packets_bits | any_vu_packets_bits));
   reg [31:0] irq_status_was_set, irq_status_was_cleared, irq_status_before;
   wire [31:0] not_irq_status_word = ~irq_status_word;

@@ -59,7 +59,7 @@ module vector_lane (
   wire rescaled = depth[23] & one_minus;
   wire [22:0] remain_start = one_minus ? depth_remain[22:0] : (BIAS - power_aligned);
 
-  // Exponential: stage 0
+  // Exponential: stage 0: 8 ln 2
   wire take0 = 23'h2c5c86 <= remain_start;
   wire [22:0] remain0 = take0 ? (remain_start - 23'h2c5c86) : remain_start;
   wire [3:0] digits0 = {3'd0, take0};
@@ -71,7 +71,7 @@ module vector_lane (
     s_digits_0 <= digits0;
   end
 
-  // Exponential: stage 1
+  // Exponential: stage 1: 4 ln 2
   wire take1 = 23'h162e43 <= s_remain_0;
   wire [22:0] remain1 = take1 ? (s_remain_0 - 23'h162e43) : s_remain_0;
   wire [3:0] digits1 = {s_digits_0[2:0], take1};
@@ -83,7 +83,7 @@ module vector_lane (
     s_digits_1 <= digits1;
   end
 
-  // Exponential: stage 2
+  // Exponential: stage 2: 2 ln 2
   wire take2 = 23'hb1721 <= s_remain_1;
   wire [22:0] remain2 = take2 ? (s_remain_1 - 23'hb1721) : s_remain_1;
   wire [3:0] digits2 = {s_digits_1[2:0], take2};
@@ -95,7 +95,7 @@ module vector_lane (
     s_digits_2 <= digits2;
   end
 
-  // Exponential: stage 3
+  // Exponential: stage 3: 1 ln 2
   wire take3 = 23'h58b91 <= s_remain_2;
   wire [22:0] remain3 = take3 ? (s_remain_2 - 23'h58b91) : s_remain_2;
   wire [3:0] digits3 = {s_digits_2[2:0], take3};
@@ -107,139 +107,121 @@ module vector_lane (
     s_digits_3 <= digits3;
   end
 
-  // Exponential: stage 4
+  // Exponential: stage 4: ln(1 + 2^-1)
   wire take4 = 23'h33e64 <= s_remain_3;
   wire [22:0] remain4 = take4 ? (s_remain_3 - 23'h33e64) : s_remain_3;
   wire [19:0] accum_shifted4 = {1'b0, ACCUM_START[19:1]} + {19'd0, ACCUM_START[0]};
   wire [19:0] accum4 = take4 ? (ACCUM_START + accum_shifted4) : ACCUM_START;
   reg [22:0] s_remain_4;
   reg [19:0] s_accum_4;
-  reg [3:0] s_digits_4;
 
   always @(posedge clk) begin
     s_remain_4 <= remain4;
     s_accum_4 <= accum4;
-    s_digits_4 <= s_digits_3;
   end
 
-  // Exponential: stage 5
+  // Exponential: stage 5: ln(1 + 2^-2)
   wire take5 = 23'h1c8ff <= s_remain_4;
   wire [22:0] remain5 = take5 ? (s_remain_4 - 23'h1c8ff) : s_remain_4;
   wire [18:0] accum_shifted5 = {1'b0, s_accum_4[19:2]} + {18'd0, s_accum_4[1]};
   wire [19:0] accum5 = take5 ? (s_accum_4 + {1'd0, accum_shifted5}) : s_accum_4;
   reg [22:0] s_remain_5;
   reg [19:0] s_accum_5;
-  reg [3:0] s_digits_5;
 
   always @(posedge clk) begin
     s_remain_5 <= remain5;
     s_accum_5 <= accum5;
-    s_digits_5 <= s_digits_4;
   end
 
-  // Exponential: stage 6
+  // Exponential: stage 6: ln(1 + 2^-3)
   wire take6 = 23'hf138 <= s_remain_5;
   wire [22:0] remain6 = take6 ? (s_remain_5 - 23'hf138) : s_remain_5;
   wire [17:0] accum_shifted6 = {1'b0, s_accum_5[19:3]} + {17'd0, s_accum_5[2]};
   wire [19:0] accum6 = take6 ? (s_accum_5 + {2'd0, accum_shifted6}) : s_accum_5;
   reg [22:0] s_remain_6;
   reg [19:0] s_accum_6;
-  reg [3:0] s_digits_6;
 
   always @(posedge clk) begin
     s_remain_6 <= remain6;
     s_accum_6 <= accum6;
-    s_digits_6 <= s_digits_5;
   end
 
-  // Exponential: stage 7
+  // Exponential: stage 7: ln(1 + 2^-4)
   wire take7 = 23'h7c29 <= s_remain_6;
   wire [22:0] remain7 = take7 ? (s_remain_6 - 23'h7c29) : s_remain_6;
   wire [16:0] accum_shifted7 = {1'b0, s_accum_6[19:4]} + {16'd0, s_accum_6[3]};
   wire [19:0] accum7 = take7 ? (s_accum_6 + {3'd0, accum_shifted7}) : s_accum_6;
   reg [22:0] s_remain_7;
   reg [19:0] s_accum_7;
-  reg [3:0] s_digits_7;
 
   always @(posedge clk) begin
     s_remain_7 <= remain7;
     s_accum_7 <= accum7;
-    s_digits_7 <= s_digits_6;
   end
 
-  // Exponential: stage 8
+  // Exponential: stage 8: ln(1 + 2^-5)
   wire take8 = 23'h3f05 <= s_remain_7;
   wire [22:0] remain8 = take8 ? (s_remain_7 - 23'h3f05) : s_remain_7;
   wire [15:0] accum_shifted8 = {1'b0, s_accum_7[19:5]} + {15'd0, s_accum_7[4]};
   wire [19:0] accum8 = take8 ? (s_accum_7 + {4'd0, accum_shifted8}) : s_accum_7;
   reg [22:0] s_remain_8;
   reg [19:0] s_accum_8;
-  reg [3:0] s_digits_8;
 
   always @(posedge clk) begin
     s_remain_8 <= remain8;
     s_accum_8 <= accum8;
-    s_digits_8 <= s_digits_7;
   end
 
-  // Exponential: stage 9
+  // Exponential: stage 9: ln(1 + 2^-6)
   wire take9 = 23'd8129 <= s_remain_8;
   wire [22:0] remain9 = take9 ? (s_remain_8 - 23'd8129) : s_remain_8;
   wire [14:0] accum_shifted9 = {1'b0, s_accum_8[19:6]} + {14'd0, s_accum_8[5]};
   wire [19:0] accum9 = take9 ? (s_accum_8 + {5'd0, accum_shifted9}) : s_accum_8;
   reg [22:0] s_remain_9;
   reg [19:0] s_accum_9;
-  reg [3:0] s_digits_9;
 
   always @(posedge clk) begin
     s_remain_9 <= remain9;
     s_accum_9 <= accum9;
-    s_digits_9 <= s_digits_8;
   end
 
-  // Exponential: stage 10
+  // Exponential: stage 10: ln(1 + 2^-7)
   wire take10 = 23'd4080 <= s_remain_9;
   wire [22:0] remain10 = take10 ? (s_remain_9 - 23'd4080) : s_remain_9;
   wire [13:0] accum_shifted10 = {1'b0, s_accum_9[19:7]} + {13'd0, s_accum_9[6]};
   wire [19:0] accum10 = take10 ? (s_accum_9 + {6'd0, accum_shifted10}) : s_accum_9;
   reg [22:0] s_remain_10;
   reg [19:0] s_accum_10;
-  reg [3:0] s_digits_10;
 
   always @(posedge clk) begin
     s_remain_10 <= remain10;
     s_accum_10 <= accum10;
-    s_digits_10 <= s_digits_9;
   end
 
-  // Exponential: stage 11
+  // Exponential: stage 11: ln(1 + 2^-8)
   wire take11 = 23'd2044 <= s_remain_10;
   wire [22:0] remain11 = take11 ? (s_remain_10 - 23'd2044) : s_remain_10;
   wire [12:0] accum_shifted11 = {1'b0, s_accum_10[19:8]} + {12'd0, s_accum_10[7]};
   wire [19:0] accum11 = take11 ? (s_accum_10 + {7'd0, accum_shifted11}) : s_accum_10;
   reg [22:0] s_remain_11;
   reg [19:0] s_accum_11;
-  reg [3:0] s_digits_11;
 
   always @(posedge clk) begin
     s_remain_11 <= remain11;
     s_accum_11 <= accum11;
-    s_digits_11 <= s_digits_10;
   end
 
-  // Exponential: stage 12
+  // Exponential: stage 12: ln(1 + 2^-9)
   wire take12 = 23'd1023 <= s_remain_11;
   wire [22:0] remain12 = take12 ? (s_remain_11 - 23'd1023) : s_remain_11;
   wire [11:0] accum_shifted12 = {1'b0, s_accum_11[19:9]} + {11'd0, s_accum_11[8]};
   wire [19:0] accum12 = take12 ? (s_accum_11 + {8'd0, accum_shifted12}) : s_accum_11;
   reg [22:0] s_remain_12;
   reg [19:0] s_accum_12;
-  reg [3:0] s_digits_12;
 
   always @(posedge clk) begin
     s_remain_12 <= remain12;
     s_accum_12 <= accum12;
-    s_digits_12 <= s_digits_11;
   end
 
   // Exponential: tail
@@ -247,12 +229,12 @@ module vector_lane (
   wire [30:0] tail_product = {11'd0, s_accum_12} * {20'd0, residual};
   wire [19:0] accum_tail = s_accum_12 + {8'd0, tail_product[30:19]};
   reg [19:0] s_accum_13;
-  reg [3:0] s_digits_13;
+  reg [39:0] digits_stages;
   reg [13:0] rescaled_stages;
 
   always @(posedge clk) begin
     s_accum_13 <= accum_tail;
-    s_digits_13 <= s_digits_12;
+    digits_stages <= {digits_stages[35:0], s_digits_3};
     rescaled_stages <= {rescaled_stages[12:0], rescaled};
   end
 
@@ -266,7 +248,7 @@ module vector_lane (
   wire [65:0] rounded_value = {floor[64], floor} + {65'd0, round_up};
   reg [415:0] value_stages;
   // the result is R_accum 2^-exponent
-  wire [4:0] exponent = (rescaled_stages[13] ? 5'd24 : 5'd12) - {1'd0, s_digits_13};
+  wire [4:0] exponent = (rescaled_stages[13] ? 5'd24 : 5'd12) - {1'd0, digits_stages[39:36]};
   wire [20:0] accum_doubled = {s_accum_13, 1'b0};
   wire [18:0] scaled = accum_doubled[20:2] >> exponent;
   wire [17:0] rounded = scaled[18:1] + {17'd0, scaled[0]};

@@ -135,7 +135,7 @@ fn small_is_proven_as_kept() {
 #[ignore = "exhaustive; run with make test-full"]
 fn all_presets_are_proven_as_kept() {
     for (preset, _) in PRESETS {
-        let cover = if preset == "small" { 30 } else { 0 };
+        let cover = if preset == "small" { 40 } else { 0 };
         hold(preset, cover);
     }
 }

@@ -49,6 +49,14 @@ impl ModuleBuilder {
         if s.ty() != Ty::bit() {
             self.fail(name, format!("`{formula}` is {}: expected one bit", s.ty()));
         }
+        if self.is_fixed(s) {
+            // A bound may be that of a register's width; what supports others is then not needed.
+            if kind == CheckKind::Invariant {
+                return;
+            }
+            let problem = format!("`{formula}` does not depend on the hardware");
+            self.fail(name, problem);
+        }
         self.module.checks.list.push(Check {
             kind,
             name: name.to_owned(),

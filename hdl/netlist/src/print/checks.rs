@@ -1,5 +1,7 @@
 //! Checks, in a part of the text that only `POTAMOI_CHECKS` lets a tool see.
 
+use std::collections::BTreeSet;
+
 use super::names::Names;
 use super::{Header, Printer, comment, fill, spaced, uses};
 use crate::checks::{CheckKind, Source};
@@ -19,8 +21,14 @@ pub fn check_modules(header: &Header) -> Vec<(&'static str, String)> {
     ];
     files
         .map(|(file, text)| {
-            let origin = format!("// {}\n\n`default_nettype none", header.origin);
-            (file, text.replacen("`default_nettype none", &origin, 1))
+            let guard = file.trim_end_matches(".v").to_uppercase();
+            // The files of several configurations may be read together.
+            let origin = format!(
+                "// {}\n\n`ifndef {guard}_V\n`define {guard}_V\n`default_nettype none",
+                header.origin
+            );
+            let text = text.replacen("`default_nettype none", &origin, 1);
+            (file, text + "`endif\n")
         })
         .to_vec()
 }
@@ -35,10 +43,9 @@ impl Printer<'_> {
         self.gap();
         let mut own = Printer::new(&joined);
         own.exprs.names = Names::of_checks(&joined, &self.exprs.names);
-        if self.module.macro_hook {
-            // What is within the body is not there where a macro stands in its place.
-            own.exprs.names.name_outputs_as_ports();
-        }
+        // An output is checked at its port: past all that the module does to it, and of a macro where
+        // one stands in the place of the body.
+        own.exprs.names.name_outputs_as_ports();
         own.ghosts();
         own.statements(top);
         self.text.push_str("`ifdef POTAMOI_CHECKS\n");
@@ -62,8 +69,12 @@ impl Printer<'_> {
         for line in when {
             self.line(1, line);
         }
+        // The outputs have been assigned.
+        let outputs = self.module.ports.iter().filter(|port| port.output);
+        let outputs: BTreeSet<usize> = outputs.map(|port| port.node).collect();
         let printed: Vec<usize> = (0..self.module.nodes.len())
             .filter(|id| self.exprs.names.live[*id] && self.exprs.names.ident(*id).is_some())
+            .filter(|id| !outputs.contains(id))
             .collect();
         for id in &printed {
             match self.module.checks.sources.get(id).cloned() {

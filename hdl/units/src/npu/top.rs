@@ -62,7 +62,10 @@ pub fn npu_ext(config: &Config) -> Result<Arc<Module>, IrErrors> {
         m.connect(bus, port, signal);
     }
     let parts = Parts::new()?;
-    let titles = [("gu", "Gathering unit"), ("vu", "Vector unit")];
+    let titles = [
+        ("gu", "Bus, and the side of the gathering unit"),
+        ("vu", "Side of the vector unit"),
+    ];
     let mut sides = vec![];
     for ((unit, own), (short, title)) in units.iter().zip(&inputs).zip(titles) {
         m.section(title);

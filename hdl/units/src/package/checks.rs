@@ -8,6 +8,8 @@ use super::{Package, Proof, Unit};
 
 /// Folder of the modules.
 const CHECKS: &str = "checks";
+/// Longest run in which a cover point is looked for: filling a FIFO through a pipeline takes longest.
+const COVER_DEPTH: u32 = 60;
 
 /// The modules, and a task for each unit.
 pub(super) fn files(package: &Package) -> BTreeMap<String, String> {
@@ -41,31 +43,35 @@ fn task(package: &Package, unit: &Unit, checks: &[String]) -> String {
         let name = if at == 0 { "prove" } else { &proof.top };
         (name.to_owned(), proof)
     }));
+    tasks.push(("all_bits".to_owned(), &unit.proofs[0]));
     let names_of_tasks: Vec<&str> = tasks.iter().map(|(name, _)| name.as_str()).collect();
     let options: String = names_of_tasks.iter().map(|task| options(task)).collect();
     let scripts: String = tasks
         .iter()
         .map(|(task, proof)| script(task, proof))
         .collect();
+    let verilog = names.join(" ");
     format!(
         "{}#\n# SymbiYosys, with Yices: sby -f {}.sby. Data is left out: modules without checks, and those with\n\
-         # a task of their own, give any outputs, and one bit of a payload stands for all.\n\n\
+         # a task of their own, give any outputs. Task `all_bits` is `prove` with whole payloads; in the others\n\
+         # bit 0 of a payload stands for all, so that they do not see a fault of another bit.\n\n\
          [tasks]\n{}\n\n\
          [options]\n{options}\n\
          [engines]\nsmtbmc yices\n\n\
-         [script]\nread_verilog -formal -DPOTAMOI_CHECKS -DPOTAMOI_ONE_BIT {}\n{scripts}\n\
+         [script]\n\
+         ~all_bits: read_verilog -formal -DPOTAMOI_CHECKS -DPOTAMOI_ONE_BIT {verilog}\n\
+         all_bits: read_verilog -formal -DPOTAMOI_CHECKS {verilog}\n{scripts}\n\
          [files]\n{}\n",
         package.head("#"),
         unit.name,
         names_of_tasks.join("\n"),
-        names.join(" "),
         paths.join("\n"),
     )
 }
 
 fn options(task: &str) -> String {
     match task {
-        "cover" => "cover: mode cover\ncover: depth 30\n".to_owned(),
+        "cover" => format!("cover: mode cover\ncover: depth {COVER_DEPTH}\n"),
         _ => format!("{task}: mode prove\n{task}: depth 2\n"),
     }
 }

@@ -37,7 +37,7 @@ lint-icarus:
 	$(call each,$(IVERILOG) -g2005 $(if $(CHECKS),-DPOTAMOI_CHECKS) -Wall -tnull -s $(top) $(files))
 
 lint-yosys:
-	$(call each,$(YOSYS) -q -e '.*' -p "read_verilog $(if $(CHECKS),-formal -DPOTAMOI_CHECKS) $(files); hierarchy -check -top $(top); proc; check -assert")
+	$(call each,$(YOSYS) -q -e '.*' -p "read_verilog $(if $(CHECKS),-formal -DPOTAMOI_CHECKS) $(files); hierarchy -check -top $(top); proc; $(if $(CHECKS),flatten; )check -assert")
 
 sim:
 	$(MAKE) -C sim

@@ -33,9 +33,10 @@ pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u
     );
     m.assert(
         "credit",
-        &format!("in_flight <= {depth}"),
-        "No more vectors are in flight than the FIFO has words.",
+        &format!("accept -> in_flight < {depth}"),
+        "A vector enters only if fewer are in flight than there is room for.",
     );
+    m.invariant("in_flight_fits", &format!("in_flight <= {depth}"), "");
     m.assert(
         "idle_is_empty",
         "idle -> ~(result_valid | m_axis_vec_tvalid)",

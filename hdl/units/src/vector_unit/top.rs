@@ -28,10 +28,16 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let lane_module = lane(config)?;
     let mut builder = ModuleBuilder::new(VECTOR_UNIT);
     let m = &mut builder;
-    let powers = form(&config.vu.exp).describe();
+    let powers = match timing.pipelined {
+        true => "pipelined exponentials",
+        false => form(&config.vu.exp).describe(),
+    };
+    let lanes_of = match config.vu.lanes {
+        1 => "one lane".to_owned(),
+        lanes => format!("{lanes} lanes"),
+    };
     m.doc(&format!(
-        "{} lanes of element-wise operations and {powers}, in lockstep.",
-        config.vu.lanes
+        "{lanes_of} of element-wise operations and {powers}, in lockstep."
     ));
     let inputs = Inputs::declare(m, config.vu.lanes);
     let accepted = Acceptance::build(m, config, kinds, &timing, &inputs);

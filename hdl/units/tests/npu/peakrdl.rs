@@ -23,7 +23,7 @@ fn said(done: &Output) -> String {
 }
 
 fn lay(map: &RegisterMap, folder: &Path) {
-    std::fs::write(folder.join("map.rdl"), system_rdl(map, "test")).unwrap();
+    std::fs::write(folder.join("map.rdl"), system_rdl(map, "", "test")).unwrap();
     std::fs::write(folder.join("map.json"), json(map)).unwrap();
 }
 

@@ -13,8 +13,8 @@ use potamoi_formats::config::{Config, PRESETS};
 use potamoi_netlist::CheckKind;
 use potamoi_prove::{Outcome, Tools, Unit, units};
 
-/// Cycles of the runs. A mutant that fails later is found by induction.
-const CYCLES: u32 = 12;
+/// Cycles of the runs, a short one first. The longer one fills the pipeline and the FIFO behind it.
+const CYCLES: [u32; 2] = [12, 40];
 
 /// A property, the file that a mutant edits, and what it replaces.
 type Mutant = [&'static str; 4];
@@ -65,14 +65,14 @@ fn every_property_has_a_mutant() {
 fn dies(tools: &Tools, unit: &Unit, [property, file, from, to]: Mutant) -> Outcome {
     let mut mutant = unit.clone();
     mutant.edits.push([file, from, to].map(str::to_owned));
-    let found = mutant.look(tools, property, CYCLES);
-    let found = found.unwrap_or_else(|e| panic!("{property}: {e}"));
-    assert_ne!(
-        found,
-        Outcome::Proven,
-        "{property} holds of `{to}` in {file}"
-    );
-    found
+    for cycles in CYCLES {
+        let found = mutant.look(tools, property, cycles);
+        let found = found.unwrap_or_else(|e| panic!("{property}: {e}"));
+        if matches!(found, Outcome::Failed(_)) {
+            return found;
+        }
+    }
+    panic!("{property} does not fail with `{to}` in {file}")
 }
 
 #[test]
@@ -83,8 +83,7 @@ fn some_mutants_fail() {
         .iter()
         .filter(|m| ["mft.halves_apart", "rit.never_stuck"].contains(&m[0]))
     {
-        let found = dies(&tools, &gathering, *mutant);
-        assert!(matches!(found, Outcome::Failed(_)), "{mutant:?}: {found:?}");
+        dies(&tools, &gathering, *mutant);
     }
 }
 

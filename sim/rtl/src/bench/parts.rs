@@ -29,6 +29,7 @@ module @UNIT@_tb;
   integer cycles = 0;  // of this job
   integer quiet = 0;   // clocks since a beat moved
   integer cut = 0;     // cycle of the first job in which it is cut off by a reset
+  integer reset = 4;   // clocks of a reset; one is enough
   reg failed = 1'b0;
   reg moved;
   reg willing;
@@ -207,7 +208,7 @@ pub(super) const RESET_SOURCE: &str = r#"        if (!failed && clocks > 1 && @I
         end
 "#;
 
-pub(super) const BEGIN_JOB: &str = r#"        if (!failed && clocks == 4) begin
+pub(super) const BEGIN_JOB: &str = r#"        if (!failed && clocks == reset) begin
           rst_n <= 1'b1;
           state = BEGIN;
           clocks = 0;
@@ -293,9 +294,10 @@ pub(super) const ACCEPT: &str = r#"    drawn = after(drawn);
     willing = !closed && drawn[30:8] % 100 >= @OUT@_rate;
     @OUT@_tready <= state == DRAIN || state == SCRIPT || (state == RUN && willing);
 
-    // A reset in the middle of the first job, which then begins again.
+    // A reset of one clock in the middle of the first job, which then begins again.
     if (state == RUN && job == 0 && cut != 0 && cycles == cut) begin
       cut = 0;
+      reset = 1;
       state = RESET;
       clocks = 0;
       rst_n <= 1'b0;

@@ -1,5 +1,5 @@
-// potamoi_begun: tells when checks of a module without a reset count: from the second clock edge on,
-// when registers that hold what was at the last edge have been written.
+// potamoi_begun: tells when checks of a module without a reset count: from the second clock edge
+// on, when registers that hold what was at the last edge have been written.
 `default_nettype none
 
 module potamoi_begun (

@@ -1,6 +1,6 @@
 // potamoi_same: whether two payloads are the same. With TAKES_X, X is the same as X. With
-// POTAMOI_ONE_BIT a proof compares one bit, which stands for all where registers and memories between
-// the two treat all bits alike, unless WHOLE is 1.
+// POTAMOI_ONE_BIT a proof compares bit 0 alone, unless WHOLE is 1: it stands for all where registers
+// and memories between the two treat all bits alike, and nothing is seen of a fault of another bit.
 `default_nettype none
 
 module potamoi_same #(
@@ -19,6 +19,8 @@ module potamoi_same #(
   wire unused_ok = &{1'b0, a, b};
 `else
   assign same = TAKES_X ? a === b : a == b;
+
+  wire unused_ok = &{1'b0, WHOLE != 0};
 `endif
 endmodule
 

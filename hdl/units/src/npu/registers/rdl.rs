@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use super::model::{Access, Field, Register, RegisterMap, WORD_BITS};
 
-/// The map as SystemRDL. `command` is the command that writes it again.
+/// The map as SystemRDL. `prefix` begins its name, as those of the modules; `command` is the command
+/// that writes it again.
 #[must_use]
-pub fn system_rdl(map: &RegisterMap, command: &str) -> String {
+pub fn system_rdl(map: &RegisterMap, prefix: &str, command: &str) -> String {
     let mut text = String::new();
     for line in map.origin(command) {
         let _ = writeln!(text, "// {line}");
@@ -14,7 +15,7 @@ pub fn system_rdl(map: &RegisterMap, command: &str) -> String {
     let _ = write!(
         text,
         "
-addrmap potamoi_npu {{
+addrmap {prefix}potamoi_npu {{
   name = \"Potamoi NPU\";
   desc = \"Registers of the gathering unit and the vector unit behind AXI4-Lite\";
   default regwidth = {WORD_BITS};

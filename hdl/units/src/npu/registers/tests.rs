@@ -173,7 +173,11 @@ fn the_table_of_the_book_is_the_default_configuration_s() {
 fn the_c_header_compiles_without_a_warning_and_has_the_table_s_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let map = register_map_of(&Config::default()).unwrap();
-    std::fs::write(folder.path().join("potamoi_npu.h"), c_header(&map, "test")).unwrap();
+    std::fs::write(
+        folder.path().join("potamoi_npu.h"),
+        c_header(&map, "", "test"),
+    )
+    .unwrap();
     let mut program =
         "#include \"potamoi_npu.h\"\n#include <stdio.h>\nint main(void) {\n".to_owned();
     let mut expected = String::new();

@@ -97,6 +97,8 @@ pub(super) struct Step {
     /// Constants compared with `R_remain` and subtracted from it: one, or for radix 4 those of the
     /// digits 1, 2 and 3.
     pub(super) constants: Vec<BigInt>,
+    /// What the constants are, in words; `d` is the digit of radix 4.
+    pub(super) constant: String,
     /// Shift amount of `R_accum`.
     pub(super) shift: u32,
     /// Whether it is an exponent digit, which leaves `R_accum` unchanged.
@@ -113,6 +115,7 @@ pub(super) fn steps(own: &dyn Recurrence, exp: &ExpConfig, remain_bits: u32) -> 
     let engine = exp.engine();
     let bits = engine.constant_bits;
     let (multiples, radix_bits) = (multiples(own), own.radix_bits());
+    let of_digits = if radix_bits == 1 { "" } else { "d " };
     let mut steps: Vec<Step> = (0..engine.digits)
         .rev()
         .map(|j| Step {
@@ -120,6 +123,7 @@ pub(super) fn steps(own: &dyn Recurrence, exp: &ExpConfig, remain_bits: u32) -> 
                 .clone()
                 .map(|d| ln_two_multiple(d << (radix_bits * j), bits))
                 .collect(),
+            constant: format!("{of_digits}{} ln 2", 1u64 << (radix_bits * j)),
             shift: 0,
             digit: true,
         })
@@ -131,6 +135,7 @@ pub(super) fn steps(own: &dyn Recurrence, exp: &ExpConfig, remain_bits: u32) -> 
                 .clone()
                 .map(|d| round(&series(d, radix_bits * i), bits))
                 .collect(),
+            constant: format!("ln(1 + {of_digits}2^-{})", radix_bits * i),
             shift: radix_bits * i,
             digit: false,
         }
@@ -143,6 +148,7 @@ pub(super) fn steps(own: &dyn Recurrence, exp: &ExpConfig, remain_bits: u32) -> 
         let never: BigInt = (BigInt::from(1) << magnitude) - 1;
         steps.push(Step {
             constants: multiples.clone().map(|_| never.clone()).collect(),
+            constant: "never taken".to_owned(),
             shift: 0,
             digit: false,
         });

@@ -176,7 +176,9 @@ impl Widths {
                     true => Rounding::HalfUp,
                     false => Rounding::Floor,
                 };
-                let shifted = m.round(value, by, rounding);
+                // More steps than bits shift everything out.
+                let wide = m.extend(value, value.width().max(by + 1));
+                let shifted = m.round(wide, by, rounding);
                 vec![m.name(shifted, &name)]
             }
             Shift::Of(by) => {

@@ -23,12 +23,17 @@ pub(super) fn pipelined(
     let r = exp.iterations_per_clock as usize;
     let (mut state, large) = widths.start(own, m, a, control.one_minus, None);
     let all = steps(own, exp, widths.remain.width);
-    let mut held = 0;
+    // Stages, and those since the last digit of the exponent.
+    let (mut held, mut since_digits) = (0, 0);
     for stage in exp.power_pipeline().stages() {
+        let digits = state.digits;
         state = match stage {
             PowerStage::Steps(clock) => {
-                m.section(&format!("Exponential: stage {clock}"));
                 let of_clock = all.iter().enumerate().skip(clock as usize * r).take(r);
+                let constants = of_clock.clone().map(|(_, step)| step.constant.as_str());
+                let constants: Vec<_> = constants.collect();
+                let constants = constants.join(", ");
+                m.section(&format!("Exponential: stage {clock}: {constants}"));
                 of_clock.fold(state, |state, (index, step)| {
                     let place = literal_place(m, widths, step);
                     own.step(m, widths, state, &place, index as u32, None)
@@ -41,8 +46,13 @@ pub(super) fn pipelined(
             // Not of the recurrence.
             PowerStage::PowerOfTwo | PowerStage::Mantissa => continue,
         };
-        state = hold(m, state, held);
+        let is_digit = state.digits != digits;
+        state = hold(m, state, held, is_digit);
         held += 1;
+        since_digits = if is_digit { 0 } else { since_digits + 1 };
+    }
+    if !m.is_fixed(state.digits) {
+        state.digits = delayed(m, "digits_stages", state.digits, since_digits, None).0;
     }
     let large = if widths.kinds.one_minus {
         delayed(m, "rescaled_stages", large, held, None).0
@@ -58,8 +68,8 @@ pub(super) fn pipelined(
     }
 }
 
-/// Registers the state after a stage.
-fn hold(m: &mut ModuleBuilder, state: State, stage: u32) -> State {
+/// Registers the state after a stage, with the exponent's digits where there is a new one.
+fn hold(m: &mut ModuleBuilder, state: State, stage: u32, is_digit: bool) -> State {
     let mut reg = |name: &str, value: Signal| {
         // The accumulator is at its start until the exponent's digits are known.
         if m.is_fixed(value) {
@@ -72,7 +82,10 @@ fn hold(m: &mut ModuleBuilder, state: State, stage: u32) -> State {
     State {
         remain: reg("s_remain", state.remain),
         accum: reg("s_accum", state.accum),
-        digits: reg("s_digits", state.digits),
+        digits: match is_digit {
+            true => reg("s_digits", state.digits),
+            false => state.digits,
+        },
     }
 }
 

@@ -27,17 +27,17 @@ struct vector_job {
 };
 
 /* Returns when the interrupt is high, or with 0 when it stays low for too long. */
-int wait_for_interrupt(void *device);
+int wait_for_interrupt(volatile void *device);
 
 /* What the driver says before it fails. */
 void complain(const char *what, uint32_t found, uint32_t expected);
 
 /* Identifies the block, and enables the interrupts of jobs that are done. */
-int open_device(void *device);
+int open_device(volatile void *device);
 
 /* Runs a job, with either unit; 0 when something is wrong. */
-int run_gather(void *device, const struct gather_job *job);
-int run_vector(void *device, const struct vector_job *job);
+int run_gather(volatile void *device, const struct gather_job *job);
+int run_vector(volatile void *device, const struct vector_job *job);
 
 #ifdef __cplusplus
 }

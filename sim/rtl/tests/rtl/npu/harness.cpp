@@ -13,8 +13,8 @@
 #include "verilated.h"
 
 extern "C" {
-uint32_t potamoi_npu_read(void *device, uint32_t offset);
-void potamoi_npu_write(void *device, uint32_t offset, uint32_t value);
+uint32_t potamoi_npu_read(volatile void *device, uint32_t offset);
+void potamoi_npu_write(volatile void *device, uint32_t offset, uint32_t value);
 }
 
 namespace {
@@ -153,8 +153,8 @@ struct Device {
 
 }  // namespace
 
-uint32_t potamoi_npu_read(void *device, uint32_t offset) {
-  Device &d = *static_cast<Device *>(device);
+uint32_t potamoi_npu_read(volatile void *device, uint32_t offset) {
+  Device &d = *static_cast<Device *>(const_cast<void *>(device));
   d.top.s_axil_araddr = offset;
   d.meet([&](int v) { d.top.s_axil_arvalid = v; }, [&] { return d.top.s_axil_arready; }, "arready");
   uint32_t value = 0;
@@ -168,8 +168,8 @@ uint32_t potamoi_npu_read(void *device, uint32_t offset) {
   return value;
 }
 
-void potamoi_npu_write(void *device, uint32_t offset, uint32_t value) {
-  Device &d = *static_cast<Device *>(device);
+void potamoi_npu_write(volatile void *device, uint32_t offset, uint32_t value) {
+  Device &d = *static_cast<Device *>(const_cast<void *>(device));
   d.top.s_axil_awaddr = offset;
   d.top.s_axil_wdata = value;
   d.top.s_axil_wstrb = 15;
@@ -183,8 +183,8 @@ void potamoi_npu_write(void *device, uint32_t offset, uint32_t value) {
          "bvalid");
 }
 
-int wait_for_interrupt(void *device) {
-  Device &d = *static_cast<Device *>(device);
+int wait_for_interrupt(volatile void *device) {
+  Device &d = *static_cast<Device *>(const_cast<void *>(device));
   for (int waited = 0; waited < PATIENCE; ++waited) {
     if (d.top.irq) return 1;
     d.clock();
