@@ -43,6 +43,7 @@ module vector_unit_tb;
   integer quiet = 0;   // clocks since a beat moved
   integer cut = 0;     // cycle of the first job in which it is cut off by a reset
   integer reset = 4;   // clocks of a reset; one is enough
+  integer resets = 0;  // that have cut the first job off
   reg failed = 1'b0;
   reg moved;
   reg willing;
@@ -477,9 +478,10 @@ module vector_unit_tb;
     willing = !closed && drawn[30:8] % 100 >= m_axis_vec_rate;
     m_axis_vec_tready <= state == DRAIN || state == SCRIPT || (state == RUN && willing);
 
-    // A reset of one clock in the middle of the first job, which then begins again.
+    // Resets of one clock in the middle of the first job, which then begins again.
     if (state == RUN && job == 0 && cut != 0 && cycles == cut) begin
-      cut = 0;
+      resets = resets + 1;
+      cut = resets < 8 ? 20 + drawn[13:8] : 0;
       reset = 1;
       state = RESET;
       clocks = 0;

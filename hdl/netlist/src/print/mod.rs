@@ -118,7 +118,9 @@ impl<'a> Printer<'a> {
                 self.text.push('\n');
             }
             if !title.is_empty() {
-                let _ = writeln!(self.text, "{}", wrap(&format!("// {title}"), 1));
+                for line in fill(&title, WIDTH - "  // ".len()) {
+                    let _ = writeln!(self.text, "  // {line}");
+                }
             }
         }
         let _ = writeln!(self.text, "{}", wrap(text, indent));
@@ -345,8 +347,8 @@ impl<'a> Printer<'a> {
             .filter(|w| !w.is_empty())
             .cloned()
             .collect();
-        for w in why {
-            self.line(1, &format!("// {w}"));
+        for line in why.iter().flat_map(|w| fill(w, WIDTH - "  // ".len())) {
+            self.line(1, &format!("// {line}"));
         }
         self.line(
             1,
