@@ -168,8 +168,8 @@ fn a_small_block_passes_and_its_mutants_fail() {
         ),
         (
             "npu_vector_unit.v",
-            "in_flight < 2'd3",
-            "in_flight < 2'd1",
+            "room = in_flight < 2'd3",
+            "room = in_flight < 2'd1",
             "cycles, expected",
         ),
         ("npu_exponential.v", "y_data = ", "y_data = ~", "checksum"),
