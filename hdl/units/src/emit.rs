@@ -10,6 +10,7 @@ use crate::exponential::{EXPONENTIAL, exponential};
 use crate::gathering_unit::gathering_unit;
 use crate::npu::registers::{c_header, json, markdown, system_rdl};
 use crate::npu::{REGISTERS, npu_ext, register_map_of};
+use crate::package::check_files;
 use crate::vector_unit::vector_unit;
 
 /// First line of a generated file, which names its generator.
@@ -55,7 +56,7 @@ pub fn emit(
 }
 
 /// The exponential by itself with the engine of a configuration: a file for each module, in the
-/// folder `exponential`. `prefix` and `command` as for [`emit`].
+/// folder `exponential`, and the modules that its checks are instances of. `prefix` and `command` as for [`emit`].
 ///
 /// # Errors
 /// The netlist's own checks; none for a configuration that keeps its rules.
@@ -65,9 +66,11 @@ pub fn emit_exponential(
     command: &str,
 ) -> Result<BTreeMap<String, String>, IrErrors> {
     let block = exponential(config)?.prefixed(prefix);
-    let files = verilog(&block, &header(config, command));
+    let header = header(config, command);
     let inside = |(file, text)| (format!("{EXPONENTIAL}/{file}"), text);
-    Ok(files.into_iter().map(inside).collect())
+    let files = verilog(&block, &header).into_iter().map(inside);
+    let origin = format!("{}\n// {}", header.origin, header.command);
+    Ok(files.chain(check_files(origin)).collect())
 }
 
 fn header(config: &Config, command: &str) -> Header {

@@ -237,15 +237,9 @@ impl ModuleBuilder {
                 let a = self.value(a);
                 self.any(a)
             }
-            Formula::Ones(a) => {
-                let a = self.value(a);
-                let bits: Vec<Signal> = (0..a.width()).map(|at| self.bit(a, at)).collect();
-                self.sum(&bits)
-            }
-            Formula::Two("+", both) => {
+            Formula::Ones(_) | Formula::Two("+", _) => {
                 let mut addends = vec![];
-                self.addends(&both[0], &mut addends);
-                self.addends(&both[1], &mut addends);
+                self.addends(formula, &mut addends);
                 self.sum(&addends)
             }
             Formula::Choice(all) => {
@@ -290,11 +284,9 @@ impl ModuleBuilder {
             }
             Formula::Ones(of) => {
                 let of = self.value(of);
-                all.extend(
-                    (0..of.width())
-                        .map(|at| self.bit(of, at))
-                        .collect::<Vec<_>>(),
-                );
+                for at in 0..of.width() {
+                    all.push(self.bit(of, at));
+                }
             }
             other => all.push(self.value(other)),
         }

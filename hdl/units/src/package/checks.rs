@@ -13,18 +13,22 @@ const COVER_DEPTH: u32 = 60;
 
 /// The modules, and a task for each unit.
 pub(super) fn files(package: &Package) -> BTreeMap<String, String> {
-    let header = Header {
-        origin: package.origin.join("\n// "),
-        command: String::new(),
-    };
-    let modules = check_modules(&header).into_iter();
-    let modules = modules.map(|(file, text)| (format!("{CHECKS}/{file}"), text));
-    let mut files: BTreeMap<String, String> = modules.collect();
+    let mut files: BTreeMap<String, String> = modules(package.origin.join("\n// ")).collect();
     let checks: Vec<String> = files.keys().cloned().collect();
     for unit in &package.units {
         files.insert(format!("{}.sby", unit.name), task(package, unit, &checks));
     }
     files
+}
+
+/// The modules that checks are instances of, by path.
+pub(crate) fn modules(origin: String) -> impl Iterator<Item = (String, String)> {
+    let header = Header {
+        origin,
+        command: String::new(),
+    };
+    let files = check_modules(&header).into_iter();
+    files.map(|(file, text)| (format!("{CHECKS}/{file}"), text))
 }
 
 fn task(package: &Package, unit: &Unit, checks: &[String]) -> String {

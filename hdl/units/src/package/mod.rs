@@ -13,6 +13,8 @@ mod waves;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+pub(crate) use checks::modules as check_files;
+
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 use potamoi_netlist::{IrErrors, Module, PortInfo};

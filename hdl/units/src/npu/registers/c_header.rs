@@ -36,14 +36,9 @@ pub fn c_header(map: &RegisterMap, prefix: &str, command: &str) -> String {
         }
     }
     text += FUNCTIONS;
-    for name in ["potamoi_npu", "POTAMOI_NPU"] {
-        let begin = match name.starts_with('P') {
-            true => prefix.to_uppercase(),
-            false => prefix.to_owned(),
-        };
-        text = text.replace(name, &format!("{begin}{name}"));
-    }
-    text
+    let upper = prefix.to_uppercase();
+    text.replace("potamoi_npu", &format!("{prefix}potamoi_npu"))
+        .replace("POTAMOI_NPU", &format!("{upper}POTAMOI_NPU"))
 }
 
 const HEAD: &str = " *
