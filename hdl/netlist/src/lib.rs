@@ -63,7 +63,7 @@ use std::fmt;
 use thiserror::Error;
 
 pub use builder::{Feed, InstanceArray, ModuleBuilder};
-pub use checks::{CheckInfo, CheckKind};
+pub use checks::{CheckInfo, CheckKind, every_index};
 pub use digest::Digest;
 pub use error_analysis::IntervalInterpreter;
 pub use fault::{Change, Fault, FaultError};

@@ -3,14 +3,14 @@
 use potamoi_netlist::ModuleBuilder;
 
 /// A register, and the input without which it keeps its value.
-pub(crate) struct Held {
+pub(crate) struct Held<'a> {
     pub(crate) register: String,
-    pub(crate) enable: &'static str,
+    pub(crate) enable: &'a str,
 }
 
 /// States of each register that it changes with its enable alone: the clock of a register that has
 /// no new value may be gated, and what it holds stays to be read.
-pub(crate) fn held_without_enable(m: &mut ModuleBuilder, all: &[Held]) {
+pub(crate) fn held_without_enable(m: &mut ModuleBuilder, all: &[Held<'_>]) {
     m.begin_checks();
     for Held { register, enable } in all {
         let width = m.named(register).width();

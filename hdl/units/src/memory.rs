@@ -259,6 +259,18 @@ fn rows_at_their_addresses(m: &mut ModuleBuilder, parts: &[Part], reads: u32) {
         let both = part.read + 1 < reads;
         let port = if both { "addr0" } else { "addr" };
         m.inside_as(&format!("{name}_given"), part.instance, port);
+        let asked = |m: &mut ModuleBuilder, name: &str, read: u32, of: String| {
+            let enable = format!("{name}_enabled");
+            m.inside_as(&enable, part.instance, &format!("re{of}"));
+            let here = ["~", ""][*half];
+            m.assert(
+                &format!("{name}_asked"),
+                &format!("{enable} -> re{} & {here}read_half", suffix(read, reads)),
+                "A half is read only if it is asked for.",
+            );
+        };
+        let first = if both { "0" } else { "" };
+        asked(m, name, part.read, first.to_owned());
         let same = |m: &mut ModuleBuilder, which: &str, row: &str| {
             let name = format!("{name}_{which}_row");
             let given = format!("{}_given", part.name);
@@ -280,6 +292,7 @@ fn rows_at_their_addresses(m: &mut ModuleBuilder, parts: &[Part], reads: u32) {
         if both {
             let given = format!("{name}_given_second");
             m.inside_as(&given, part.instance, "addr1");
+            asked(m, &format!("{name}_second"), part.read + 1, "1".to_owned());
             let second = format!("{name}_second_row");
             m.same_in_all_bits(&second, &given, &format!("raddr{}", part.read + 1));
             m.assert(

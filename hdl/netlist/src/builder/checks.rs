@@ -70,6 +70,12 @@ impl ModuleBuilder {
         self.source(name, Ty::u(width), Source::Free)
     }
 
+    /// Whether checks count in this clock, as `checking`: from the first one on that a proof or a
+    /// simulation looks at.
+    pub fn checking(&mut self) -> Signal {
+        self.source("checking", Ty::bit(), Source::Checking)
+    }
+
     /// A signal within an instance, a ghost of its checks too, by its name there. Its own name is
     /// `INSTANCE_NAME`.
     pub fn inside(&mut self, instance: Instance, name: &str) -> Signal {

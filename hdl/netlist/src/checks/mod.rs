@@ -42,6 +42,8 @@ pub(crate) struct Check {
 pub(crate) enum Source {
     /// Any constant: a proof holds for all values, a simulation takes one.
     Free,
+    /// Whether checks count in this clock, `checking`.
+    Checking,
     /// A signal within an instance, by its name there.
     Inside { instance: usize, name: String },
     /// Whether two payloads are the same.
@@ -59,7 +61,7 @@ impl Source {
     /// Nodes that it reads.
     pub(crate) fn operands(&self) -> Vec<usize> {
         match self {
-            Self::Free | Self::Inside { .. } => vec![],
+            Self::Free | Self::Checking | Self::Inside { .. } => vec![],
             Self::Same { a, b, .. } => vec![*a, *b],
         }
     }
@@ -171,8 +173,8 @@ impl Module {
         all
     }
 
-    /// Modules below that carry data, topmost ones alone: those without checks in them or below, and
-    /// those that are proven alone. A proof lets their outputs be anything.
+    /// Modules below that carry data, topmost ones alone: those with a clock and without checks in them
+    /// or below, and those that are proven alone. A proof lets their outputs be anything.
     #[must_use]
     pub fn data_modules(&self) -> BTreeSet<String> {
         self.data_modules_beside(&BTreeSet::new())
@@ -184,10 +186,24 @@ impl Module {
         let mut all = BTreeSet::new();
         for child in self.instances.iter().map(|instance| &instance.module) {
             let is_apart = apart.contains(&child.name) || child.is_proven_alone();
-            if is_apart || child.checks().is_empty() {
+            // Logic without a clock, such as an arbiter, costs a proof little.
+            let is_data = child.checks().is_empty() && child.is_clocked();
+            if is_apart || is_data {
                 all.insert(child.name.clone());
             } else {
                 all.extend(child.data_modules_beside(apart));
+            }
+        }
+        all
+    }
+
+    /// Names of the module and of those below, but for the modules `cut` and what is in them alone.
+    #[must_use]
+    pub fn modules_outside(&self, cut: &BTreeSet<String>) -> BTreeSet<String> {
+        let mut all = BTreeSet::from([self.name.clone()]);
+        for child in self.instances.iter().map(|instance| &instance.module) {
+            if !cut.contains(&child.name) {
+                all.append(&mut child.modules_outside(cut));
             }
         }
         all
@@ -209,6 +225,17 @@ impl Module {
     }
 }
 
+/// A scope in an array, or a path in one, with its indices left open: `bank[]` of `bank[3]`.
+#[must_use]
+pub fn every_index(path: &str) -> String {
+    let mut parts = path.split('[');
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |path, part| {
+        let rest = part.split_once(']').map_or(part, |(_, rest)| rest);
+        format!("{path}[]{rest}")
+    })
+}
+
 fn list(module: &Module, path: &str, apart: &BTreeSet<String>, all: &mut Vec<CheckInfo>) {
     all.extend(module.checks.list.iter().map(|check| CheckInfo {
         path: format!("{path}{}", check.name),
@@ -228,8 +255,12 @@ fn list(module: &Module, path: &str, apart: &BTreeSet<String>, all: &mut Vec<Che
         });
         let is_apart = apart.contains(&instance.module.name) || instance.module.is_proven_alone();
         if !later && !is_apart {
-            let path = format!("{path}{}.", instance.name);
-            list(&instance.module, &path, apart, all);
+            let scope = arrays.iter().find_map(|array| array.scope(at));
+            let name = match scope {
+                Some(scope) => format!("{}.{}", every_index(&scope), instance.module.name),
+                None => instance.name.clone(),
+            };
+            list(&instance.module, &format!("{path}{name}."), apart, all);
         }
     }
 }

@@ -103,6 +103,8 @@ impl Printer<'_> {
         let name = self.exprs.names.ident(id).unwrap_or_default().to_owned();
         let note = comment(node);
         match source {
+            // Declared for all checks.
+            Source::Checking => {}
             Source::Free => {
                 self.line(1, &format!("wire {}{name};{note}", spaced(width)));
                 let text = format!("potamoi_free #(.WIDTH({width})) any_{name} (.value({name}));");

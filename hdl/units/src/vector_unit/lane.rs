@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use num_bigint::BigInt;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 
@@ -9,7 +10,7 @@ use super::alu::{EXACT, exact, requantise};
 use super::exponential;
 use super::lane_control::LaneControl;
 use super::operation_kinds::OperationKinds;
-use crate::circuits::delayed;
+use crate::circuits::{bits_for, delayed};
 use crate::data_checks::{Held, held_without_enable};
 
 /// Builds `vector_lane`.
@@ -60,6 +61,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         (v, _) => v,
     };
     let more = powers.as_ref().and_then(|p| p.more);
+    let remainders = powers.as_ref().map_or(vec![], |p| p.remainders.clone());
     let power = powers.map(|p| {
         let result = widths.result(m, &p, control.was_one_minus);
         match p.logistic.filter(|_| kinds.softplus) {
@@ -89,5 +91,35 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let enable = "accept";
         held_without_enable(m, &[Held { register, enable }]);
     }
+    remainder_checks(m, &remainders);
     builder.finish()
+}
+
+/// Each clock of a pipelined exponential leaves at most so much of the remainder, once its registers
+/// are filled.
+fn remainder_checks(m: &mut ModuleBuilder, remainders: &[(String, BigInt)]) {
+    let stages = remainders.len();
+    if stages == 0 {
+        return;
+    }
+    m.begin_checks();
+    m.checking();
+    let filled = m.ghost_data_reg("filled", bits_for(stages as u32));
+    m.ghost_next(
+        filled,
+        "1",
+        &format!("if(checking, if(filled == {stages}, {stages}, filled + 1), 0)"),
+    );
+    m.invariant("filled_in_range", &format!("filled <= {stages}"), "");
+    m.ghost("is_filled", &format!("filled == {stages}"));
+    let bounds = remainders.iter().enumerate();
+    let bounds: Vec<String> = bounds
+        .map(|(stage, (register, most))| format!("(filled >= {stage} -> {register} <= {most})"))
+        .collect();
+    m.assert(
+        "remainders_bounded",
+        &bounds.join(" & "),
+        "Of the remainder no step leaves more than its constant resolves.",
+    );
+    m.cover("fills", "is_filled", "All stages hold an operand.");
 }

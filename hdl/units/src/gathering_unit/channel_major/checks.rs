@@ -4,6 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::timing::GatherStage;
 use potamoi_netlist::{Instance, ModuleBuilder};
 
+use crate::data_checks::{Held, held_without_enable};
 use crate::gathering_unit::shared::counter_checks::{Counted, counter_checks};
 use crate::gathering_unit::shared::reducer::stage_name;
 use crate::gathering_unit::shared::unit_checks::environment;
@@ -77,6 +78,21 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         }
     }
     idle(m, &stages);
+    let held = ["s2_end", "s2_keep", "s2_slot"].map(|register| Held {
+        register: register.to_owned(),
+        enable: "completes",
+    });
+    held_without_enable(m, &held);
+    if m.has("single_ids") && m.has("s1_weight_of_port0") {
+        let one = 1 << config.gu.weight_bits;
+        let whole = |p| format!("(s1_keep[{p}] -> s1_weight_of_port{p} == {one})");
+        let all: Vec<String> = (0..config.gu.ports).map(whole).collect();
+        m.invariant(
+            "single_ids_weigh_one",
+            &format!("single_ids & s1_valid -> {}", all.join(" & ")),
+            "A single id is a vertex of weight 1.",
+        );
+    }
     stable_stream(m, "m_axis_feat", &["tdata", "tkeep", "tlast", "tuser"]);
     progress(m, config, &stages);
     if config.table_parts() == 1 {

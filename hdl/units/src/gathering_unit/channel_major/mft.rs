@@ -99,7 +99,37 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "a row past the MVoxel's rows is dropped",
     );
     table_checks(m, "read");
+    read_checks(m, config, enabled.len());
     builder.finish()
+}
+
+/// Checks of what is loaded and read. `enabled` are the read enables, one for each port and group of
+/// banks; there are none where ports take turns.
+fn read_checks(m: &mut ModuleBuilder, config: &Config, enabled: usize) {
+    let rows = config.mft_rows();
+    let count = |half: u32| format!("(loaded_{half} -> rows_{half} <= {rows})");
+    m.invariant(
+        "rows_in_range",
+        &format!("write_row <= {rows} & {} & {}", count(0), count(1)),
+        "No half holds more rows than there is room for.",
+    );
+    let groups = config.vertices_a_row();
+    let asked = (0..enabled).map(|of| {
+        let (port, group) = (of as u32 / groups, of as u32 % groups);
+        let name = match groups {
+            1 => format!("read{port}"),
+            _ => format!("read{port}_{group}"),
+        };
+        format!("({name} -> read & read_keep[{port}] & in_range[{of}])")
+    });
+    let asked: Vec<String> = asked.collect();
+    if !asked.is_empty() {
+        m.assert(
+            "reads_asked",
+            &asked.join(" & "),
+            "A bank is read only for a port that asks for a row that is loaded.",
+        );
+    }
 }
 
 /// The inputs.

@@ -8,8 +8,8 @@ use crate::gathering_unit::shared::counter_checks::{Counted, counter_checks};
 use crate::gathering_unit::shared::unit_checks::environment;
 use crate::stream_checks::stable_stream;
 
-/// Checks of the unit; `fifo` holds the results.
-pub(super) fn unit_checks(m: &mut ModuleBuilder, config: &Config, fifo: Instance) {
+/// Checks of the unit; `rit` is its RIT buffer, and `fifo` holds the results.
+pub(super) fn unit_checks(m: &mut ModuleBuilder, config: &Config, rit: Instance, fifo: Instance) {
     m.begin_checks();
     environment(m, config);
     m.inside(fifo, "count");
@@ -45,6 +45,7 @@ pub(super) fn unit_checks(m: &mut ModuleBuilder, config: &Config, fifo: Instance
         );
     }
     steps(m);
+    progress(m, rit);
     stable_stream(m, "m_axis_feat", &["tdata", "tkeep", "tlast", "tuser"]);
     let counted = Counted {
         running: &["fifo", "mft", "rit"],
@@ -58,6 +59,40 @@ pub(super) fn unit_checks(m: &mut ModuleBuilder, config: &Config, fifo: Instance
         "All credit is used.",
     );
     m.cover("delivers", "pop", "A beat of features leaves.");
+}
+
+/// With both sources valid and the sink ready, something moves in every cycle; the rounds of a step
+/// end, since each serves a lane.
+fn progress(m: &mut ModuleBuilder, rit: Instance) {
+    m.assert(
+        "round_serves",
+        "fire -> ~any(lane_is_pending) | any(granted)",
+        "In every round of a step a lane is served, if one is left.",
+    );
+    for name in ["read_fire", "p_free", "q_valid"] {
+        m.inside(rit, name);
+    }
+    m.ghost(
+        "all_ready",
+        "m_axis_feat_tready & s_axis_rit_tvalid & any(s_axis_rit_tkeep) & s_axis_mft_tvalid",
+    );
+    m.ghost("fills_p", "rit_p_free & rit_q_valid");
+    m.invariant(
+        "lanes_in_turn",
+        "(lanes_full_0 != lanes_full_1) == (fill_half != next_half)",
+        "The halves of the lanes are filled and read in turn.",
+    );
+    m.invariant(
+        "next_lanes_are_first",
+        "lanes_full_0 | lanes_full_1 -> if(next_half, lanes_full_1, lanes_full_0)",
+        "",
+    );
+    m.assert(
+        "never_stuck",
+        "all_ready -> s_axis_rit_tready | s_axis_mft_tready | fire | pop | d_completes | x_completes | \
+         s_push | any(results_count) | take | read_step | rit_read_fire | fills_p",
+        "With both sources valid and the sink ready, a beat or a vertex moves in every cycle.",
+    );
 }
 
 /// Whether a beat is open follows from the step, and from the vertex that is read next.

@@ -40,6 +40,12 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     m.output("result", reduced.result, "of the channel that completes");
     m.output("result_slot", reduced.slot, "its entry's slot");
     m.output("result_kept", reduced.kept, "it is of an entry");
+    m.begin_checks();
+    m.assert(
+        "asks",
+        "is_pending -> any(wants)",
+        "A lane that is not served yet asks a bank.",
+    );
     builder.finish()
 }
 

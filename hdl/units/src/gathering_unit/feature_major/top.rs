@@ -79,7 +79,7 @@ pub(in crate::gathering_unit) fn feature_major(config: &Config) -> Result<Arc<Mo
         ],
     );
     outputs(m, config, &below.io, &stats, (errors, idle), instances);
-    unit_checks(m, config, stream.fifo);
+    unit_checks(m, config, below.rit, stream.fifo);
     builder.finish()
 }
 

@@ -42,6 +42,7 @@ pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, counted: &Counted
         ),
         "Busy cycles and stalls are all cycles from the first issue to the last, until they saturate.",
     );
+    saturation(m, full, counted);
     let entries = m.ghost_reg("entries_again", bits);
     let more = "entries_again + entries_of_group";
     m.ghost_next(
@@ -53,5 +54,27 @@ pub(crate) fn counter_checks(m: &mut ModuleBuilder, bits: u32, counted: &Counted
         "entries_count",
         "stat_entries == entries_again",
         "Every entry of a group that is issued counts.",
+    );
+}
+
+/// A counter that is full neither wraps nor falls before it is cleared.
+fn saturation(m: &mut ModuleBuilder, full: u64, counted: &Counted<'_>) {
+    let running = counted
+        .running
+        .iter()
+        .map(|cause| format!("running_{cause}"));
+    let at_once = counted.at_once.iter();
+    let at_once = at_once.map(|cause| format!("stat_stall_{cause}"));
+    let counters = std::iter::once("stat_busy".to_owned()).chain(running);
+    let stay = counters.chain(at_once).map(|counter| {
+        let was_full = m.ghost_reg(&format!("{counter}_was_full"), 1);
+        m.ghost_next(was_full, "1", &format!("{counter} == {full} & ~cfg_clear"));
+        format!("({counter}_was_full -> {counter} == {full})")
+    });
+    let stay: Vec<String> = stay.collect();
+    m.assert(
+        "counters_saturate",
+        &stay.join(" & "),
+        "A counter that is full stays so until it is cleared.",
     );
 }

@@ -2,10 +2,19 @@
 
 use potamoi_netlist::ModuleBuilder;
 
+use crate::data_checks::{Held, held_without_enable};
+
 /// Checks of a table that is written by `write` and read where the formula `read` holds, and whose
 /// half `done` frees.
 pub(crate) fn table_checks(m: &mut ModuleBuilder, read: &str) {
-    m.begin_checks();
+    let register = "half_of_words".to_owned();
+    held_without_enable(
+        m,
+        &[Held {
+            register,
+            enable: read,
+        }],
+    );
     m.assume(
         "reads_loaded",
         &format!("{read} -> is_loaded"),

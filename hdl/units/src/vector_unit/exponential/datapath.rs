@@ -88,6 +88,24 @@ impl Widths {
         )
     }
 
+    /// The largest remainder before the first step.
+    pub(super) fn start_most(&self, own: &dyn Recurrence) -> BigInt {
+        let bits = self.engine.constant_bits;
+        match self.exp.output {
+            // From 8 on, the larger bias is used.
+            ExpOutput::Alpha if !own.is_literal() => {
+                let near = self.bias(own, 12);
+                let far = self.bias(own, 24) - (BigInt::from(8) << bits);
+                if self.kinds.one_minus {
+                    near.max(far)
+                } else {
+                    near
+                }
+            }
+            _ => (BigInt::from(1) << self.remain.width) - 1,
+        }
+    }
+
     /// The operand of exp.
     pub(super) fn operand(&self, m: &mut ModuleBuilder, a: Signal) -> Signal {
         let format = self.exp.input;

@@ -56,6 +56,8 @@ pub(in crate::vector_unit) struct Powers {
     pub(in crate::vector_unit) exponent: Option<Signal>,
     /// With early termination, whether steps are left after the next clock.
     pub(in crate::vector_unit) more: Option<Signal>,
+    /// In a pipeline, the register of the remainder after each clock, and the most that it holds.
+    pub(in crate::vector_unit) remainders: Vec<(String, BigInt)>,
 }
 
 /// Builds the powers of a form in a lane.
@@ -117,6 +119,12 @@ pub(in crate::vector_unit) trait Recurrence: Sync {
     /// accumulator.
     fn is_literal(&self) -> bool {
         false
+    }
+
+    /// The most that a step with these constants leaves of a remainder of at most `most`, where a
+    /// comparison bounds it.
+    fn leaves(&self, _most: &BigInt, _constants: &[BigInt]) -> Option<BigInt> {
+        None
     }
 
     /// `z ln 2` as the sum of its digits, each rounded as the step's constant is.

@@ -198,6 +198,7 @@ pub(super) fn iterative(
         logistic: start.logistic,
         exponent,
         more,
+        remainders: vec![],
     }
 }
 

@@ -102,6 +102,7 @@ fn pieces(m: &mut ModuleBuilder, widths: &Widths, control: &LaneControl, a: Sign
         logistic: None,
         exponent: None,
         more: None,
+        remainders: vec![],
     }
 }
 

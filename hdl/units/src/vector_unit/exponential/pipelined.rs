@@ -23,6 +23,8 @@ pub(super) fn pipelined(
     let r = exp.iterations_per_clock as usize;
     let (mut state, large) = widths.start(own, m, a, control.one_minus, None);
     let all = steps(own, exp, widths.remain.width);
+    let mut most = Some(widths.start_most(own));
+    let mut remainders = vec![];
     // Stages, and those since the last digit of the exponent.
     let (mut held, mut since_digits) = (0, 0);
     for stage in exp.power_pipeline().stages() {
@@ -34,6 +36,11 @@ pub(super) fn pipelined(
                 let constants: Vec<_> = constants.collect();
                 let constants = constants.join(", ");
                 m.section(&format!("Exponential: stage {clock}: {constants}"));
+                most = most.and_then(|most| {
+                    let mut steps = of_clock.clone();
+                    steps.try_fold(most, |most, (_, step)| own.leaves(&most, &step.constants))
+                });
+                remainders.extend(most.clone().map(|most| (format!("s_remain_{held}"), most)));
                 of_clock.fold(state, |state, (index, step)| {
                     let place = literal_place(m, widths, step);
                     own.step(m, widths, state, &place, index as u32, None)
@@ -65,6 +72,7 @@ pub(super) fn pipelined(
         logistic: None,
         exponent: None,
         more: None,
+        remainders,
     }
 }
 

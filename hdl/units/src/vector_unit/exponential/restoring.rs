@@ -25,6 +25,12 @@ impl Recurrence for Restoring {
         engine.digits
     }
 
+    fn leaves(&self, most: &BigInt, constants: &[BigInt]) -> Option<BigInt> {
+        let constant = &constants[0];
+        let taken = most - constant;
+        Some(taken.max((constant - 1u32).min(most.clone())))
+    }
+
     fn bias(&self, z: u32, bits: u32) -> BigInt {
         let digits = (0..32).filter(|j| z >> j & 1 == 1);
         digits.map(|j| ln_two_times(j, bits)).sum()
