@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use potamoi_netlist::every_index;
+
 /// The cells of checks that a system is to have.
 pub(crate) enum Kept<'a> {
     /// All assertions but these.
@@ -12,13 +14,16 @@ pub(crate) enum Kept<'a> {
     Covers,
 }
 
-/// The commands that read all Verilog of a folder.
-pub(crate) fn load(top: &str, all_bits: bool) -> [String; 3] {
+/// The commands that read all Verilog of a folder. Where nothing is written, `proc` leaves address and
+/// data of a memory open, and the last command takes the choice away: a fault there would be one that
+/// no hardware has.
+pub(crate) fn load(top: &str, all_bits: bool) -> [String; 4] {
     let one_bit = if all_bits { "" } else { " -DPOTAMOI_ONE_BIT" };
     [
         format!("read_verilog -formal -DPOTAMOI_CHECKS{one_bit} *.v"),
         format!("hierarchy -top {top}"),
         "proc".to_owned(),
+        "opt_expr -mux_undef".to_owned(),
     ]
 }
 
@@ -64,9 +69,9 @@ pub(crate) fn script(
     lines.join("\n")
 }
 
-/// Selects the cell of a check.
+/// Selects the cell of a check; in an array those of all elements.
 fn cell(path: &str) -> String {
-    format!("c:{}", cell_name(path))
+    format!("c:{}", cell_name(path).replace("[]", "*"))
 }
 
 /// Name of the cell of an assertion, from its path.
@@ -80,5 +85,5 @@ pub(crate) fn cell_name(path: &str) -> String {
 /// Path of a check, from the name of its cell.
 pub(crate) fn path_of(cell: &str) -> String {
     let cell = cell.rsplit_once('.').map_or(cell, |(path, _)| path);
-    cell.replace("check_", "")
+    every_index(&cell.replace("check_", ""))
 }

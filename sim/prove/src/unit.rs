@@ -130,10 +130,7 @@ impl Unit {
     #[must_use]
     pub fn modules(&self) -> BTreeSet<String> {
         let cut = self.module.data_modules_beside(&self.apart);
-        let files = verilog(&self.module, &Header::default());
-        let names = files.keys().filter_map(|file| file.strip_suffix(".v"));
-        let names = names.filter(|name| !cut.contains(*name));
-        names.map(str::to_owned).collect()
+        self.module.modules_outside(&cut)
     }
 
     /// Its checks.
@@ -218,7 +215,7 @@ impl Unit {
 
     /// Yosys commands that read the unit and its checks from the Verilog in the folder.
     #[must_use]
-    pub fn load(&self) -> [String; 3] {
+    pub fn load(&self) -> [String; 4] {
         load(self.read_with().name(), self.all_bits)
     }
 

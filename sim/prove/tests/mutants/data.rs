@@ -15,9 +15,18 @@ pub(crate) const RIT_BANK: [Mutant; 1] = [[
     "word <= mem[raddr];",
 ]];
 pub(crate) const REDUCER: [Mutant; 1] = [["acc_held", "reducer.v", "if (valid) acc", "acc"]];
-pub(crate) const LANE: [Mutant; 1] =
-    [["exact_held", "vector_lane.v", "if (accept) exact", "exact"]];
-pub(crate) const HALVES: [Mutant; 4] = [
+pub(crate) const LANE: [Mutant; 2] = [
+    ["exact_held", "vector_lane.v", "if (accept) exact", "exact"],
+    [
+        "remainders_bounded",
+        "vector_lane.v",
+        "23'h2c5c86 <= remain_start",
+        "23'h2c5c87 <= remain_start",
+    ],
+];
+pub(crate) const HALVES: [Mutant; 6] = [
+    ["low_asked", "mft_halves.v", "re & (~read_half)", "re"],
+    ["high_asked", "mft_halves.v", "re & read_half", "re"],
     [
         "low_written",
         "mft_halves.v",

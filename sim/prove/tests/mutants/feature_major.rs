@@ -6,7 +6,37 @@ const GU: &str = "gathering_unit.v";
 const FIFO: &str = "feature_fifo.v";
 const MFT: &str = "mft.v";
 
-pub(crate) const UNIT: [Mutant; 11] = [
+pub(crate) const UNIT: [Mutant; 16] = [
+    [
+        "never_stuck",
+        GU,
+        "may_start = credit & mft_is_loaded",
+        "may_start = 1'b0",
+    ],
+    [
+        "round_serves",
+        "bank_arbiter.v",
+        "assign grants = wants & same_line",
+        "assign grants = wants & ~same_line",
+    ],
+    [
+        "lane_of_group[].lane[].gather_lane.asks",
+        "gather_lane.v",
+        "pending & (bank == 4'd0)",
+        "1'b0",
+    ],
+    [
+        "counters_saturate",
+        GU,
+        "(&stat_busy) ? stat_busy :",
+        "(&stat_busy) ? ~stat_busy : ~stat_busy |",
+    ],
+    [
+        "mft.half_of_words_held",
+        MFT,
+        "if (|read) half_of_words",
+        "half_of_words",
+    ],
     ["balance", GU, "if (beat_start ^ pop)", "if (beat_start)"],
     [
         "credit",

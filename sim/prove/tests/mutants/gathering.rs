@@ -3,10 +3,47 @@
 use crate::Mutant;
 
 const GU: &str = "gathering_unit.v";
+const MFT: &str = "mft.v";
 const RIT: &str = "rit_buffer.v";
 const FIFO: &str = "feature_fifo.v";
 
-pub(crate) const GATHERING: [Mutant; 29] = [
+pub(crate) const GATHERING: [Mutant; 35] = [
+    [
+        "counters_saturate",
+        GU,
+        "(&stat_busy) ? stat_busy :",
+        "(&stat_busy) ? ~stat_busy : ~stat_busy |",
+    ],
+    [
+        "s2_end_held",
+        GU,
+        "if (completes) begin",
+        "s2_end <= s1_end;\n    if (completes) begin",
+    ],
+    [
+        "s2_keep_held",
+        GU,
+        "if (completes) begin",
+        "s2_keep <= s1_keep;\n    if (completes) begin",
+    ],
+    [
+        "s2_slot_held",
+        GU,
+        "if (completes) begin",
+        "s2_slot <= s1_slot;\n    if (completes) begin",
+    ],
+    [
+        "mft.half_of_words_held",
+        MFT,
+        "if (read) half_of_words",
+        "half_of_words",
+    ],
+    [
+        "mft.reads_asked",
+        MFT,
+        "read & read_keep & row0_in_range",
+        "read & row0_in_range",
+    ],
     ["balance", GU, "if (group_start ^ pop)", "if (group_start)"],
     [
         "credit",
