@@ -160,6 +160,22 @@ impl<'a> Writer<'a> {
     /// Beats with a hole, without their first bytes, or not full, first and last: flag 4.
     fn keeps(&mut self) {
         let bytes = self.bytes;
+        // Two bytes alone: a wide beat's pairs are many.
+        let firsts = |byte: usize| match bytes {
+            ..=8 => (0..byte).collect(),
+            _ => vec![0, byte / 2],
+        };
+        for byte in 1..bytes {
+            for first in firsts(byte).into_iter().filter(|first| first + 1 < byte) {
+                let table = Table {
+                    keep: keep_of(bytes, |own| own == byte || own == first),
+                    last: true,
+                    user: false,
+                };
+                self.table(&table, GAP).down = self.known & !(GAP | RAGGED);
+                self.reset();
+            }
+        }
         for (byte, last) in (0..bytes).flat_map(|byte| [(byte, false), (byte, true)]) {
             let patterns: [&dyn Fn(usize) -> bool; 3] =
                 [&|own| own != byte, &|own| own > byte, &|own| own <= byte];

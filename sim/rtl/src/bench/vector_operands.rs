@@ -27,7 +27,9 @@ impl Batch {
 }
 
 /// Least elements of an exponential.
-const ELEMENTS: usize = 120;
+const ELEMENTS: usize = 600;
+/// Most between the bits of a sum of two powers of two that is a product of two operands.
+const APART: u32 = 29;
 const ROUNDINGS: [Rounding; 3] = [Rounding::Floor, Rounding::HalfUp, Rounding::HalfEven];
 
 /// Batches of every job: one for each operation, and one that changes between them.
@@ -74,8 +76,14 @@ pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Vec<Batch>> {
         });
     }
     jobs.push(mixed);
-    if config.vu.ops.contains(&OpCode::Multiply) {
-        jobs.push(ties(&mut random, lanes));
+    let built = |code| config.vu.ops.contains(&code);
+    let mut ties = ties();
+    ties.retain(|batch| built(batch.op.code));
+    if !ties.is_empty() {
+        jobs.push(ties);
+    }
+    if built(OpCode::Multiply) {
+        jobs.push(vec![saturation()]);
     }
     jobs
 }
@@ -97,36 +105,64 @@ fn element_wise(random: &mut Pcg64Mcg, op: VectorOp, elements: usize) -> Batch {
     Batch { op, a, b }
 }
 
-/// Products of a half and one bit below it, or above, which decide the rounding to even alone.
-fn ties(random: &mut Pcg64Mcg, lanes: usize) -> Vec<Batch> {
-    let shifts = [3, 9, 17, 24, 31, 38, 45, 52, 59, 61].into_iter();
-    let batch = |shift: u8| {
+/// Values of two bits, of which one is a half: the other one decides the rounding to even alone. Squares
+/// where both bits are even or odd, else products, as far apart as they can be.
+fn ties() -> Vec<Batch> {
+    let shifts = [3u8, 9, 17, 24, 31, 38, 45, 52, 59, 61].into_iter();
+    let batches = shifts.flat_map(|shift| {
         let half = u32::from(shift) - 1;
-        let (mut a, mut b) = (vec![], vec![]);
-        for _ in 0..lanes.max(12) {
-            // 2^low (1 + 2^up): the half is the higher or the lower of both bits.
-            let up = random.random_range(1..=half.clamp(1, 29));
-            let low = match half + up <= 60 && random.random() {
-                true => half,
-                false => half.saturating_sub(up),
-            };
-            let of_a = low.min(30);
-            a.push(1 << of_a);
-            b.push(((1i32 << up) + 1) << (low - of_a));
-        }
-        let rounding = Rounding::HalfEven;
-        let code = OpCode::Multiply;
-        Batch {
-            op: VectorOp {
-                code,
-                shift,
-                rounding,
-            },
-            a,
-            b,
-        }
+        let others = (0..=60).filter(move |other| *other != half);
+        let (squares, products): (Vec<u32>, Vec<u32>) =
+            others.partition(|other| other.abs_diff(half) % 2 == 0);
+        let squares = squares
+            .into_iter()
+            .map(move |other| squares_of_powers(half, other));
+        let products = products
+            .into_iter()
+            .filter(move |other| other.abs_diff(half) <= APART);
+        let products = products.map(move |other| sum_of_powers(half.min(other), half.max(other)));
+        let op = |code| VectorOp {
+            code,
+            shift,
+            rounding: Rounding::HalfEven,
+        };
+        [
+            (op(OpCode::SquareSum), squares.unzip()),
+            (op(OpCode::Multiply), products.unzip()),
+        ]
+    });
+    batches.map(|(op, (a, b))| Batch { op, a, b }).collect()
+}
+
+/// Operands of which the sum of the squares is 2^first + 2^second, both even or both odd.
+fn squares_of_powers(first: u32, second: u32) -> (i32, i32) {
+    let (x, y) = (1 << (first / 2), 1 << (second / 2));
+    match first % 2 {
+        0 => (x, y),
+        // (x + y)^2 + (x - y)^2 = 2 x^2 + 2 y^2.
+        _ => (x + y, x - y),
+    }
+}
+
+/// Products that one bit alone keeps from fitting into 32 bits: 2^n, and -2^n with one more bit below.
+fn saturation() -> Batch {
+    let of_power = |n: u32| (1i32 << n.min(30), 1i32 << (n - n.min(30)));
+    let below = |n: u32| {
+        let (a, b) = sum_of_powers(n.saturating_sub(APART), n);
+        (-a, b)
     };
-    shifts.map(batch).collect()
+    let (a, b) = (31..61).flat_map(|n| [of_power(n), below(n)]).unzip();
+    Batch {
+        op: VectorOp::new(OpCode::Multiply),
+        a,
+        b,
+    }
+}
+
+/// Factors of 2^low + 2^high, where high is at most 60, and at most `APART` above low.
+fn sum_of_powers(low: u32, high: u32) -> (i32, i32) {
+    let of_first = low.min(30);
+    (1 << of_first, ((1 << (high - low)) + 1) << (low - of_first))
 }
 
 /// Arguments at the ends of the range and of every power of two, and between.
