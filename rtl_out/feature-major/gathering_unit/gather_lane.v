@@ -181,6 +181,15 @@ module gather_lane (
   assign result = reducer_result & {16{s_kept}};
   assign result_slot = s_slot & {16{s_kept}};
   assign result_kept = s_kept;
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+
+  // A lane that is not served yet asks a bank.
+  potamoi_assert check_asks (.clk(clk), .on(checking), .good((~is_pending) | (|wants)));
+`endif
 endmodule
 
 `default_nettype wire

@@ -445,7 +445,28 @@ module gathering_unit (
 `else
   wire [2:0] results_count = results.count;
 `endif
-  reg beat_open, waits;
+  reg beat_open;
+`ifdef FORMAL
+  (* hierconn *) wire \rit.read_fire ;
+  wire rit_read_fire = \rit.read_fire ;
+`else
+  wire rit_read_fire = rit.read_fire;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire \rit.p_free ;
+  wire rit_p_free = \rit.p_free ;
+`else
+  wire rit_p_free = rit.p_free;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire \rit.q_valid ;
+  wire rit_q_valid = \rit.q_valid ;
+`else
+  wire rit_q_valid = rit.q_valid;
+`endif
+  wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
+  wire fills_p = rit_p_free & rit_q_valid;
+  reg waits;
   reg [255:0] tdata_past;
   wire tdata_stays;
   potamoi_same #(.WIDTH(256)) is_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
@@ -468,6 +489,8 @@ module gathering_unit (
   reg [31:0] elapsed_shown;
   wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, elapsed} + 33'd1);
+  reg stat_busy_was_full, running_fifo_was_full, running_mft_was_full, running_rit_was_full,
+      stat_stall_bank_was_full;
   reg [31:0] entries_again;
   wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {28'd0,
       entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {28'd0, entries_of_group});
@@ -482,6 +505,11 @@ module gathering_unit (
       tuser_past <= 256'h0;
       elapsed <= 32'd0;
       elapsed_shown <= 32'd0;
+      stat_busy_was_full <= 1'b0;
+      running_fifo_was_full <= 1'b0;
+      running_mft_was_full <= 1'b0;
+      running_rit_was_full <= 1'b0;
+      stat_stall_bank_was_full <= 1'b0;
       entries_again <= 32'd0;
     end else begin
       beat_open <= (beat_open | beat_start) & (~completes);
@@ -492,6 +520,11 @@ module gathering_unit (
       tuser_past <= m_axis_feat_tuser;
       if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
       if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      stat_busy_was_full <= (stat_busy == 32'hffffffff) & (~cfg_clear);
+      running_fifo_was_full <= (running_fifo == 32'hffffffff) & (~cfg_clear);
+      running_mft_was_full <= (running_mft == 32'hffffffff) & (~cfg_clear);
+      running_rit_was_full <= (running_rit == 32'hffffffff) & (~cfg_clear);
+      stat_stall_bank_was_full <= (stat_stall_bank == 32'hffffffff) & (~cfg_clear);
       if (cfg_clear | (step_done & step_ends_entries)) entries_again <= by_cfg_clear_3[31:0];
     end
   end
@@ -534,6 +567,21 @@ module gathering_unit (
   potamoi_assert check_open_has_rows (.clk(clk), .on(checking), .good((~beat_open) |
       mft_is_loaded));
 
+  // In every round of a step a lane is served, if one is left.
+  potamoi_assert check_round_serves (.clk(clk), .on(checking), .good((~fire) | (~(|lane_is_pending))
+      | (|granted)));
+
+  // The halves of the lanes are filled and read in turn.
+  potamoi_assert check_lanes_in_turn (.clk(clk), .on(checking), .good((lanes_full_0 != lanes_full_1)
+      == (fill_half != next_half)));
+  potamoi_assert check_next_lanes_are_first (.clk(clk), .on(checking), .good((~(lanes_full_0 |
+      lanes_full_1)) | (next_half ? lanes_full_1 : lanes_full_0)));
+
+  // With both sources valid and the sink ready, a beat or a vertex moves in every cycle.
+  potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~all_ready) | s_axis_rit_tready
+      | s_axis_mft_tready | fire | pop | d_completes | x_completes | s_push | (|results_count) |
+      take | read_step | rit_read_fire | fills_p));
+
   // tvalid stays until tready.
   potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | m_axis_feat_tvalid));
 
@@ -549,6 +597,13 @@ module gathering_unit (
   potamoi_assert check_no_cycle_lost (.clk(clk), .on(checking), .good((~(elapsed_shown <
       32'hffffffff)) | (({3'd0, stat_busy} + {3'd0, stat_stall_fifo} + {3'd0, stat_stall_mft} +
       {3'd0, stat_stall_rit} + {3'd0, stat_stall_bank}) == {3'd0, elapsed_shown})));
+
+  // A counter that is full stays so until it is cleared.
+  potamoi_assert check_counters_saturate (.clk(clk), .on(checking), .good(((~stat_busy_was_full) |
+      (stat_busy == 32'hffffffff)) & ((~running_fifo_was_full) | (running_fifo == 32'hffffffff)) &
+      ((~running_mft_was_full) | (running_mft == 32'hffffffff)) & ((~running_rit_was_full) |
+      (running_rit == 32'hffffffff)) & ((~stat_stall_bank_was_full) | (stat_stall_bank ==
+      32'hffffffff))));
 
   // Every entry of a group that is issued counts.
   potamoi_assert check_entries_count (.clk(clk), .on(checking), .good(stat_entries ==

@@ -191,6 +191,21 @@ module mft (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  reg half_of_words_took, half_of_words_past;
+  wire half_of_words_is_same;
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_half_of_words_is_same (.a(half_of_words),
+      .b(half_of_words_past), .same(half_of_words_is_same));
+
+  always @(posedge clk) begin
+    half_of_words_took <= |read;
+    half_of_words_past <= half_of_words;
+  end
+
+  wire unused_checks = &{1'b0, half_of_words_past};
+
+  // `half_of_words` changes with `any(read)` alone.
+  potamoi_assert check_half_of_words_held (.clk(clk), .on(checking), .good(half_of_words_took |
+      half_of_words_is_same));
 
   // Rows are read only of a half that is loaded.
   potamoi_assert check_reads_loaded (.clk(clk), .on(checking), .good((~(|read)) | is_loaded));

@@ -59,6 +59,12 @@ module mft_halves (
 `else
   wire [8:0] low_given = low.addr;
 `endif
+`ifdef FORMAL
+  (* hierconn *) wire \low.re ;
+  wire low_enabled = \low.re ;
+`else
+  wire low_enabled = low.re;
+`endif
   wire low_write_row;
   potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
       .same(low_write_row));
@@ -71,6 +77,12 @@ module mft_halves (
 `else
   wire [8:0] high_given = high.addr;
 `endif
+`ifdef FORMAL
+  (* hierconn *) wire \high.re ;
+  wire high_enabled = \high.re ;
+`else
+  wire high_enabled = high.re;
+`endif
   wire high_write_row;
   potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
       .same(high_write_row));
@@ -80,11 +92,19 @@ module mft_halves (
 
   wire unused_checks = &{1'b0, low_given, high_given};
 
+  // A half is read only if it is asked for.
+  potamoi_assert check_low_asked (.clk(clk), .on(checking), .good((~low_enabled) | (re &
+      (~read_half))));
+
   // A half that is written gets the row that is written as its address.
   potamoi_assert check_low_written (.clk(clk), .on(checking), .good(loaded[0] | low_write_row));
 
   // A half that is read gets the row that is read as its address.
   potamoi_assert check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) | low_read_row));
+
+  // A half is read only if it is asked for.
+  potamoi_assert check_high_asked (.clk(clk), .on(checking), .good((~high_enabled) | (re &
+      read_half)));
 
   // A half that is written gets the row that is written as its address.
   potamoi_assert check_high_written (.clk(clk), .on(checking), .good(loaded[1] | high_write_row));

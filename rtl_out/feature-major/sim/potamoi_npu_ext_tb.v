@@ -184,12 +184,12 @@ module potamoi_npu_ext_tb;
     };
 
   integer vu_job = 0;
-  localparam VU_JOBS = 9;
+  localparam VU_JOBS = 10;
 
   // vu_job, from vector_jobs.hex: s_axis_vec_from 32, s_axis_vec_end 32, m_axis_vec_from 32,
   // m_axis_vec_end 32, closed 16, cycles 32, stat_vectors 32, stat_busy 32, stat_stall_out 32,
   // stat_errors 3
-  reg [274:0] vu_job_words [0:13];
+  reg [274:0] vu_job_words [0:14];
   wire [31:0] vu_job_s_axis_vec_from;
   wire [31:0] vu_job_s_axis_vec_end;
   wire [31:0] vu_job_m_axis_vec_from;
@@ -207,12 +207,12 @@ module potamoi_npu_ext_tb;
     } = vu_job_words[vu_job];
 
   // s_axis_vec, from vector_in.hex: tdata 1536, tkeep 192, tlast 1, tuser 12
-  reg [1740:0] s_axis_vec_words [0:119];
+  reg [1740:0] s_axis_vec_words [0:185];
   integer s_axis_vec_at = 0;
   integer s_axis_vec_next;
   reg s_axis_vec_tvalid = 1'b0;
   wire s_axis_vec_tready;
-  wire [1741-1:0] s_axis_vec_word = s_axis_vec_words[s_axis_vec_at < 120 ? s_axis_vec_at : 0];
+  wire [1741-1:0] s_axis_vec_word = s_axis_vec_words[s_axis_vec_at < 186 ? s_axis_vec_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [1535:0] s_axis_vec_tdata;
   wire [191:0] s_axis_vec_tkeep;
@@ -223,7 +223,7 @@ module potamoi_npu_ext_tb;
     } = s_axis_vec_tvalid ? s_axis_vec_word : ~s_axis_vec_word;
 
   // m_axis_vec, from vector_out.hex: tdata 768, tkeep 96, tlast 1
-  reg [864:0] m_axis_vec_words [0:119];
+  reg [864:0] m_axis_vec_words [0:185];
   integer m_axis_vec_at = 0;
   reg m_axis_vec_held = 1'b0;
   reg m_axis_vec_tready = 1'b0;
@@ -519,7 +519,7 @@ module potamoi_npu_ext_tb;
       end
       drawn = after(drawn);
       s_axis_vec_at <= s_axis_vec_next;
-      s_axis_vec_tvalid <= s_axis_vec_next < 86
+      s_axis_vec_tvalid <= s_axis_vec_next < 152
         && (drawn[30:8] % 100 >= gaps || (s_axis_vec_tvalid && s_axis_vec_next == s_axis_vec_at));
     end
     drawn = after(drawn);
@@ -534,7 +534,7 @@ module potamoi_npu_ext_tb;
       end else if (m_axis_vec_held && !m_axis_vec_tvalid) begin
         $display("FAIL: m_axis_vec_tvalid fell before beat %0d was taken", m_axis_vec_at);
         fail;
-      end else if (m_axis_vec_tvalid && m_axis_vec_at == 86) begin
+      end else if (m_axis_vec_tvalid && m_axis_vec_at == 152) begin
         $display("FAIL: a surplus beat of m_axis_vec");
         fail;
       end else if (m_axis_vec_tvalid && m_axis_vec_found !== m_axis_vec_words[m_axis_vec_at]) begin
@@ -901,7 +901,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_jobs.hex", vu_job_words);
-      if (^vu_job_words[13] === 1'bx) begin
+      if (^vu_job_words[14] === 1'bx) begin
         if (!failed) $display("FAIL: vector_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -913,7 +913,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_in.hex", s_axis_vec_words);
-      if (^s_axis_vec_words[119] === 1'bx) begin
+      if (^s_axis_vec_words[185] === 1'bx) begin
         if (!failed) $display("FAIL: vector_in.hex has fewer words than this bench reads");
         fail;
       end
@@ -925,7 +925,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_out.hex", m_axis_vec_words);
-      if (^m_axis_vec_words[119] === 1'bx) begin
+      if (^m_axis_vec_words[185] === 1'bx) begin
         if (!failed) $display("FAIL: vector_out.hex has fewer words than this bench reads");
         fail;
       end

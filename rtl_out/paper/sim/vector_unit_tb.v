@@ -11,21 +11,22 @@
 //   2: 9 vectors: add
 //   3: 9 vectors: multiply
 //   4: 9 vectors: square-sum
-//   5: 5 vectors: exp
-//   6: 5 vectors: one-minus-exp
-//   7: 21 vectors: pass, one-minus-exp, exp, square-sum, exp, pass, relu, square-sum, relu
-//   8: 10 vectors: multiply
-//   9: 9 vectors with torn lanes, and some without a lane
-//   10: 9 vectors of operations that were not built
-//   11: 1 vectors: pass, and a sink that is closed for long
-//   12: 3 vectors: pass, relu, add, and a sink that is closed for long
-//   13: 12 vectors: pass, relu, add, multiply, square-sum, pass, relu, add, multiply, and a sink that is closed for long
+//   5: 25 vectors: exp
+//   6: 25 vectors: one-minus-exp
+//   7: 21 vectors: one-minus-exp, add, exp, relu, exp, one-minus-exp, exp, relu, multiply
+//   8: 33 vectors: square-sum, multiply, square-sum, multiply, square-sum, multiply, square-sum, multiply, square-sum
+//   9: 3 vectors: multiply
+//   10: 9 vectors with torn lanes, and some without a lane
+//   11: 9 vectors of operations that were not built
+//   12: 1 vectors: pass, and a sink that is closed for long
+//   13: 3 vectors: pass, relu, add, and a sink that is closed for long
+//   14: 12 vectors: pass, relu, add, multiply, square-sum, pass, relu, add, multiply, and a sink that is closed for long
 // Then clocks in which promises are broken, from vector_flags.hex, and what flags must say of them.
 `timescale 1ns/1ps
 `default_nettype none
 
 module vector_unit_tb;
-  localparam JOBS = 14;
+  localparam JOBS = 15;
   localparam RESET = 0, BEGIN = 1, RUN = 2, DRAIN = 3, DONE = 4, SCRIPT = 5;
   localparam CLOSED = 160;  // clocks in which the sink of every second job takes nothing
 
@@ -72,7 +73,7 @@ module vector_unit_tb;
   // job, from vector_jobs.hex: s_axis_vec_from 32, s_axis_vec_end 32, m_axis_vec_from 32,
   // m_axis_vec_end 32, closed 16, cycles 32, stat_vectors 32, stat_busy 32, stat_stall_out 32,
   // stat_errors 3
-  reg [274:0] job_words [0:13];
+  reg [274:0] job_words [0:14];
   wire [31:0] job_s_axis_vec_from;
   wire [31:0] job_s_axis_vec_end;
   wire [31:0] job_m_axis_vec_from;
@@ -118,7 +119,7 @@ module vector_unit_tb;
     } = script_words[script_at < 499 ? script_at : 499 - 1];
 
   // s_axis_vec, from vector_in.hex: tdata 1536, tkeep 192, tlast 1, tuser 12
-  reg [1740:0] s_axis_vec_words [0:119];
+  reg [1740:0] s_axis_vec_words [0:185];
   integer s_axis_vec_at = 0;
   integer s_axis_vec_next;
   integer s_axis_vec_rate = 0;
@@ -129,7 +130,7 @@ module vector_unit_tb;
   wire s_axis_vec_tready;
   reg [1741-1:0] s_axis_vec_scripted;
   wire [1741-1:0] s_axis_vec_word = scripted ? s_axis_vec_scripted
-    : s_axis_vec_words[s_axis_vec_at < 120 ? s_axis_vec_at : 0];
+    : s_axis_vec_words[s_axis_vec_at < 186 ? s_axis_vec_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [1535:0] s_axis_vec_tdata;
   wire [191:0] s_axis_vec_tkeep;
@@ -140,7 +141,7 @@ module vector_unit_tb;
     } = s_axis_vec_tvalid ? s_axis_vec_word : ~s_axis_vec_word;
 
   // m_axis_vec, from vector_out.hex: tdata 768, tkeep 96, tlast 1
-  reg [864:0] m_axis_vec_words [0:119];
+  reg [864:0] m_axis_vec_words [0:185];
   integer m_axis_vec_at = 0;
   integer m_axis_vec_beats = 0;  // taken in all jobs
   integer m_axis_vec_rate = 0;
@@ -156,7 +157,7 @@ module vector_unit_tb;
   wire [0:0] wanted_tlast;
   assign {
       wanted_tdata, wanted_tkeep, wanted_tlast
-    } = m_axis_vec_words[m_axis_vec_at < 120 ? m_axis_vec_at : 0];
+    } = m_axis_vec_words[m_axis_vec_at < 186 ? m_axis_vec_at : 0];
   wire [31:0] stat_vectors;
   wire [31:0] stat_busy;
   wire [31:0] stat_stall_out;
@@ -209,7 +210,7 @@ module vector_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_jobs.hex", job_words);
-      if (^job_words[13] === 1'bx) begin
+      if (^job_words[14] === 1'bx) begin
         if (!failed) $display("FAIL: vector_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -221,7 +222,7 @@ module vector_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_in.hex", s_axis_vec_words);
-      if (^s_axis_vec_words[119] === 1'bx) begin
+      if (^s_axis_vec_words[185] === 1'bx) begin
         if (!failed) $display("FAIL: vector_in.hex has fewer words than this bench reads");
         fail;
       end
@@ -233,7 +234,7 @@ module vector_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_out.hex", m_axis_vec_words);
-      if (^m_axis_vec_words[119] === 1'bx) begin
+      if (^m_axis_vec_words[185] === 1'bx) begin
         if (!failed) $display("FAIL: vector_out.hex has fewer words than this bench reads");
         fail;
       end

@@ -339,6 +339,20 @@ module gathering_unit (
 `else
   wire rit_q_valid = rit.q_valid;
 `endif
+  reg s2_end_took, s2_end_past;
+  wire s2_end_is_same;
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_s2_end_is_same (.a(s2_end), .b(s2_end_past),
+      .same(s2_end_is_same));
+  reg s2_keep_took;
+  reg [1:0] s2_keep_past;
+  wire s2_keep_is_same;
+  potamoi_same #(.WIDTH(2), .WHOLE(1), .TAKES_X(1)) is_s2_keep_is_same (.a(s2_keep),
+      .b(s2_keep_past), .same(s2_keep_is_same));
+  reg s2_slot_took;
+  reg [31:0] s2_slot_past;
+  wire s2_slot_is_same;
+  potamoi_same #(.WIDTH(32), .WHOLE(1), .TAKES_X(1)) is_s2_slot_is_same (.a(s2_slot),
+      .b(s2_slot_past), .same(s2_slot_is_same));
   reg waits;
   reg [127:0] tdata_past;
   wire tdata_stays;
@@ -364,6 +378,7 @@ module gathering_unit (
   reg [31:0] elapsed_shown;
   wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, elapsed} + 33'd1);
+  reg stat_busy_was_full, running_fifo_was_full, running_mft_was_full, running_rit_was_full;
   reg [31:0] entries_again;
   wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {31'd0,
       entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {31'd0, entries_of_group});
@@ -377,6 +392,10 @@ module gathering_unit (
       tuser_past <= 32'd0;
       elapsed <= 32'd0;
       elapsed_shown <= 32'd0;
+      stat_busy_was_full <= 1'b0;
+      running_fifo_was_full <= 1'b0;
+      running_mft_was_full <= 1'b0;
+      running_rit_was_full <= 1'b0;
       entries_again <= 32'd0;
     end else begin
       waits <= m_axis_feat_tvalid & (~m_axis_feat_tready);
@@ -386,12 +405,25 @@ module gathering_unit (
       tuser_past <= m_axis_feat_tuser;
       if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
       if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      stat_busy_was_full <= (stat_busy == 32'hffffffff) & (~cfg_clear);
+      running_fifo_was_full <= (running_fifo == 32'hffffffff) & (~cfg_clear);
+      running_mft_was_full <= (running_mft == 32'hffffffff) & (~cfg_clear);
+      running_rit_was_full <= (running_rit == 32'hffffffff) & (~cfg_clear);
       if (cfg_clear | group_done) entries_again <= by_cfg_clear_3[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
-      by_cfg_clear_2[32], by_cfg_clear_3[32]};
+  always @(posedge clk) begin
+    s2_end_took <= completes;
+    s2_end_past <= s2_end;
+    s2_keep_took <= completes;
+    s2_keep_past <= s2_keep;
+    s2_slot_took <= completes;
+    s2_slot_past <= s2_slot;
+  end
+
+  wire unused_checks = &{1'b0, s2_end_past, s2_keep_past, s2_slot_past, tdata_past, tkeep_past,
+      tlast_past, tuser_past, by_cfg_clear[32], by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==
@@ -416,6 +448,17 @@ module gathering_unit (
   potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~idle) | (~(s1_valid |
       sum_valid | s2_push | rit_p_valid | m_axis_feat_tvalid))));
 
+  // `s2_end` changes with `completes` alone.
+  potamoi_assert check_s2_end_held (.clk(clk), .on(checking), .good(s2_end_took | s2_end_is_same));
+
+  // `s2_keep` changes with `completes` alone.
+  potamoi_assert check_s2_keep_held (.clk(clk), .on(checking), .good(s2_keep_took |
+      s2_keep_is_same));
+
+  // `s2_slot` changes with `completes` alone.
+  potamoi_assert check_s2_slot_held (.clk(clk), .on(checking), .good(s2_slot_took |
+      s2_slot_is_same));
+
   // tvalid stays until tready.
   potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | m_axis_feat_tvalid));
 
@@ -436,6 +479,12 @@ module gathering_unit (
   potamoi_assert check_no_cycle_lost (.clk(clk), .on(checking), .good((~(elapsed_shown <
       32'hffffffff)) | (({2'd0, stat_busy} + {2'd0, stat_stall_fifo} + {2'd0, stat_stall_mft} +
       {2'd0, stat_stall_rit}) == {2'd0, elapsed_shown})));
+
+  // A counter that is full stays so until it is cleared.
+  potamoi_assert check_counters_saturate (.clk(clk), .on(checking), .good(((~stat_busy_was_full) |
+      (stat_busy == 32'hffffffff)) & ((~running_fifo_was_full) | (running_fifo == 32'hffffffff)) &
+      ((~running_mft_was_full) | (running_mft == 32'hffffffff)) & ((~running_rit_was_full) |
+      (running_rit == 32'hffffffff))));
 
   // Every entry of a group that is issued counts.
   potamoi_assert check_entries_count (.clk(clk), .on(checking), .good(stat_entries ==

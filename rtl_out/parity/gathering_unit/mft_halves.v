@@ -70,6 +70,12 @@ module mft_halves (
 `else
   wire [5:0] low_given = low.addr0;
 `endif
+`ifdef FORMAL
+  (* hierconn *) wire \low.re0 ;
+  wire low_enabled = \low.re0 ;
+`else
+  wire low_enabled = low.re0;
+`endif
   wire low_write_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
       .same(low_write_row));
@@ -82,6 +88,12 @@ module mft_halves (
 `else
   wire [5:0] low_given_second = low.addr1;
 `endif
+`ifdef FORMAL
+  (* hierconn *) wire \low.re1 ;
+  wire low_second_enabled = \low.re1 ;
+`else
+  wire low_second_enabled = low.re1;
+`endif
   wire low_second_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_second_row (.a(low_given_second),
       .b(raddr1), .same(low_second_row));
@@ -90,6 +102,12 @@ module mft_halves (
   wire [5:0] high_given = \high.addr0 ;
 `else
   wire [5:0] high_given = high.addr0;
+`endif
+`ifdef FORMAL
+  (* hierconn *) wire \high.re0 ;
+  wire high_enabled = \high.re0 ;
+`else
+  wire high_enabled = high.re0;
 `endif
   wire high_write_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
@@ -103,6 +121,12 @@ module mft_halves (
 `else
   wire [5:0] high_given_second = high.addr1;
 `endif
+`ifdef FORMAL
+  (* hierconn *) wire \high.re1 ;
+  wire high_second_enabled = \high.re1 ;
+`else
+  wire high_second_enabled = high.re1;
+`endif
   wire high_second_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_second_row (.a(high_given_second),
       .b(raddr1), .same(high_second_row));
@@ -110,20 +134,36 @@ module mft_halves (
   wire unused_checks = &{1'b0, low_given, low_given_second, low_second_row, high_given,
       high_given_second, high_second_row};
 
+  // A half is read only if it is asked for.
+  potamoi_assert check_low_asked (.clk(clk), .on(checking), .good((~low_enabled) | (re0 &
+      (~read_half))));
+
   // A half that is written gets the row that is written as its address.
   potamoi_assert check_low_written (.clk(clk), .on(checking), .good(loaded[0] | low_write_row));
 
   // A half that is read gets the row that is read as its address.
   potamoi_assert check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) | low_read_row));
 
+  // A half is read only if it is asked for.
+  potamoi_assert check_low_second_asked (.clk(clk), .on(checking), .good((~low_second_enabled) |
+      (re1 & (~read_half))));
+
   // The second read gets its row as its address.
   potamoi_assert check_low_read_second (.clk(clk), .on(checking), .good(low_second_row));
+
+  // A half is read only if it is asked for.
+  potamoi_assert check_high_asked (.clk(clk), .on(checking), .good((~high_enabled) | (re0 &
+      read_half)));
 
   // A half that is written gets the row that is written as its address.
   potamoi_assert check_high_written (.clk(clk), .on(checking), .good(loaded[1] | high_write_row));
 
   // A half that is read gets the row that is read as its address.
   potamoi_assert check_high_read (.clk(clk), .on(checking), .good((~loaded[1]) | high_read_row));
+
+  // A half is read only if it is asked for.
+  potamoi_assert check_high_second_asked (.clk(clk), .on(checking), .good((~high_second_enabled) |
+      (re1 & read_half)));
 
   // The second read gets its row as its address.
   potamoi_assert check_high_read_second (.clk(clk), .on(checking), .good(high_second_row));

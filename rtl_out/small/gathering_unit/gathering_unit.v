@@ -299,6 +299,19 @@ module gathering_unit (
   wire [2:0] rit_due = rit.due;
 `endif
   wire group_open = |rit_due;
+  reg s2_end_took, s2_end_past;
+  wire s2_end_is_same;
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_s2_end_is_same (.a(s2_end), .b(s2_end_past),
+      .same(s2_end_is_same));
+  reg s2_keep_took, s2_keep_past;
+  wire s2_keep_is_same;
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_s2_keep_is_same (.a(s2_keep),
+      .b(s2_keep_past), .same(s2_keep_is_same));
+  reg s2_slot_took;
+  reg [15:0] s2_slot_past;
+  wire s2_slot_is_same;
+  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) is_s2_slot_is_same (.a(s2_slot),
+      .b(s2_slot_past), .same(s2_slot_is_same));
   reg waits;
   reg [127:0] tdata_past;
   wire tdata_stays;
@@ -324,6 +337,7 @@ module gathering_unit (
   reg [31:0] elapsed_shown;
   wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, elapsed} + 33'd1);
+  reg stat_busy_was_full, running_fifo_was_full, running_mft_was_full, running_rit_was_full;
   reg [31:0] entries_again;
   wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {32'd0,
       entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {32'd0, entries_of_group});
@@ -337,6 +351,10 @@ module gathering_unit (
       tuser_past <= 16'd0;
       elapsed <= 32'd0;
       elapsed_shown <= 32'd0;
+      stat_busy_was_full <= 1'b0;
+      running_fifo_was_full <= 1'b0;
+      running_mft_was_full <= 1'b0;
+      running_rit_was_full <= 1'b0;
       entries_again <= 32'd0;
     end else begin
       waits <= m_axis_feat_tvalid & (~m_axis_feat_tready);
@@ -346,12 +364,25 @@ module gathering_unit (
       tuser_past <= m_axis_feat_tuser;
       if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
       if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      stat_busy_was_full <= (stat_busy == 32'hffffffff) & (~cfg_clear);
+      running_fifo_was_full <= (running_fifo == 32'hffffffff) & (~cfg_clear);
+      running_mft_was_full <= (running_mft == 32'hffffffff) & (~cfg_clear);
+      running_rit_was_full <= (running_rit == 32'hffffffff) & (~cfg_clear);
       if (cfg_clear | group_done) entries_again <= by_cfg_clear_3[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
-      by_cfg_clear_2[32], by_cfg_clear_3[32]};
+  always @(posedge clk) begin
+    s2_end_took <= completes;
+    s2_end_past <= s2_end;
+    s2_keep_took <= completes;
+    s2_keep_past <= s2_keep;
+    s2_slot_took <= completes;
+    s2_slot_past <= s2_slot;
+  end
+
+  wire unused_checks = &{1'b0, s2_end_past, s2_keep_past, s2_slot_past, tdata_past, tkeep_past,
+      tlast_past, tuser_past, by_cfg_clear[32], by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==
@@ -380,6 +411,21 @@ module gathering_unit (
   potamoi_assert check_idle_is_empty (.clk(clk), .on(checking), .good((~idle) | (~(s1_valid |
       s2_push | rit_p_valid | m_axis_feat_tvalid))));
 
+  // `s2_end` changes with `completes` alone.
+  potamoi_assert check_s2_end_held (.clk(clk), .on(checking), .good(s2_end_took | s2_end_is_same));
+
+  // `s2_keep` changes with `completes` alone.
+  potamoi_assert check_s2_keep_held (.clk(clk), .on(checking), .good(s2_keep_took |
+      s2_keep_is_same));
+
+  // `s2_slot` changes with `completes` alone.
+  potamoi_assert check_s2_slot_held (.clk(clk), .on(checking), .good(s2_slot_took |
+      s2_slot_is_same));
+
+  // A single id is a vertex of weight 1.
+  potamoi_assert check_single_ids_weigh_one (.clk(clk), .on(checking), .good((~(single_ids &
+      s1_valid)) | (~s1_keep) | (s1_weight_of_port0 == 19'h8000)));
+
   // tvalid stays until tready.
   potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | m_axis_feat_tvalid));
 
@@ -400,6 +446,12 @@ module gathering_unit (
   potamoi_assert check_no_cycle_lost (.clk(clk), .on(checking), .good((~(elapsed_shown <
       32'hffffffff)) | (({2'd0, stat_busy} + {2'd0, stat_stall_fifo} + {2'd0, stat_stall_mft} +
       {2'd0, stat_stall_rit}) == {2'd0, elapsed_shown})));
+
+  // A counter that is full stays so until it is cleared.
+  potamoi_assert check_counters_saturate (.clk(clk), .on(checking), .good(((~stat_busy_was_full) |
+      (stat_busy == 32'hffffffff)) & ((~running_fifo_was_full) | (running_fifo == 32'hffffffff)) &
+      ((~running_mft_was_full) | (running_mft == 32'hffffffff)) & ((~running_rit_was_full) |
+      (running_rit == 32'hffffffff))));
 
   // Every entry of a group that is issued counts.
   potamoi_assert check_entries_count (.clk(clk), .on(checking), .good(stat_entries ==

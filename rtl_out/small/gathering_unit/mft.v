@@ -115,6 +115,21 @@ module mft (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  reg half_of_words_took, half_of_words_past;
+  wire half_of_words_is_same;
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_half_of_words_is_same (.a(half_of_words),
+      .b(half_of_words_past), .same(half_of_words_is_same));
+
+  always @(posedge clk) begin
+    half_of_words_took <= read;
+    half_of_words_past <= half_of_words;
+  end
+
+  wire unused_checks = &{1'b0, half_of_words_past};
+
+  // `half_of_words` changes with `read` alone.
+  potamoi_assert check_half_of_words_held (.clk(clk), .on(checking), .good(half_of_words_took |
+      half_of_words_is_same));
 
   // Rows are read only of a half that is loaded.
   potamoi_assert check_reads_loaded (.clk(clk), .on(checking), .good((~read) | is_loaded));
@@ -139,6 +154,14 @@ module mft (
 
   // A half is written while the other one is read.
   potamoi_cover check_written_and_read (.clk(clk), .on(checking), .good(write & read));
+
+  // No half holds more rows than there is room for.
+  potamoi_assert check_rows_in_range (.clk(clk), .on(checking), .good((write_row <= 10'd512) &
+      ((~loaded_0) | (rows_0 <= 10'd512)) & ((~loaded_1) | (rows_1 <= 10'd512))));
+
+  // A bank is read only for a port that asks for a row that is loaded.
+  potamoi_assert check_reads_asked (.clk(clk), .on(checking), .good((~read0) | (read & read_keep &
+      in_range)));
 `endif
 endmodule
 
