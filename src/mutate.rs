@@ -35,7 +35,8 @@ pub(crate) struct MutateArgs {
     mutants: u32,
     /// Judges, of which each gets what is left by those before it
     #[arg(long, value_enum, value_delimiter = ',', value_name = "JUDGE,...",
-        default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::Proofs, JudgeArg::Verify])]
+        default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::Proofs, JudgeArg::UnitMiter,
+            JudgeArg::Operands, JudgeArg::Verify])]
     judges: Vec<JudgeArg>,
     /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -61,6 +62,10 @@ enum JudgeArg {
     Miter,
     /// The proofs of the checks in the Verilog
     Proofs,
+    /// A miter of the unit with and without the fault, from the states that the proofs allow
+    UnitMiter,
+    /// All operands of a pipelined exponential, in lanes with and without the fault, under Verilator
+    Operands,
     /// The verification of a scene's work against the golden models, under Icarus Verilog
     Verify,
 }
@@ -70,6 +75,8 @@ impl From<JudgeArg> for Judge {
         match judge {
             JudgeArg::Bench => Self::Bench,
             JudgeArg::Miter => Self::Miter,
+            JudgeArg::UnitMiter => Self::UnitMiter,
+            JudgeArg::Operands => Self::Operands,
             JudgeArg::Verify => Self::Verify,
             JudgeArg::Proofs => Self::Proofs,
         }

@@ -124,13 +124,14 @@ impl Design {
     /// Writes the netlist of a module for a miter: submodules are cut, and memories are registers.
     pub(crate) fn blif(&self, tools: &Tools, module: &str) -> Result<String, MutateError> {
         let file = format!("{module}.blif");
+        let below = modules(&self.unit).into_iter();
+        let below: Vec<String> = below.map(|b| format!("{module}/t:{b}")).collect();
         let lines = [
             "read_rtlil mutated.il".to_owned(),
-            format!("select -module {module}"),
-            "memory_map".to_owned(),
-            "expose -evert".to_owned(),
-            "opt_clean".to_owned(),
-            "select -clear".to_owned(),
+            format!("memory_map {module}"),
+            // All other things that are selected would be outputs, too.
+            format!("expose -evert {}", below.join(" ")),
+            format!("opt_clean {module}"),
             "design -save all".to_owned(),
             "design -reset".to_owned(),
             format!("design -copy-from all -as {module} {module}"),

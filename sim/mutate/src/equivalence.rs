@@ -29,6 +29,10 @@ pub enum Miter {
     AnyState,
     /// From the state with all registers at 0.
     FromZero,
+    /// In the unit, from all states in which its proven properties hold.
+    InUnit,
+    /// By all operands of the exponential, which alone it reaches.
+    AllOperands,
 }
 
 /// The miters of a design.

@@ -12,6 +12,10 @@ pub enum Judge {
     Miter,
     /// The proofs of the checks.
     Proofs,
+    /// The miter of the unit, from all states that the proofs allow.
+    UnitMiter,
+    /// All operands of a pipelined exponential.
+    Operands,
     /// The verification against the golden models.
     Verify,
 }
@@ -24,6 +28,8 @@ impl Judge {
             Self::Bench => "bench",
             Self::Miter => "miter",
             Self::Proofs => "proofs",
+            Self::UnitMiter => "unit-miter",
+            Self::Operands => "operands",
             Self::Verify => "verify",
         }
     }

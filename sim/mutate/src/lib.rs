@@ -5,9 +5,10 @@
 //! input tells which is active.
 //!
 //! The judges are, in this order: the standalone bench; a miter of the module, which shows that a
-//! mutant is equivalent; the proofs; the verification against the golden models. A mutant that none
-//! settles is alive.
+//! mutant is equivalent; the proofs; a miter of the unit, from the states that the proofs allow; the
+//! verification against the golden models. A mutant that none settles is alive.
 
+mod all_operands;
 mod bench;
 mod design;
 mod equivalence;
@@ -19,6 +20,7 @@ mod proofs;
 mod record;
 mod score;
 mod tools;
+mod unit_miter;
 
 pub use design::Design;
 pub use equivalence::Miter;

@@ -43,6 +43,12 @@ impl<'a> Systems<'a> {
         Ok(this)
     }
 
+    /// The units of which all properties are proven.
+    pub(crate) fn proven(&self) -> impl Iterator<Item = &Unit> {
+        let proven = self.all.iter().filter(|system| system.unproven.is_empty());
+        proven.map(|system| &system.unit)
+    }
+
     /// Properties that are not proven of a mutant, and are without it.
     pub(crate) fn lost(&self, mutant: &Mutant) -> Result<Vec<String>, MutateError> {
         let mut all = vec![];

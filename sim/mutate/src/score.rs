@@ -8,10 +8,12 @@ use potamoi_formats::config::Config;
 use potamoi_prove::Unit;
 use serde::Serialize;
 
+use crate::all_operands::AllOperands;
 use crate::bench::Bench;
-use crate::equivalence::Miters;
+use crate::equivalence::{Miter, Miters};
 use crate::proofs::Systems;
 use crate::record::{Kept, Record};
+use crate::unit_miter::UnitMiter;
 use crate::{Design, Fate, Judge, Mutant, MutateError, Tools};
 
 /// How a score is taken.
@@ -160,6 +162,26 @@ pub fn score(
                     Ok(is_found.then_some(Fate::Proofs { properties: lost }))
                 })?;
             }
+            Judge::UnitMiter => {
+                let miters = court.unit_miters(tools, unit, options.cycles)?;
+                court.judge(Judge::UnitMiter, &|mutant| {
+                    let own = miters.iter().find(|miter| miter.has(mutant));
+                    let is_same = own.map_or(Ok(false), |miter| miter.equivalent(mutant))?;
+                    let miter = Miter::InUnit;
+                    Ok(is_same.then_some(Fate::Equivalent { miter }))
+                })?;
+            }
+            Judge::Operands => {
+                let miters = court.unit_miters(tools, unit, options.cycles)?;
+                let Some(all) = AllOperands::new(config, &design, &miters)? else {
+                    continue;
+                };
+                court.judge(Judge::Operands, &|mutant| {
+                    let miter = Miter::AllOperands;
+                    let is_same = all.equivalent(mutant)?;
+                    Ok(is_same.then_some(Fate::Equivalent { miter }))
+                })?;
+            }
             Judge::Verify => {
                 if let Some(said) = verify(&design.verilog(0)?)? {
                     let unit = unit.name.clone();
@@ -192,6 +214,24 @@ impl<'a> Court<'a> {
     fn open(&self) -> Vec<&'a Mutant> {
         let all = self.design.mutants.iter();
         all.filter(|m| self.fates[m.number - 1] == Fate::Alive)
+            .collect()
+    }
+
+    /// Miters of what is wholly proven of the unit, with all open mutants.
+    fn unit_miters(
+        &self,
+        tools: &Tools,
+        unit: &Unit,
+        cycles: u32,
+    ) -> Result<Vec<UnitMiter>, MutateError> {
+        let Some(proofs) = &tools.proofs else {
+            return Ok(vec![]);
+        };
+        let systems = Systems::new(proofs, unit, cycles)?;
+        let (open, width) = (self.open(), self.design.width());
+        let proven = systems.proven();
+        proven
+            .map(|unit| UnitMiter::new(tools, unit, &open, width))
             .collect()
     }
 

@@ -56,7 +56,9 @@ impl Tools {
         if let Ok(found) = &proofs {
             versions.insert("yices-smt2".to_owned(), found.yices.clone());
         }
-        let proofs = judges.contains(&Judge::Proofs).then_some(proofs);
+        let proving = [Judge::Proofs, Judge::UnitMiter, Judge::Operands];
+        let proves = proving.iter().any(|judge| judges.contains(judge));
+        let proofs = proves.then_some(proofs);
         let proofs = proofs.transpose()?;
         Ok(Self {
             yosys: versions.remove("yosys").unwrap_or_default(),
