@@ -15,15 +15,11 @@ use tempfile::TempDir;
 
 use crate::design::SELECT;
 use crate::tools::{broken, no_result, succeed, text, write};
-use crate::unit_miter::UnitMiter;
+use crate::unit_miter::{CHOSEN, UnitMiter};
 use crate::{Design, Mutant, MutateError};
 
 /// The module with the exponential.
 const LANE: &str = "vector_lane";
-/// Begins of the names of the exponential's registers.
-pub(crate) const REGISTERS: [&str; 4] = ["s_", "digits_stages", "rescaled_stages", "filled"];
-/// The input of the lane that is high where the result is that of an exponential.
-pub(crate) const CHOSEN: &str = "result_is_exp";
 /// Operands beside those that are told apart, on both sides.
 const BEYOND: i64 = 64;
 /// Clocks after which a pipeline is filled.

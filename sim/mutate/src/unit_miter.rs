@@ -14,13 +14,16 @@ use std::time::Duration;
 use potamoi_prove::Unit;
 use potamoi_verilated::child;
 
-use crate::all_operands::{CHOSEN, REGISTERS};
 use crate::design::SELECT;
 use crate::tools::{broken, no_result, read, text, write};
 use crate::{Mutant, MutateError, Tools};
 
 /// Time limit of one comparison.
 const LIMIT: Duration = Duration::from_secs(600);
+/// Begins of the names of a pipelined exponential's registers.
+const REGISTERS: [&str; 4] = ["s_", "digits_stages", "rescaled_stages", "filled"];
+/// The input of a lane that is high where the result is that of an exponential.
+pub(crate) const CHOSEN: &str = "result_is_exp";
 /// The output that tells of inputs that break their promises.
 const FLAGS: &str = "stat_errors";
 /// States without and with the fault, and those after them, as two bits.
