@@ -134,7 +134,7 @@ module gathering_unit_tb;
   // script, from gather_flags.hex: rst_n 1, cfg_clear 1, cfg_vertices 2, cfg_segments 7,
   // cfg_channels 7, s_axis_rit_tvalid 1, s_axis_rit_tkeep 16, s_axis_rit_tlast 1, s_axis_rit_tuser
   // 1, s_axis_mft_tvalid 1, s_axis_mft_tkeep 32, s_axis_mft_tlast 1, times 16, up 9, down 9
-  reg [104:0] script_words [0:1542];
+  reg [104:0] script_words [0:1544];
   wire [0:0] script_rst_n;
   wire [0:0] script_cfg_clear;
   wire [1:0] script_cfg_vertices;
@@ -155,7 +155,7 @@ module gathering_unit_tb;
       script_cfg_channels, script_s_axis_rit_tvalid, script_s_axis_rit_tkeep,
       script_s_axis_rit_tlast, script_s_axis_rit_tuser, script_s_axis_mft_tvalid,
       script_s_axis_mft_tkeep, script_s_axis_mft_tlast, script_times, script_up, script_down
-    } = script_words[script_at < 1543 ? script_at : 1543 - 1];
+    } = script_words[script_at < 1545 ? script_at : 1545 - 1];
 
   // s_axis_rit, from gather_rit.hex: tdata 128, tkeep 16, tlast 1, tuser 1
   reg [145:0] s_axis_rit_words [0:2609];
@@ -335,7 +335,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_flags.hex", script_words);
-      if (^script_words[1542] === 1'bx) begin
+      if (^script_words[1544] === 1'bx) begin
         if (!failed) $display("FAIL: gather_flags.hex has fewer words than this bench reads");
         fail;
       end
@@ -666,8 +666,8 @@ module gathering_unit_tb;
       due_up = driven_up;
       due_down = driven_down;
       driven_at = script_at;
-      driven_up = script_at < 1543 ? script_up : 0;
-      driven_down = script_at < 1543 ? script_down : 0;
+      driven_up = script_at < 1545 ? script_up : 0;
+      driven_down = script_at < 1545 ? script_down : 0;
       scripted <= 1'b1;
       rst_n <= script_rst_n;
       cfg_clear <= script_cfg_clear;
@@ -683,7 +683,7 @@ module gathering_unit_tb;
         256'd0, script_s_axis_mft_tkeep, script_s_axis_mft_tlast
       };
       script_clocks = script_clocks + 1;
-      if (script_at == 1543) begin
+      if (script_at == 1545) begin
         if (!failed && script_clocks == 3) pass;
       end else if (script_clocks == script_times) begin
         script_at <= script_at + 1;

@@ -439,9 +439,9 @@ module gathering_unit (
   potamoi_assert check_s2_slot_held (.clk(clk), .on(checking), .good(s2_slot_took |
       s2_slot_is_same));
 
-  // A single id is a vertex of weight 1.
+  // A single id is the one vertex of its entry, of weight 1.
   potamoi_assert check_single_ids_weigh_one (.clk(clk), .on(checking), .good((~(single_ids &
-      s1_valid)) | (((~s1_keep[0]) | (s1_weight_of_port0 == 19'h8000)) & ((~s1_keep[1]) |
+      s1_valid)) | (s1_first & ((~s1_keep[0]) | (s1_weight_of_port0 == 19'h8000)) & ((~s1_keep[1]) |
       (s1_weight_of_port1 == 19'h8000)))));
 
   // tvalid stays until tready.

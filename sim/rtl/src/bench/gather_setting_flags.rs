@@ -20,6 +20,7 @@ impl Writer<'_> {
         let most = if lanes { rows / config.gu.banks } else { rows };
         for last in [false, true] {
             self.row(&|_| true, false, 0).times = most;
+            self.idle(1, 0);
             self.row(&|_| true, last, ROWS);
             self.idle(3, ROWS);
             self.clock([None, None], 0).clear = true;

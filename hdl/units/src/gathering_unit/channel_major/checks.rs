@@ -83,14 +83,14 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         enable: "completes",
     });
     held_without_enable(m, &held);
-    if m.has("single_ids") && m.has("s1_weight_of_port0") {
+    if m.has("single_ids") && m.has("s1_first") && m.has("s1_weight_of_port0") {
         let one = 1 << config.gu.weight_bits;
         let whole = |p| format!("(s1_keep[{p}] -> s1_weight_of_port{p} == {one})");
         let all: Vec<String> = (0..config.gu.ports).map(whole).collect();
         m.invariant(
             "single_ids_weigh_one",
-            &format!("single_ids & s1_valid -> {}", all.join(" & ")),
-            "A single id is a vertex of weight 1.",
+            &format!("single_ids & s1_valid -> s1_first & {}", all.join(" & ")),
+            "A single id is the one vertex of its entry, of weight 1.",
         );
     }
     stable_stream(m, "m_axis_feat", &["tdata", "tkeep", "tlast", "tuser"]);
