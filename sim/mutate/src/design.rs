@@ -40,8 +40,9 @@ impl Design {
         lines.push("opt_clean -purge".to_owned());
         lines.push("write_rtlil hardware.il".to_owned());
         for module in &modules {
+            // The read port of a memory is no cell of the hardware: what feeds it and what it feeds are.
             lines.push(format!(
-                "mutate -list {count} -seed {seed} -module {module} -o {module}.list"
+                "mutate -list {count} -seed {seed} -o {module}.list {module}/c:* {module}/t:$memrd* %d"
             ));
         }
         tools.yosys(folder.path(), &lines, &unit.name)?;
