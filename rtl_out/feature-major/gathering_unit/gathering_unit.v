@@ -465,7 +465,7 @@ module gathering_unit (
   wire rit_q_valid = rit.q_valid;
 `endif
   wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
-  wire fills_p = rit_p_free & rit_q_valid;
+  wire fills_issue = rit_p_free & rit_q_valid;
   reg waits;
   reg [255:0] tdata_past;
   wire tdata_stays;
@@ -580,7 +580,7 @@ module gathering_unit (
   // With both sources valid and the sink ready, a beat or a vertex moves in every cycle.
   potamoi_assert check_never_stuck (.clk(clk), .on(checking), .good((~all_ready) | s_axis_rit_tready
       | s_axis_mft_tready | fire | pop | d_completes | x_completes | s_push | (|results_count) |
-      take | read_step | rit_read_fire | fills_p));
+      take | read_step | rit_read_fire | fills_issue));
 
   // tvalid stays until tready.
   potamoi_assert check_valid_stays (.clk(clk), .on(checking), .good((~waits) | m_axis_feat_tvalid));

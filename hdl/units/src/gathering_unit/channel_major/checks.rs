@@ -7,7 +7,7 @@ use potamoi_netlist::{Instance, ModuleBuilder};
 use crate::data_checks::{Held, held_without_enable};
 use crate::gathering_unit::shared::counter_checks::{Counted, counter_checks};
 use crate::gathering_unit::shared::reducer::stage_name;
-use crate::gathering_unit::shared::unit_checks::environment;
+use crate::gathering_unit::shared::unit_checks::{all_ready, environment};
 use crate::stream_checks::stable_stream;
 
 /// Instances whose state the checks see.
@@ -22,9 +22,6 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
     let whole_cells = config.is_parity();
     environment(m, config);
     m.inside(parts.fifo, "count");
-    m.inside(parts.rit, "read_fire");
-    m.inside(parts.rit, "p_free");
-    m.inside(parts.rit, "q_valid");
     let registered = config.gather_pipeline().has(GatherStage::Output);
     let open = if whole_cells {
         String::new()
@@ -94,7 +91,7 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         );
     }
     stable_stream(m, "m_axis_feat", &["tdata", "tkeep", "tlast", "tuser"]);
-    progress(m, config, &stages);
+    progress(m, config, parts.rit, &stages);
     if config.table_parts() == 1 {
         let counted = Counted {
             running: &["fifo", "mft", "rit"],
@@ -129,18 +126,14 @@ fn idle(m: &mut ModuleBuilder, stages: &[String]) {
 }
 
 /// With both sources valid and the sink ready, something moves in every cycle.
-fn progress(m: &mut ModuleBuilder, config: &Config, stages: &[String]) {
+fn progress(m: &mut ModuleBuilder, config: &Config, rit: Instance, stages: &[String]) {
     let busy: Vec<String> = stages.iter().map(|s| format!("{s}_valid")).collect();
     let grants = if config.table_parts() > 1 {
         " | asks"
     } else {
         ""
     };
-    m.ghost(
-        "all_ready",
-        "m_axis_feat_tready & s_axis_rit_tvalid & any(s_axis_rit_tkeep) & s_axis_mft_tvalid",
-    );
-    m.ghost("fills_issue", "rit_p_free & rit_q_valid");
+    all_ready(m, rit);
     m.assert(
         "never_stuck",
         &format!(

@@ -103,8 +103,8 @@ pub(super) fn mft(config: &Config) -> Result<Arc<Module>, IrErrors> {
     builder.finish()
 }
 
-/// Checks of what is loaded and read. `enabled` are the read enables, one for each port and group of
-/// banks; there are none where ports take turns.
+/// Row counts and read enables. `enabled` is the number of read enables: the product of ports and groups
+/// of banks, or 0 where ports take turns.
 fn read_checks(m: &mut ModuleBuilder, config: &Config, enabled: usize) {
     let rows = config.mft_rows();
     let count = |half: u32| format!("(loaded_{half} -> rows_{half} <= {rows})");

@@ -5,7 +5,7 @@ use potamoi_formats::timing::GatherStage;
 use potamoi_netlist::{Instance, ModuleBuilder};
 
 use crate::gathering_unit::shared::counter_checks::{Counted, counter_checks};
-use crate::gathering_unit::shared::unit_checks::environment;
+use crate::gathering_unit::shared::unit_checks::{all_ready, environment};
 use crate::stream_checks::stable_stream;
 
 /// Checks of the unit; `rit` is its RIT buffer, and `fifo` holds the results.
@@ -69,14 +69,7 @@ fn progress(m: &mut ModuleBuilder, rit: Instance) {
         "fire -> ~any(lane_is_pending) | any(granted)",
         "In every round of a step a lane is served, if one is left.",
     );
-    for name in ["read_fire", "p_free", "q_valid"] {
-        m.inside(rit, name);
-    }
-    m.ghost(
-        "all_ready",
-        "m_axis_feat_tready & s_axis_rit_tvalid & any(s_axis_rit_tkeep) & s_axis_mft_tvalid",
-    );
-    m.ghost("fills_p", "rit_p_free & rit_q_valid");
+    all_ready(m, rit);
     m.invariant(
         "lanes_in_turn",
         "(lanes_full_0 != lanes_full_1) == (fill_half != next_half)",
@@ -90,7 +83,7 @@ fn progress(m: &mut ModuleBuilder, rit: Instance) {
     m.assert(
         "never_stuck",
         "all_ready -> s_axis_rit_tready | s_axis_mft_tready | fire | pop | d_completes | x_completes | \
-         s_push | any(results_count) | take | read_step | rit_read_fire | fills_p",
+         s_push | any(results_count) | take | read_step | rit_read_fire | fills_issue",
         "With both sources valid and the sink ready, a beat or a vertex moves in every cycle.",
     );
 }
