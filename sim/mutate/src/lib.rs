@@ -17,6 +17,7 @@ mod fate;
 mod judge;
 mod mutant;
 mod proofs;
+mod question;
 mod record;
 mod score;
 mod tools;

@@ -134,7 +134,15 @@ pub fn score(
         record: Record::open(options.kept.as_ref(), &(parts, tools)),
         progress,
     };
+    // What is proven of the unit without a fault, for three of the judges.
+    let proven = tools.proofs.as_ref();
+    let proven = proven.map(|proofs| Systems::new(proofs, unit, options.cycles));
+    let proven = proven.transpose()?;
+    let mut unit_miters: Option<Vec<UnitMiter>> = None;
     for judge in &options.judges {
+        if unit_miters.is_none() && [Judge::UnitMiter, Judge::Operands].contains(judge) {
+            unit_miters = Some(court.unit_miters(tools, proven.as_ref())?);
+        }
         match judge {
             Judge::Bench => {
                 let bench = Bench::new(config, &design)?;
@@ -152,10 +160,9 @@ pub fn score(
                 })?;
             }
             Judge::Proofs => {
-                let Some(proofs) = &tools.proofs else {
+                let Some(systems) = &proven else {
                     continue;
                 };
-                let systems = Systems::new(proofs, unit, options.cycles)?;
                 court.judge(Judge::Proofs, &|mutant| {
                     let lost = systems.lost(mutant)?;
                     let is_found = !lost.is_empty();
@@ -163,7 +170,7 @@ pub fn score(
                 })?;
             }
             Judge::UnitMiter => {
-                let miters = court.unit_miters(tools, unit, options.cycles)?;
+                let miters = unit_miters.as_deref().unwrap_or_default();
                 court.judge(Judge::UnitMiter, &|mutant| {
                     let own = miters.iter().find(|miter| miter.has(mutant));
                     let is_same = own.map_or(Ok(false), |miter| miter.equivalent(mutant))?;
@@ -172,8 +179,8 @@ pub fn score(
                 })?;
             }
             Judge::Operands => {
-                let miters = court.unit_miters(tools, unit, options.cycles)?;
-                let Some(all) = AllOperands::new(config, &design, &miters)? else {
+                let miters = unit_miters.as_deref().unwrap_or_default();
+                let Some(all) = AllOperands::new(config, &design, miters)? else {
                     continue;
                 };
                 court.judge(Judge::Operands, &|mutant| {
@@ -217,19 +224,15 @@ impl<'a> Court<'a> {
             .collect()
     }
 
-    /// Miters of what is wholly proven of the unit, with all open mutants.
+    /// Miters of the unit and of its modules that are proven alone, with all open mutants. One of which a
+    /// property is not proven has none.
     fn unit_miters(
         &self,
         tools: &Tools,
-        unit: &Unit,
-        cycles: u32,
+        systems: Option<&Systems<'_>>,
     ) -> Result<Vec<UnitMiter>, MutateError> {
-        let Some(proofs) = &tools.proofs else {
-            return Ok(vec![]);
-        };
-        let systems = Systems::new(proofs, unit, cycles)?;
         let (open, width) = (self.open(), self.design.width());
-        let proven = systems.proven();
+        let proven = systems.into_iter().flat_map(Systems::proven);
         proven
             .map(|unit| UnitMiter::new(tools, unit, &open, width))
             .collect()
