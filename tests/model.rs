@@ -218,6 +218,21 @@ fn scenes_stand_side_by_side_with_their_means() {
     let report = json(&folder.path().join("r.json"));
     assert_eq!(report["scenes"].as_array().unwrap().len(), 2);
     assert_eq!(report["scenes"][1]["outcomes"].as_array().unwrap().len(), 2);
+    // Splats have pairs of pixel and Gaussian, in full frames and in the rest; fields have none.
+    for part in ["full", "rest"] {
+        let pairs = |kind: &str| {
+            number(
+                &report["scenes"][0]["splats"][part],
+                &format!("/pairs_{kind}"),
+            )
+        };
+        assert!(pairs("drawn") > 0.0 && pairs("stopped") >= 0.0, "{part}");
+        assert!(
+            4.0 * (pairs("drawn") + pairs("stopped")) < pairs("evaluated"),
+            "{part}"
+        );
+    }
+    assert!(report["scenes"][1]["splats"].is_null());
 }
 
 #[test]

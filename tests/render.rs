@@ -41,6 +41,18 @@ fn the_hardware_renders_the_fixed_picture_and_counts_its_work() {
         assert_eq!(rtl["units"], fixed["units"]);
         assert_eq!(rtl["psnr_db"], fixed["psnr_db"]);
         assert!(rtl["psnr_db"].as_f64().unwrap() > 80.0, "{rtl}");
+        // Every pair of a live pixel and a Gaussian is evaluated, and few count.
+        if let Some(splats) = fixed["frame"]["splats"].as_object() {
+            let pairs = |kind: &str| splats[&format!("pairs_{kind}")].as_u64().unwrap();
+            assert_eq!(rtl["frame"]["splats"], fixed["frame"]["splats"]);
+            assert_eq!(fixed["frame"]["elements"]["exp"], pairs("evaluated"));
+            assert_eq!(
+                fixed["frame"]["elements"]["multiply"],
+                pairs("evaluated") + pairs("drawn")
+            );
+            assert!(pairs("drawn") > 0 && pairs("stopped") <= 32 * 32);
+            assert!(4 * (pairs("drawn") + pairs("stopped")) < pairs("evaluated"));
+        }
         assert!(rtl["cycles"]["gather"].as_u64().unwrap() > 100, "{rtl}");
         assert!(
             float["psnr_db"].is_null() && float["units"].is_null(),

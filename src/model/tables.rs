@@ -1,8 +1,10 @@
 //! Tables of results.
 
-use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, frames_per_second, gathering_speed_up};
+use potamoi_explore::system::{
+    BY_TRAFFIC, Modelled, Paper, PathPairs, frames_per_second, gathering_speed_up,
+};
 use potamoi_system::system_model::job_scheduler::Resource;
-use potamoi_system::system_model::work::{PathReplay, Replayed};
+use potamoi_system::system_model::work::{PathReplay, PixelPairs, Replayed};
 use potamoi_system::system_model::{AtBounds, Clock, Frames, Outcome, Run, Scenario, System};
 use potamoi_warp::Profile;
 
@@ -180,9 +182,28 @@ fn heading(found: &Modelled) {
         clock::said(&found.clock),
         100.0 * found.rendered_share
     );
+    if let Some(pairs) = found.splats {
+        pixel_pairs(pairs);
+    }
     if let Some(memory) = &found.memory {
         memory_rates(memory);
     }
+}
+
+/// Pairs of pixel and Gaussian, and how many of them count.
+fn pixel_pairs(PathPairs { full, rest }: PathPairs) {
+    let share = |of: PixelPairs| {
+        let counted = of.pairs_drawn + of.pairs_stopped;
+        100.0 * counted as f64 / f64::max(of.pairs_evaluated as f64, 1.0)
+    };
+    say!(
+        "  pairs of pixel and Gaussian whose alpha counts, of those that are evaluated: {:.1} % of \
+         {} in full frames, {:.1} % of {} in the rest",
+        share(full),
+        full.pairs_evaluated,
+        share(rest),
+        rest.pairs_evaluated
+    );
 }
 
 /// Memory rates of the path's own access sequence.

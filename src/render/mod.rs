@@ -262,6 +262,12 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         say!("  rows one by one, not MVoxel by MVoxel: from table {first} of {tables} on");
     }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
+        say!(
+            "  pairs of pixel and Gaussian: {} evaluated, {} drawn, {} that stop a pixel",
+            splats.pairs_evaluated,
+            splats.pairs_drawn,
+            splats.pairs_stopped
+        );
         if splats.inversions > 0 {
             say!(
                 "  approximate order: {} entries after one that lies behind them",

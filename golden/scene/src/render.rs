@@ -43,7 +43,7 @@ pub struct FrameCounts {
     pub splats: Option<SplatCounts>,
 }
 
-/// Statistics of splats: sorting, reorder buffer and saturation.
+/// Statistics of splats: sorting, compositing, reorder buffer and saturation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct SplatCounts {
     /// Number of Gaussians in the model.
@@ -52,6 +52,12 @@ pub struct SplatCounts {
     pub visible: u64,
     /// (tile, Gaussian) pairs.
     pub pairs: u64,
+    /// (pixel, Gaussian) pairs that are evaluated, whether they count or not.
+    pub pairs_evaluated: u64,
+    /// (pixel, Gaussian) pairs that contribute to a pixel.
+    pub pairs_drawn: u64,
+    /// (pixel, Gaussian) pairs at which a pixel terminates early: they count, and are not drawn.
+    pub pairs_stopped: u64,
     /// Peak number of records in the reorder buffer, in exact order.
     pub records_held: u64,
     /// Peak number of their (tile, Gaussian) entries.

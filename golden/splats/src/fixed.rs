@@ -83,6 +83,8 @@ pub struct FixedStats {
     /// Affine forms that the MAC array computed, two for each exponential; each takes two passes
     /// of 16-bit multipliers.
     pub affine_forms: u64,
+    /// (pixel, entry) pairs whose pixel had not stopped.
+    pub evaluated: u64,
     /// (pixel, entry) pairs that contributed to a pixel.
     pub drawn: u64,
     /// Pixels that terminated early.
@@ -314,8 +316,9 @@ impl Frame {
     }
 
     fn finish(mut self) -> FixedFrame {
-        let exponentials = self.stats.vector_elements.get(&OpCode::Exp);
-        self.stats.exponentials = exponentials.copied().unwrap_or(0);
+        let elements = |code| self.stats.vector_elements.get(&code).copied().unwrap_or(0);
+        [self.stats.evaluated, self.stats.exponentials] =
+            [OpCode::SquareSum, OpCode::Exp].map(elements);
         self.stats.affine_forms = 2 * self.stats.exponentials;
         FixedFrame {
             picture: self.picture,

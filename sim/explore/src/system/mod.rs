@@ -15,6 +15,6 @@ pub use conclusions::{Conclusion, ModelErrorNote};
 pub use counted_scene::CountedScene;
 pub use fidelity::{Fidelity, Rung, rungs};
 pub use merging::{Merging, Side};
-pub use modelled::Modelled;
+pub use modelled::{Modelled, PathPairs};
 pub use paper::{BY_TRAFFIC, Paper, frames_per_second, gathering_speed_up};
 pub use sensitivity::{Mean, Sensitivity, SensitivityRow};

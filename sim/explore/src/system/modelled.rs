@@ -1,7 +1,9 @@
 //! Results of the system for a scene's path.
 
+use std::ops::Add;
+
 use potamoi_base::camera::Camera;
-use potamoi_system::system_model::work::{PathOptions, PathReplay, PathWork};
+use potamoi_system::system_model::work::{PathOptions, PathReplay, PathWork, PixelPairs};
 use potamoi_system::system_model::{
     Alone, AtBounds, Clock, Gathered, GpuOnly, Outcome, Scenario, Timeline, Unknown, Variant,
 };
@@ -38,6 +40,8 @@ pub struct Modelled {
     pub energy_unknown: Vec<Unknown>,
     /// Share of rendered pixels among the targets' non-void pixels, over the path.
     pub rendered_share: f64,
+    /// (pixel, Gaussian) pairs of the path; `None` for fields.
+    pub splats: Option<PathPairs>,
     /// Replay of the path's memory accesses, on which all times rest.
     pub memory: Option<PathReplay>,
     /// Gathering alone, for the first reference's frame.
@@ -87,6 +91,7 @@ impl Modelled {
             energy_origin: model.costs.origin.clone(),
             energy_unknown: model.costs.unknown.clone(),
             rendered_share: rendered_share(path),
+            splats: PathPairs::of(path),
             memory: model.replay.copied(),
             gathered: model.gathered(path.full(0))?,
             gpu_only: GpuOnly::of(&setup.system.gpu.device, path),
@@ -123,6 +128,29 @@ impl Modelled {
     pub fn saving(&self, of: &Outcome) -> Option<AtBounds<f64>> {
         let both = self.baseline(of).run.total_mj().zip(of.run.total_mj());
         both.map(|(baseline, own)| baseline.over(&own))
+    }
+}
+
+/// (pixel, Gaussian) pairs of a path, summed over its frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct PathPairs {
+    /// Of the full frames at the references' poses.
+    pub full: PixelPairs,
+    /// Of the pixels that are rendered in frames warped from references.
+    pub rest: PixelPairs,
+}
+
+impl PathPairs {
+    fn of(path: &PathWork) -> Option<Self> {
+        let full = path.references.iter().filter_map(|frame| frame.pixel_pairs);
+        let rest = path
+            .targets
+            .iter()
+            .filter_map(|t| t.work.as_ref()?.pixel_pairs);
+        Some(Self {
+            full: full.reduce(Add::add)?,
+            rest: rest.reduce(Add::add).unwrap_or_default(),
+        })
     }
 }
 

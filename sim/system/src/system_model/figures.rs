@@ -49,6 +49,7 @@ pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
         visible: of(45_000),
         left_out_coefficients: 0,
         pairs: of(20_000),
+        pixel_pairs: None,
         record_bytes: of(288_000),
         spilled_bytes: 12_000,
         scattered_bytes: 9000,

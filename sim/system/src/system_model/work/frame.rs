@@ -1,5 +1,6 @@
 //! Work of one frame, in pixel-centric and in memory-centric order.
 
+use std::ops::Add;
 use std::time::{Duration, Instant};
 
 use potamoi_base::mask::Mask;
@@ -42,6 +43,29 @@ pub struct Reads {
     pub conflict_rate: f64,
 }
 
+/// (pixel, Gaussian) pairs of splats.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PixelPairs {
+    /// Pairs that are evaluated, whether they count or not.
+    pub pairs_evaluated: u64,
+    /// Pairs that contribute to a pixel.
+    pub pairs_drawn: u64,
+    /// Pairs at which a pixel terminates early.
+    pub pairs_stopped: u64,
+}
+
+impl Add for PixelPairs {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            pairs_evaluated: self.pairs_evaluated + other.pairs_evaluated,
+            pairs_drawn: self.pairs_drawn + other.pairs_drawn,
+            pairs_stopped: self.pairs_stopped + other.pairs_stopped,
+        }
+    }
+}
+
 /// Work of a frame, or of some of its pixels. `B` is [`Batch`], or [`BatchEvents`] where vector unit
 /// and array are left open.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,6 +85,8 @@ pub struct FrameWork<B = Batch> {
     pub left_out_coefficients: u64,
     /// (tile, Gaussian) pairs.
     pub pairs: u64,
+    /// (pixel, Gaussian) pairs; `None` for fields.
+    pub pixel_pairs: Option<PixelPairs>,
     /// Bytes of records that the GPU writes, each once.
     pub record_bytes: u64,
     /// Spilled bytes, out and back: partial sums and held records that do not fit on chip.
@@ -101,6 +127,7 @@ impl FrameEvents {
             visible: self.visible,
             left_out_coefficients: self.left_out_coefficients,
             pairs: self.pairs,
+            pixel_pairs: self.pixel_pairs,
             record_bytes: self.record_bytes,
             spilled_bytes: self.spilled_bytes,
             scattered_bytes: self.scattered_bytes,
@@ -170,6 +197,11 @@ impl Rendering {
             visible: splats.visible,
             left_out_coefficients: scene.left_out_coefficients(),
             pairs: splats.pairs,
+            pixel_pairs: counts.splats.map(|splats| PixelPairs {
+                pairs_evaluated: splats.pairs_evaluated,
+                pairs_drawn: splats.pairs_drawn,
+                pairs_stopped: splats.pairs_stopped,
+            }),
             record_bytes: counts.streams.records_written,
             spilled_bytes: counts.streams.spills + 2 * counts.streams.partial_sums,
             scattered_bytes: counts.scattered_bytes,

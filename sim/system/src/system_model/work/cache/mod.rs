@@ -19,7 +19,7 @@ use potamoi_cycles::batch::Pricing;
 use potamoi_cycles::mac_array::MacArray;
 
 /// Version of the counting code, raised where counts change.
-const VERSION: &str = "5";
+const VERSION: &str = "6";
 
 /// Why work could be neither counted nor read.
 #[derive(Debug, Error)]
