@@ -253,6 +253,61 @@ fn the_benches_of_the_checked_in_verilog_pass() {
     simulates(&root().join("rtl_out/small"), "40:1", &["CHECKS=1"]);
 }
 
+/// Runs the bench of the vector unit in `folder`; whether it passed, and what was said.
+fn simulated(folder: &Path, more: &[&str]) -> (bool, String) {
+    let done = Command::new("make")
+        .arg("-C")
+        .arg(folder.join("sim"))
+        .args(["UNITS=vector_unit", "RUNS=0:1"])
+        .args(more)
+        .output()
+        .unwrap();
+    let said = String::from_utf8([done.stdout, done.stderr].concat()).unwrap();
+    (done.status.success(), said)
+}
+
+/// A build is used again only with the same files and options, whatever their age.
+#[test]
+fn a_bench_is_built_again_for_other_files_and_options() {
+    let [folder, other] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    for at in [&folder, &other] {
+        emit("small", at.path());
+    }
+    let lane = other.path().join("vector_unit/vector_lane.v");
+    let text = std::fs::read_to_string(&lane).unwrap();
+    let edited = text.replacen("assign result = ", "assign result = 32'd1 ^ ", 1);
+    assert_ne!(text, edited);
+    std::fs::write(&lane, edited).unwrap();
+    // Older than any build.
+    let old = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1 << 30);
+    let file = std::fs::File::options().write(true).open(&lane).unwrap();
+    file.set_modified(old).unwrap();
+    let faulty = format!("RTL={}", other.path().display());
+    for simulator in ["SIM=icarus", "SIM=verilator"] {
+        let run = |more: &[&str]| simulated(folder.path(), &[&[simulator], more].concat());
+        let plain = run(&[]);
+        assert!(plain.0, "{}", plain.1);
+        let (passes, said) = run(&[&faulty]);
+        assert!(!passes && said.contains("FAIL"), "{said}");
+        let plain = run(&[]);
+        assert!(plain.0, "{}", plain.1);
+        let (passes, said) = run(&["CHECKS=1"]);
+        assert!(passes && said.contains("-DPOTAMOI_CHECKS"), "{said}");
+        let (passes, said) = run(&["CHECKS=1"]);
+        assert!(passes && !said.contains("-DPOTAMOI_CHECKS"), "{said}");
+    }
+    for (option, named) in [
+        ("RTL=/nowhere", "no Verilog in /nowhere/vector_unit"),
+        ("RUNS=", "RUNS is empty"),
+        ("RUNS=abc:1", "RUNS=abc:1: expected GAPS:SEED"),
+        ("RUNS=5", "RUNS=5: expected GAPS:SEED"),
+        ("MACROS=none.v", "no file none.v"),
+    ] {
+        let (passes, said) = simulated(folder.path(), &[option]);
+        assert!(!passes && said.contains(named), "{option}: {said}");
+    }
+}
+
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn the_benches_of_all_presets_pass() {

@@ -12,7 +12,8 @@ module potamoi_begun (
   output wire on
 );
 
-  reg begun = 1'b0;
+  reg begun;
+  initial begun = 1'b0;
 
   always @(posedge clk) begun <= 1'b1;
 

@@ -13,7 +13,8 @@ module potamoi_checking (
   output wire on
 );
 
-  reg begun = 1'b0;
+  reg begun;
+  initial begun = 1'b0;
 
 `ifdef FORMAL
   always @(posedge clk) begun <= 1'b1;

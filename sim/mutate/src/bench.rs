@@ -39,9 +39,8 @@ impl Bench {
             write(&folder.path().join(&unit).join(name), &text)?;
         }
         let mut make = Command::new("make");
-        // Yosys prints the Verilog: it may not be optimised (see the Makefile).
         make.arg("-C").arg(&sim);
-        make.args(["SIM=verilator", "RUNS=0:1", "optimise=-O0"]);
+        make.args(["SIM=verilator", "RUNS=0:1"]);
         make.arg(format!("UNITS={unit}"));
         succeed(&make, "make", &unit)?;
         let program = sim.join(format!("build/{unit}/V{unit}_tb"));

@@ -121,7 +121,5 @@ pub(super) fn model_of_others(
     module: &Arc<Module>,
     files: &BTreeMap<String, String>,
 ) -> ModelBuilder {
-    model_of_files(module, files)
-        .warnings(Warnings::Allow)
-        .as_written()
+    model_of_files(module, files).warnings(Warnings::Allow)
 }

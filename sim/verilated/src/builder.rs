@@ -59,7 +59,6 @@ pub struct ModelBuilder {
     ports: Vec<Port>,
     trace: Trace,
     optimise: Opt,
-    as_written: bool,
     warnings: Warnings,
     cache: Option<PathBuf>,
     keep_objects: bool,
@@ -74,7 +73,6 @@ impl ModelBuilder {
             ports: Vec::new(),
             trace: Trace::default(),
             optimise: Opt::default(),
-            as_written: false,
             warnings: Warnings::default(),
             cache: None,
             keep_objects: false,
@@ -120,16 +118,6 @@ impl ModelBuilder {
     #[must_use]
     pub fn optimise(mut self, optimise: Opt) -> Self {
         self.optimise = optimise;
-        self
-    }
-
-    /// Turns Verilator's own optimisations off; the model is larger and several times slower.
-    ///
-    /// For Verilog of others: Verilator 5.006 optimises some gate-level netlists wrongly (see its
-    /// issues 4059 and 4842), and 5.048 does not.
-    #[must_use]
-    pub fn as_written(mut self) -> Self {
-        self.as_written = true;
         self
     }
 
@@ -223,7 +211,6 @@ impl ModelBuilder {
             sources: self.sources.clone(),
             vcd: self.is_traced(),
             optimise: self.optimise.flag(),
-            as_written: self.as_written,
             deny_warnings: self.warnings == Warnings::Deny,
             keep_objects: self.keep_objects,
         })

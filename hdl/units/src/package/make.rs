@@ -18,8 +18,9 @@ IVERILOG  ?= iverilog
 YOSYS     ?= yosys
 CHECKS    ?=
 
-# Runs a command, and fails if it says anything.
-silent = said=$$($(1) 2>&1) && test -z "$$said" || { echo "$$said"; exit 1; }
+# Runs a command, and fails if it says anything but a report (lines that begin with "- ").
+silent = said=$$($(1) 2>&1) && said=$$(echo "$$said" | sed '/^- /d') && test -z "$$said" \
+  || { echo "$$said"; exit 1; }
 checks = $(if $(CHECKS),$(sort $(wildcard checks/*.v)))
 files  = $$(grep -v '^//' $$unit.f | tr '\n' ' ') $(checks)
 top    = $(PREFIX)$$unit

@@ -30,18 +30,25 @@ IVERILOG  ?= iverilog
 VVP       ?= vvp
 VERILATOR ?= verilator
 
-.PHONY: all clean $(UNITS)
+.PHONY: all clean FORCE $(UNITS)
 all: $(UNITS)
 
 ifneq ($(filter $(SIM),icarus verilator),$(SIM))
 $(error SIM=$(SIM): expected icarus or verilator)
 endif
+ifeq ($(strip $(RUNS)),)
+$(error RUNS is empty: expected GAPS:SEED, as 25:2)
+endif
+$(foreach file,$(MACROS),$(if $(wildcard $(file)),,\
+  $(error MACROS: no file $(file); a path is relative to $(CURDIR))))
 
 run_icarus    = $(VVP) -n $(BUILD)/$@_tb.vvp
 run_verilator = $(BUILD)/$@/V$@_tb +verilator+rand+reset+2 +verilator+seed+1
 
 $(UNITS): %: $(BUILD)/%.$(SIM)
 	@for run in $(RUNS); do \
+	  case $$run in *[!0-9:]*|:*|*:|*:*:*) run= ;; *:*) ;; *) run= ;; esac; \
+	  test "$$run" || { echo "RUNS=$(RUNS): expected GAPS:SEED, as 25:2"; exit 1; }; \
 	  $(run_$(SIM)) +gaps=$${run%%:*} +seed=$${run##*:} \
 	    $(if $(DUMP),+dump=$(BUILD)/$@.vcd) $(if $(CHECKS),+pick=$${run##*:}) || exit 1; \
 	done
@@ -51,23 +58,31 @@ checks = $(if $(CHECKS),$(wildcard $(RTL)/checks/*.v))
 
 defines = $(if $(CHECKS),-DPOTAMOI_CHECKS) $(if $(MACROS),-DPOTAMOI_MACROS)
 
-# Verilator 5.006 optimises some netlists of gates wrongly.
-optimise = $(if $(filter ..,$(RTL)),-O3,-O0)
-
 # Folders of what a unit consists of besides its own.
 PARTS_potamoi_npu_ext = gathering_unit vector_unit
-sources = $(foreach folder,$(PARTS_$1) $1,$(wildcard $(RTL)/$(folder)/*.v))
+folders = $(PARTS_$1) $1
+sources = $(foreach folder,$(folders),$(wildcard $(RTL)/$(folder)/*.v))
+missing = $(foreach folder,$(folders),$(if $(wildcard $(RTL)/$(folder)/*.v),,$(RTL)/$(folder)))
+complete = $(if $(strip $(call missing,$1)),$(error no Verilog in $(call missing,$1)))
+
+# What a build depends on besides the time of its files.
+settings = $(abspath $(call sources,$1) $(checks) $(MACROS)) $(defines)
+
+.PRECIOUS: $(BUILD)/%.settings
+FORCE:
+$(BUILD)/%.settings: FORCE
+	$(call complete,$*)@mkdir -p $(BUILD)
+	@echo '$(call settings,$*)' | cmp -s - $@ || echo '$(call settings,$*)' > $@
 
 .SECONDEXPANSION:
-$(BUILD)/%.icarus: %_tb.v $$(call sources,$$*) $$(checks) $(MACROS)
-	@mkdir -p $(BUILD)
-	$(IVERILOG) -g2005 $(defines) -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $^
+$(BUILD)/%.icarus: %_tb.v $(BUILD)/%.settings $$(call sources,$$*) $$(checks) $(MACROS)
+	$(IVERILOG) -g2005 $(defines) -Wall -Wno-timescale -s $*_tb -o $(BUILD)/$*_tb.vvp $(filter-out %.settings,$^)
 	@touch $@
 
-$(BUILD)/%.verilator: %_tb.v $$(call sources,$$*) $$(checks) $(MACROS)
-	@mkdir -p $(BUILD)
-	$(VERILATOR) $(if $(CHECKS),--assert) $(defines) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint $(optimise) \
-	  --x-assign unique --x-initial unique --top-module $*_tb -Mdir $(BUILD)/$* $^ \
+# Verilator 5.006 rewrites some trees of bit operations wrongly.
+$(BUILD)/%.verilator: %_tb.v $(BUILD)/%.settings $$(call sources,$$*) $$(checks) $(MACROS)
+	$(VERILATOR) $(if $(CHECKS),--assert) $(defines) --binary --timing --trace -Wno-fatal -Wno-WIDTH -Wno-lint -fno-const-bit-op-tree \
+	  --x-assign unique --x-initial unique --top-module $*_tb -Mdir $(BUILD)/$* $(filter-out %.settings,$^) \
 	  > $(BUILD)/$*.log 2>&1 || { cat $(BUILD)/$*.log; exit 1; }
 	@touch $@
 

@@ -32,7 +32,7 @@ pub struct ForeignRtl {
 
 impl ForeignRtl {
     /// Reads the files `*.v` and `*.sv` of a folder and of those below it, except for testbenches
-    /// (`*_tb.v`). A unit is the module of its name with `prefix` before it; without a prefix, that
+    /// (`*_tb.v`) and the working folders of SymbiYosys. A unit is the module of its name with `prefix` before it; without a prefix, that
     /// of its name or else the only one with its ports.
     ///
     /// # Errors
@@ -267,7 +267,9 @@ fn list(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> Result<(), Rtl
             .to_string_lossy()
             .into_owned();
         if path.is_dir() {
-            if depth > 0 && !name.starts_with('.') {
+            // A folder of SymbiYosys holds copies.
+            let is_of_proof = path.join("config.sby").is_file();
+            if depth > 0 && !name.starts_with('.') && !is_of_proof {
                 list(&path, depth - 1, files)?;
             }
             continue;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, PRESETS};
 use potamoi_rtl::verify::{Settings, Verifier};
 use potamoi_rtl::{EngineKind, ForeignRtl};
 use potamoi_scene::Scene;
@@ -14,8 +14,12 @@ fn small() -> Config {
 }
 
 fn emitted(prefix: &str) -> tempfile::TempDir {
+    emitted_of(&small(), prefix)
+}
+
+fn emitted_of(config: &Config, prefix: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for (name, text) in emit(&small(), prefix, "test").unwrap() {
+    for (name, text) in emit(config, prefix, "test").unwrap() {
         let path = folder.path().join(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, text).unwrap();
@@ -25,6 +29,15 @@ fn emitted(prefix: &str) -> tempfile::TempDir {
 
 /// The first difference of a frame, if there is one, and the feature vectors and elements compared.
 fn verify(folder: &Path, engine: EngineKind, prefix: Option<&str>) -> (Option<String>, [u64; 2]) {
+    verify_of(&small(), folder, engine, prefix)
+}
+
+fn verify_of(
+    config: &Config,
+    folder: &Path,
+    engine: EngineKind,
+    prefix: Option<&str>,
+) -> (Option<String>, [u64; 2]) {
     let settings = Settings {
         engine,
         seed: 3,
@@ -37,8 +50,8 @@ fn verify(folder: &Path, engine: EngineKind, prefix: Option<&str>) -> (Option<St
     let mut scene = Scene::open("lantern").unwrap();
     scene.set_size(Some(12), Some(12)).unwrap();
     let mut none = |_| {};
-    let mut verifier = Verifier::new(&small(), settings, &mut none);
-    let done = scene.render_fixed(&small(), &mut verifier);
+    let mut verifier = Verifier::new(config, settings, &mut none);
+    let done = scene.render_fixed(config, &mut verifier);
     let failure = verifier.failure().map(|f| {
         assert!(f.excerpt.is_some(), "{f:?}");
         f.mismatch.to_string()
@@ -51,6 +64,28 @@ fn verify(folder: &Path, engine: EngineKind, prefix: Option<&str>) -> (Option<St
         verifier.vector_report().elements,
     ];
     (failure, compared)
+}
+
+/// What a preset emits, read from a folder, has no difference under Verilator.
+fn agrees_as_emitted(preset: &str) {
+    let config = Config::preset(preset).unwrap();
+    let folder = emitted_of(&config, "");
+    let (failure, compared) = verify_of(&config, folder.path(), EngineKind::Verilator, None);
+    assert_eq!(failure, None, "{preset}");
+    assert!(compared.iter().all(|n| *n > 20), "{preset}: {compared:?}");
+}
+
+#[test]
+fn the_papers_units_agree_as_they_are_emitted() {
+    agrees_as_emitted("paper");
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn the_units_of_all_presets_agree_as_they_are_emitted() {
+    for (preset, _) in PRESETS {
+        agrees_as_emitted(preset);
+    }
 }
 
 #[test]
@@ -71,6 +106,11 @@ fn an_edited_folder_gives_its_first_difference() {
     let edited = text.replacen("acc[14] & (acc[15] | (|acc[13:0]))", "1'b0", 1);
     assert_ne!(text, edited);
     std::fs::write(&path, edited).unwrap();
+    // A working folder of SymbiYosys has copies, which are left alone.
+    let copies = folder.path().join("gathering_unit_prove");
+    std::fs::create_dir_all(copies.join("src")).unwrap();
+    std::fs::write(copies.join("config.sby"), "").unwrap();
+    std::fs::write(copies.join("src/reducer.v"), &text).unwrap();
     for engine in [EngineKind::Icarus, EngineKind::Verilator] {
         let (failure, _) = verify(folder.path(), engine, None);
         let failure = failure.unwrap();

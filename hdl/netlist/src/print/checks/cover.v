@@ -14,7 +14,8 @@ module potamoi_cover (
 
   wire unused_ok = &{1'b0, clk};
 `else
-  reg seen = 1'b0;
+  reg seen;
+  initial seen = 1'b0;
 
   always @(posedge clk) begin
     if (on && good === 1'b1 && !seen) begin

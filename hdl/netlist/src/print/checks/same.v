@@ -1,6 +1,7 @@
 // potamoi_same: whether two payloads are the same. With TAKES_X, X is the same as X. With
-// POTAMOI_ONE_BIT a proof compares bit 0 alone, unless WHOLE is 1: it stands for all where registers
-// and memories between the two treat all bits alike, and nothing is seen of a fault of another bit.
+// POTAMOI_ONE_BIT a proof compares bit 0 alone, unless WHOLE is 1: it stands for all where
+// registers and memories between the two treat all bits alike, and nothing is seen of a fault of
+// another bit.
 `default_nettype none
 
 module potamoi_same #(
