@@ -81,13 +81,18 @@ fn verible_finds_what_is_named_alone() {
 #[ignore = "exhaustive; run with make test-full"]
 fn the_newest_verilator_and_yosys_find_nothing() {
     let (verilator, yosys) = (tool("cocotb/verilator"), tool("bin/pyosys"));
+    let verilator = format!("VERILATOR={}", verilator.display());
+    for preset in presets() {
+        let folder = tempfile::tempdir().unwrap();
+        emit(&preset, folder.path());
+        for checks in ["CHECKS=", "CHECKS=1"] {
+            let mut make = Command::new("make");
+            let make = make.arg("-C").arg(folder.path());
+            let (good, said) = run(make.args(["lint-verilator", &verilator, checks]));
+            assert!(good && !said.contains('%'), "{preset}, {checks}:\n{said}");
+        }
+    }
     each(|top, files| {
-        let args = ["--lint-only", "-Wall", "--language", "1364-2005"];
-        let mut command = Command::new(&verilator);
-        let (good, said) = run(command.args(args).args(["--top-module", top]).args(files));
-        // It reports its own time where it is not told to be quiet.
-        let said: Vec<_> = said.lines().filter(|line| line.contains('%')).collect();
-        assert!(good && said.is_empty(), "{top}:\n{}", said.join("\n"));
         let list: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
         let script = tempfile::NamedTempFile::new().unwrap();
         let text = format!(
