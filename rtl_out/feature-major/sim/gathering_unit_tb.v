@@ -35,13 +35,14 @@
 //   27: 1 MVoxel of 12 entries, 8 vertices, 2 channels in 1 segments: a sink that is closed for long
 //   28: 1 MVoxel of 31 entries, 2 vertices, 2 channels in 1 segments: sums that one bit rounds
 //   29 to 60: 1 MVoxel of 2 entries, 2 vertices, 2 channels in 1 segments: weights that are not right
-//   61: 1 MVoxel of 2 entries, 1 vertices, 2 channels in 1 segments: a row past those loaded
+//   61 to 63: 1 MVoxel of 2 entries, 8 vertices, 2 channels in 1 segments: weights that are not right
+//   64: 1 MVoxel of 2 entries, 1 vertices, 2 channels in 1 segments: a row past those loaded
 // Then clocks in which promises are broken, from gather_flags.hex, and what flags must say of them.
 `timescale 1ns/1ps
 `default_nettype none
 
 module gathering_unit_tb;
-  localparam JOBS = 62;
+  localparam JOBS = 65;
   localparam RESET = 0, BEGIN = 1, RUN = 2, DRAIN = 3, DONE = 4, SCRIPT = 5;
   localparam CLOSED = 160;  // clocks in which the sink of every second job takes nothing
 
@@ -55,6 +56,7 @@ module gathering_unit_tb;
   integer state = RESET;
   integer job = 0;
   integer clocks = 0;  // in this state
+  reg is_fresh = 1'b0;  // nothing since reset
   integer cycles = 0;  // of this job
   integer quiet = 0;   // clocks since a beat moved
   integer cut = 0;     // cycle of the first job in which it is cut off by a reset
@@ -89,7 +91,7 @@ module gathering_unit_tb;
   // 32, s_axis_rit_end 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32,
   // m_axis_feat_end 32, closed 16, cycles 32, stat_busy 32, stat_stall_bank 32, stat_stall_fifo
   // 32, stat_stall_mft 32, stat_stall_rit 32, stat_entries 32, stat_errors 9
-  reg [456:0] job_words [0:61];
+  reg [456:0] job_words [0:64];
   wire [1:0] job_cfg_vertices;
   wire [6:0] job_cfg_segments;
   wire [6:0] job_cfg_channels;
@@ -158,7 +160,7 @@ module gathering_unit_tb;
     } = script_words[script_at < 1545 ? script_at : 1545 - 1];
 
   // s_axis_rit, from gather_rit.hex: tdata 128, tkeep 16, tlast 1, tuser 1
-  reg [145:0] s_axis_rit_words [0:2609];
+  reg [145:0] s_axis_rit_words [0:2627];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   integer s_axis_rit_rate = 0;
@@ -169,7 +171,7 @@ module gathering_unit_tb;
   wire s_axis_rit_tready;
   reg [146-1:0] s_axis_rit_scripted;
   wire [146-1:0] s_axis_rit_word = scripted ? s_axis_rit_scripted
-    : s_axis_rit_words[s_axis_rit_at < 2610 ? s_axis_rit_at : 0];
+    : s_axis_rit_words[s_axis_rit_at < 2628 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [127:0] s_axis_rit_tdata;
   wire [15:0] s_axis_rit_tkeep;
@@ -180,7 +182,7 @@ module gathering_unit_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 256, tkeep 32, tlast 1
-  reg [288:0] s_axis_mft_words [0:1835];
+  reg [288:0] s_axis_mft_words [0:1837];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   integer s_axis_mft_rate = 0;
@@ -191,7 +193,7 @@ module gathering_unit_tb;
   wire s_axis_mft_tready;
   reg [289-1:0] s_axis_mft_scripted;
   wire [289-1:0] s_axis_mft_word = scripted ? s_axis_mft_scripted
-    : s_axis_mft_words[s_axis_mft_at < 1836 ? s_axis_mft_at : 0];
+    : s_axis_mft_words[s_axis_mft_at < 1838 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [255:0] s_axis_mft_tdata;
   wire [31:0] s_axis_mft_tkeep;
@@ -201,7 +203,7 @@ module gathering_unit_tb;
     } = s_axis_mft_tvalid ? s_axis_mft_word : ~s_axis_mft_word;
 
   // m_axis_feat, from gather_feat.hex: tdata 256, tkeep 32, tlast 1, tuser 256
-  reg [544:0] m_axis_feat_words [0:1931];
+  reg [544:0] m_axis_feat_words [0:1937];
   integer m_axis_feat_at = 0;
   integer m_axis_feat_beats = 0;  // taken in all jobs
   integer m_axis_feat_rate = 0;
@@ -219,7 +221,7 @@ module gathering_unit_tb;
   wire [255:0] wanted_tuser;
   assign {
       wanted_tdata, wanted_tkeep, wanted_tlast, wanted_tuser
-    } = m_axis_feat_words[m_axis_feat_at < 1932 ? m_axis_feat_at : 0];
+    } = m_axis_feat_words[m_axis_feat_at < 1938 ? m_axis_feat_at : 0];
   wire [31:0] stat_busy;
   wire [31:0] stat_stall_bank;
   wire [31:0] stat_stall_fifo;
@@ -287,7 +289,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", job_words);
-      if (^job_words[61] === 1'bx) begin
+      if (^job_words[64] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -299,7 +301,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[2609] === 1'bx) begin
+      if (^s_axis_rit_words[2627] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -311,7 +313,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[1835] === 1'bx) begin
+      if (^s_axis_mft_words[1837] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end
@@ -323,7 +325,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_feat.hex", m_axis_feat_words);
-      if (^m_axis_feat_words[1931] === 1'bx) begin
+      if (^m_axis_feat_words[1937] === 1'bx) begin
         if (!failed) $display("FAIL: gather_feat.hex has fewer words than this bench reads");
         fail;
       end
@@ -508,10 +510,40 @@ module gathering_unit_tb;
           rst_n <= 1'b1;
           state = BEGIN;
           clocks = 0;
+          is_fresh = 1'b1;
         end
       end
       BEGIN: begin
         if (clocks == 1) begin
+          if (!failed && is_fresh && stat_busy !== 0) begin
+            $display("FAIL: stat_busy is %0d after reset", stat_busy);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_bank !== 0) begin
+            $display("FAIL: stat_stall_bank is %0d after reset", stat_stall_bank);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_fifo !== 0) begin
+            $display("FAIL: stat_stall_fifo is %0d after reset", stat_stall_fifo);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_mft !== 0) begin
+            $display("FAIL: stat_stall_mft is %0d after reset", stat_stall_mft);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_rit !== 0) begin
+            $display("FAIL: stat_stall_rit is %0d after reset", stat_stall_rit);
+            fail;
+          end
+          if (!failed && is_fresh && stat_entries !== 0) begin
+            $display("FAIL: stat_entries is %0d after reset", stat_entries);
+            fail;
+          end
+          if (!failed && is_fresh && stat_errors !== 0) begin
+            $display("FAIL: stat_errors is %0d after reset", stat_errors);
+            fail;
+          end
+          is_fresh = 1'b0;
           m_axis_feat_at = job_m_axis_feat_from;
           cfg_clear <= 1'b1;
           cfg_vertices <= job_cfg_vertices;

@@ -110,7 +110,7 @@ module potamoi_npu_ext_tb;
   // 32, s_axis_rit_end 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32,
   // m_axis_feat_end 32, closed 16, cycles 32, stat_busy 32, stat_stall_bank 32, stat_stall_fifo
   // 32, stat_stall_mft 32, stat_stall_rit 32, stat_entries 32, stat_errors 9
-  reg [456:0] gu_job_words [0:61];
+  reg [456:0] gu_job_words [0:64];
   wire [1:0] gu_job_cfg_vertices;
   wire [6:0] gu_job_cfg_segments;
   wire [6:0] gu_job_cfg_channels;
@@ -138,12 +138,12 @@ module potamoi_npu_ext_tb;
     } = gu_job_words[gu_job];
 
   // s_axis_rit, from gather_rit.hex: tdata 128, tkeep 16, tlast 1, tuser 1
-  reg [145:0] s_axis_rit_words [0:2609];
+  reg [145:0] s_axis_rit_words [0:2627];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   reg s_axis_rit_tvalid = 1'b0;
   wire s_axis_rit_tready;
-  wire [146-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 2610 ? s_axis_rit_at : 0];
+  wire [146-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 2628 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [127:0] s_axis_rit_tdata;
   wire [15:0] s_axis_rit_tkeep;
@@ -154,12 +154,12 @@ module potamoi_npu_ext_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 256, tkeep 32, tlast 1
-  reg [288:0] s_axis_mft_words [0:1835];
+  reg [288:0] s_axis_mft_words [0:1837];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   reg s_axis_mft_tvalid = 1'b0;
   wire s_axis_mft_tready;
-  wire [289-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 1836 ? s_axis_mft_at : 0];
+  wire [289-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 1838 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [255:0] s_axis_mft_tdata;
   wire [31:0] s_axis_mft_tkeep;
@@ -169,7 +169,7 @@ module potamoi_npu_ext_tb;
     } = s_axis_mft_tvalid ? s_axis_mft_word : ~s_axis_mft_word;
 
   // m_axis_feat, from gather_feat.hex: tdata 256, tkeep 32, tlast 1, tuser 256
-  reg [544:0] m_axis_feat_words [0:1931];
+  reg [544:0] m_axis_feat_words [0:1937];
   integer m_axis_feat_at = 0;
   reg m_axis_feat_held = 1'b0;
   reg m_axis_feat_tready = 1'b0;
@@ -853,7 +853,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", gu_job_words);
-      if (^gu_job_words[61] === 1'bx) begin
+      if (^gu_job_words[64] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -865,7 +865,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[2609] === 1'bx) begin
+      if (^s_axis_rit_words[2627] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -877,7 +877,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[1835] === 1'bx) begin
+      if (^s_axis_mft_words[1837] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end
@@ -889,7 +889,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_feat.hex", m_axis_feat_words);
-      if (^m_axis_feat_words[1931] === 1'bx) begin
+      if (^m_axis_feat_words[1937] === 1'bx) begin
         if (!failed) $display("FAIL: gather_feat.hex has fewer words than this bench reads");
         fail;
       end

@@ -311,6 +311,16 @@ module gathering_unit (
   wire s2_slot_is_same;
   potamoi_same #(.WIDTH(32), .WHOLE(1), .TAKES_X(1)) is_s2_slot_is_same (.a(s2_slot),
       .b(s2_slot_past), .same(s2_slot_is_same));
+  reg weight_total0_took;
+  reg [18:0] weight_total0_past;
+  wire weight_total0_is_same;
+  potamoi_same #(.WIDTH(19), .WHOLE(1), .TAKES_X(1)) is_weight_total0_is_same (.a(weight_total0),
+      .b(weight_total0_past), .same(weight_total0_is_same));
+  reg weight_total1_took;
+  reg [18:0] weight_total1_past;
+  wire weight_total1_is_same;
+  potamoi_same #(.WIDTH(19), .WHOLE(1), .TAKES_X(1)) is_weight_total1_is_same (.a(weight_total1),
+      .b(weight_total1_past), .same(weight_total1_is_same));
   reg waits;
   reg [1023:0] tdata_past;
   wire tdata_stays;
@@ -396,10 +406,15 @@ module gathering_unit (
     s2_keep_past <= s2_keep;
     s2_slot_took <= completes;
     s2_slot_past <= s2_slot;
+    weight_total0_took <= s1_valid;
+    weight_total0_past <= weight_total0;
+    weight_total1_took <= s1_valid;
+    weight_total1_past <= weight_total1;
   end
 
-  wire unused_checks = &{1'b0, s2_end_past, s2_keep_past, s2_slot_past, tdata_past, tkeep_past,
-      tlast_past, tuser_past, by_cfg_clear[32], by_cfg_clear_2[32], by_cfg_clear_3[32]};
+  wire unused_checks = &{1'b0, s2_end_past, s2_keep_past, s2_slot_past, weight_total0_past,
+      weight_total1_past, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
+      by_cfg_clear_2[32], by_cfg_clear_3[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==
@@ -438,6 +453,14 @@ module gathering_unit (
   // `s2_slot` changes with `completes` alone.
   potamoi_assert check_s2_slot_held (.clk(clk), .on(checking), .good(s2_slot_took |
       s2_slot_is_same));
+
+  // `weight_total0` changes with `s1_valid` alone.
+  potamoi_assert check_weight_total0_held (.clk(clk), .on(checking), .good(weight_total0_took |
+      weight_total0_is_same));
+
+  // `weight_total1` changes with `s1_valid` alone.
+  potamoi_assert check_weight_total1_held (.clk(clk), .on(checking), .good(weight_total1_took |
+      weight_total1_is_same));
 
   // A single id is the one vertex of its entry, of weight 1.
   potamoi_assert check_single_ids_weigh_one (.clk(clk), .on(checking), .good((~(single_ids &

@@ -32,6 +32,7 @@ module gathering_unit_tb;
   integer state = RESET;
   integer job = 0;
   integer clocks = 0;  // in this state
+  reg is_fresh = 1'b0;  // nothing since reset
   integer cycles = 0;  // of this job
   integer quiet = 0;   // clocks since a beat moved
   integer cut = 0;     // cycle of the first job in which it is cut off by a reset
@@ -470,10 +471,36 @@ module gathering_unit_tb;
           rst_n <= 1'b1;
           state = BEGIN;
           clocks = 0;
+          is_fresh = 1'b1;
         end
       end
       BEGIN: begin
         if (clocks == 1) begin
+          if (!failed && is_fresh && stat_busy !== 0) begin
+            $display("FAIL: stat_busy is %0d after reset", stat_busy);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_fifo !== 0) begin
+            $display("FAIL: stat_stall_fifo is %0d after reset", stat_stall_fifo);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_mft !== 0) begin
+            $display("FAIL: stat_stall_mft is %0d after reset", stat_stall_mft);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_rit !== 0) begin
+            $display("FAIL: stat_stall_rit is %0d after reset", stat_stall_rit);
+            fail;
+          end
+          if (!failed && is_fresh && stat_entries !== 0) begin
+            $display("FAIL: stat_entries is %0d after reset", stat_entries);
+            fail;
+          end
+          if (!failed && is_fresh && stat_errors !== 0) begin
+            $display("FAIL: stat_errors is %0d after reset", stat_errors);
+            fail;
+          end
+          is_fresh = 1'b0;
           m_axis_feat_at = job_m_axis_feat_from;
           cfg_clear <= 1'b1;
           cfg_vertices <= job_cfg_vertices;

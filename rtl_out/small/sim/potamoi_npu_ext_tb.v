@@ -109,7 +109,7 @@ module potamoi_npu_ext_tb;
   // s_axis_rit_end 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32, m_axis_feat_end
   // 32, closed 16, cycles 32, stat_busy 32, stat_stall_fifo 32, stat_stall_mft 32, stat_stall_rit
   // 32, stat_entries 32, stat_errors 9
-  reg [417:0] gu_job_words [0:64];
+  reg [417:0] gu_job_words [0:67];
   wire [1:0] gu_job_cfg_vertices;
   wire [6:0] gu_job_cfg_segments;
   wire [31:0] gu_job_s_axis_rit_from;
@@ -135,12 +135,12 @@ module potamoi_npu_ext_tb;
     } = gu_job_words[gu_job];
 
   // s_axis_rit, from gather_rit.hex: tdata 64, tkeep 8, tlast 1, tuser 1
-  reg [73:0] s_axis_rit_words [0:1911];
+  reg [73:0] s_axis_rit_words [0:1947];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   reg s_axis_rit_tvalid = 1'b0;
   wire s_axis_rit_tready;
-  wire [74-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 1912 ? s_axis_rit_at : 0];
+  wire [74-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 1948 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [63:0] s_axis_rit_tdata;
   wire [7:0] s_axis_rit_tkeep;
@@ -151,12 +151,12 @@ module potamoi_npu_ext_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 128, tlast 1
-  reg [128:0] s_axis_mft_words [0:1204];
+  reg [128:0] s_axis_mft_words [0:1206];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   reg s_axis_mft_tvalid = 1'b0;
   wire s_axis_mft_tready;
-  wire [129-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 1205 ? s_axis_mft_at : 0];
+  wire [129-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 1207 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [127:0] s_axis_mft_tdata;
   wire [0:0] s_axis_mft_tlast;
@@ -165,7 +165,7 @@ module potamoi_npu_ext_tb;
     } = s_axis_mft_tvalid ? s_axis_mft_word : ~s_axis_mft_word;
 
   // m_axis_feat, from gather_feat.hex: tdata 128, tkeep 16, tlast 1, tuser 16
-  reg [160:0] m_axis_feat_words [0:949];
+  reg [160:0] m_axis_feat_words [0:955];
   integer m_axis_feat_at = 0;
   reg m_axis_feat_held = 1'b0;
   reg m_axis_feat_tready = 1'b0;
@@ -843,7 +843,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", gu_job_words);
-      if (^gu_job_words[64] === 1'bx) begin
+      if (^gu_job_words[67] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -855,7 +855,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[1911] === 1'bx) begin
+      if (^s_axis_rit_words[1947] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -867,7 +867,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[1204] === 1'bx) begin
+      if (^s_axis_mft_words[1206] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end
@@ -879,7 +879,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_feat.hex", m_axis_feat_words);
-      if (^m_axis_feat_words[949] === 1'bx) begin
+      if (^m_axis_feat_words[955] === 1'bx) begin
         if (!failed) $display("FAIL: gather_feat.hex has fewer words than this bench reads");
         fail;
       end

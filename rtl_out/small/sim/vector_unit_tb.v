@@ -40,6 +40,7 @@ module vector_unit_tb;
   integer state = RESET;
   integer job = 0;
   integer clocks = 0;  // in this state
+  reg is_fresh = 1'b0;  // nothing since reset
   integer cycles = 0;  // of this job
   integer quiet = 0;   // clocks since a beat moved
   integer cut = 0;     // cycle of the first job in which it is cut off by a reset
@@ -394,10 +395,28 @@ module vector_unit_tb;
           rst_n <= 1'b1;
           state = BEGIN;
           clocks = 0;
+          is_fresh = 1'b1;
         end
       end
       BEGIN: begin
         if (clocks == 1) begin
+          if (!failed && is_fresh && stat_vectors !== 0) begin
+            $display("FAIL: stat_vectors is %0d after reset", stat_vectors);
+            fail;
+          end
+          if (!failed && is_fresh && stat_busy !== 0) begin
+            $display("FAIL: stat_busy is %0d after reset", stat_busy);
+            fail;
+          end
+          if (!failed && is_fresh && stat_stall_out !== 0) begin
+            $display("FAIL: stat_stall_out is %0d after reset", stat_stall_out);
+            fail;
+          end
+          if (!failed && is_fresh && stat_errors !== 0) begin
+            $display("FAIL: stat_errors is %0d after reset", stat_errors);
+            fail;
+          end
+          is_fresh = 1'b0;
           m_axis_vec_at = job_m_axis_vec_from;
           cfg_clear <= 1'b1;
         end else if (clocks == 2) begin

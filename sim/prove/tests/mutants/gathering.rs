@@ -7,7 +7,7 @@ const MFT: &str = "mft.v";
 const RIT: &str = "rit_buffer.v";
 const FIFO: &str = "feature_fifo.v";
 
-pub(crate) const GATHERING: [Mutant; 35] = [
+pub(crate) const GATHERING: [Mutant; 36] = [
     [
         "counters_saturate",
         GU,
@@ -31,6 +31,12 @@ pub(crate) const GATHERING: [Mutant; 35] = [
         GU,
         "if (completes) begin",
         "s2_slot <= s1_slot;\n    if (completes) begin",
+    ],
+    [
+        "weight_total0_held",
+        GU,
+        "if (s1_valid) weight_total0",
+        "weight_total0",
     ],
     [
         "mft.half_of_words_held",

@@ -66,10 +66,13 @@ pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Edge> {
         jobs.extend([words, closed]);
     }
     let weighted = built.iter().copied().filter(listed);
-    let weighted = weighted.filter(|v| v.is_structured());
-    if let Some(vertices) = weighted.min_by_key(|v| v.count()) {
-        jobs.push(ties(&mut draw, vertices));
-        jobs.extend(weights(&mut draw, vertices));
+    let weighted: Vec<_> = weighted.filter(|v| v.is_structured()).collect();
+    if let Some(vertices) = weighted.iter().min_by_key(|v| v.count()) {
+        jobs.push(ties(&mut draw, *vertices));
+        jobs.extend(weights(&mut draw, *vertices));
+    }
+    if let Some(vertices) = weighted.iter().max_by_key(|v| v.count()) {
+        jobs.extend(carries(&mut draw, *vertices));
     }
     if built.contains(&Vertices::One) {
         let mut task = small(&mut draw, Vertices::One, 2);
@@ -231,14 +234,31 @@ fn weights(draw: &mut Draw<'_>, vertices: Vertices) -> Vec<Edge> {
     let bits = draw.config.gu.weight_bits;
     let one = 1u16 << bits;
     let task = small(draw, vertices, 2);
-    let mut pairs: Vec<_> = (0..=bits).map(|bit| [one - (1 << bit), 0]).collect();
-    pairs.extend((0..=bits).map(|bit| [one, 1 << bit]));
-    pairs.extend((bits + 1..16).map(|bit| [one | 1 << bit, 0]));
-    let job = |pair: [u16; 2]| {
-        let mut task = task.clone();
-        task.entries[0].weights = [0; 8];
-        task.entries[0].weights[..2].copy_from_slice(&pair);
-        Edge::of("weights that are not right", vec![task])
-    };
-    pairs.into_iter().map(job).collect()
+    let mut all: Vec<_> = (0..=bits).map(|bit| vec![one - (1 << bit)]).collect();
+    all.extend((0..=bits).map(|bit| vec![one, 1 << bit]));
+    all.extend((bits + 1..16).map(|bit| vec![one | 1 << bit]));
+    all.into_iter().map(|own| weighing(&task, &own)).collect()
+}
+
+/// Single entries whose weights would sum to 1 if a carry were lost.
+fn carries(draw: &mut Draw<'_>, vertices: Vertices) -> Vec<Edge> {
+    let bits = draw.config.gu.weight_bits;
+    let largest = (2u32 << bits) - 1;
+    let task = small(draw, vertices, 2);
+    let sums = (bits + 1..bits + 4).map(|bit| (1 << bits) + (1 << bit));
+    let fitting = sums.filter(|sum| *sum <= vertices.count() as u32 * largest);
+    let weights = fitting.map(|sum| {
+        let whole = std::iter::repeat_n(largest as u16, (sum / largest) as usize);
+        let rest = (sum % largest) as u16;
+        whole.chain((rest > 0).then_some(rest)).collect::<Vec<_>>()
+    });
+    weights.map(|own| weighing(&task, &own)).collect()
+}
+
+/// A task whose first entry has these weights.
+fn weighing(task: &GatherTask, weights: &[u16]) -> Edge {
+    let mut task = task.clone();
+    task.entries[0].weights = [0; 8];
+    task.entries[0].weights[..weights.len()].copy_from_slice(weights);
+    Edge::of("weights that are not right", vec![task])
 }

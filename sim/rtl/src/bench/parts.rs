@@ -26,6 +26,7 @@ module @UNIT@_tb;
   integer state = RESET;
   integer job = 0;
   integer clocks = 0;  // in this state
+  reg is_fresh = 1'b0;  // nothing since reset
   integer cycles = 0;  // of this job
   integer quiet = 0;   // clocks since a beat moved
   integer cut = 0;     // cycle of the first job in which it is cut off by a reset
@@ -213,12 +214,21 @@ pub(super) const BEGIN_JOB: &str = r#"        if (!failed && clocks == reset) be
           rst_n <= 1'b1;
           state = BEGIN;
           clocks = 0;
+          is_fresh = 1'b1;
         end
       end
       BEGIN: begin
         if (clocks == 1) begin
+@FRESH@          is_fresh = 1'b0;
           @OUT@_at = job_@OUT@_from;
           cfg_clear <= 1'b1;
+"#;
+
+/// Counters and flags after a reset, before they are cleared.
+pub(super) const FRESH: &str = r#"          if (!failed && is_fresh && @STAT@ !== 0) begin
+            $display("FAIL: @STAT@ is %0d after reset", @STAT@);
+            fail;
+          end
 "#;
 
 pub(super) const CLEAR: &str = r#"        end else if (clocks == 2) begin

@@ -269,7 +269,11 @@ impl<'a> Bench<'a> {
         for stream in &ports.inputs {
             self.part(parts::RESET_SOURCE, &[("IN", &stream.name)]);
         }
-        self.part(parts::BEGIN_JOB, &[]);
+        let stats = ports.stats.iter();
+        let fresh: String = stats
+            .map(|(stat, _)| parts::FRESH.replace("@STAT@", stat))
+            .collect();
+        self.part(parts::BEGIN_JOB, &[("FRESH", &fresh)]);
         for (setting, _) in &ports.settings {
             let _ = writeln!(self.text, "          {setting} <= job_{setting};");
         }

@@ -75,11 +75,13 @@ pub(crate) fn gathering_unit_checks(m: &mut ModuleBuilder, config: &Config, part
         }
     }
     idle(m, &stages);
-    let held = ["s2_end", "s2_keep", "s2_slot"].map(|register| Held {
-        register: register.to_owned(),
-        enable: "completes",
-    });
-    held_without_enable(m, &held);
+    let held = |register: String, enable| Held { register, enable };
+    let registers = ["s2_end", "s2_keep", "s2_slot"].map(str::to_owned);
+    let mut all: Vec<_> = registers.map(|own| held(own, "completes")).into();
+    let totals = (0..config.gu.ports).map(|port| format!("weight_total{port}"));
+    let totals: Vec<String> = totals.filter(|own| m.has(own)).collect();
+    all.extend(totals.into_iter().map(|own| held(own, "s1_valid")));
+    held_without_enable(m, &all);
     if m.has("single_ids") && m.has("s1_first") && m.has("s1_weight_of_port0") {
         let one = 1 << config.gu.weight_bits;
         let whole = |p| format!("(s1_keep[{p}] -> s1_weight_of_port{p} == {one})");
