@@ -261,7 +261,7 @@ fn print(
     }
     for name in stale {
         let path = args.out_dir.join(name);
-        say!("removed {}, of another configuration", path.display());
+        say!("removed {}, of an earlier emission", path.display());
     }
     let modules = made.iter().filter(|(path, _)| path.ends_with(".v"));
     let lines = modules.clone().map(|(_, text)| text.lines().count());

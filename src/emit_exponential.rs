@@ -81,7 +81,7 @@ pub(crate) fn run(
     )?;
     for name in stale {
         let path = args.out_dir.join(name);
-        say!("removed {}, of another configuration", path.display());
+        say!("removed {}, of an earlier emission", path.display());
     }
     let report = Report {
         format_version: FORMAT_VERSION,

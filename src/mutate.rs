@@ -8,9 +8,10 @@ use potamoi_base::content_hash;
 use potamoi_base::outputs as files;
 use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::Config;
+use potamoi_formats::units::NPU_EXT;
 use potamoi_mutate::{Fate, Judge, Judged, Kept, MutateError, Options, Score, Tools, score};
 use potamoi_netlist::{Header, verilog};
-use potamoi_prove::{Unit, units_as_built};
+use potamoi_prove::{Unit, top_as_built, units_as_built};
 use potamoi_rtl::verify::{Settings, Verifier};
 use potamoi_rtl::{EngineKind, ForeignRtl};
 use serde::Serialize;
@@ -26,7 +27,7 @@ use crate::tables;
 pub(crate) struct MutateArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Hardware unit [default: both]
+    /// Hardware unit [default: all]
     #[arg(long, value_enum)]
     unit: Option<MutatedUnit>,
     /// Faults in every module; fewer where it has fewer
@@ -52,6 +53,8 @@ enum MutatedUnit {
     Gu,
     /// The vector unit
     Vu,
+    /// The SoC top around both, without what is in them
+    Npu,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -125,15 +128,17 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
     };
     let work = Work::Scene(Box::new(args.scene.open()?));
     let every = Extent::Share(WORK).every(work.counts(&config)?);
-    let all = units_as_built(&config)?;
+    let mut all = units_as_built(&config)?;
     let whole: BTreeMap<String, String> = all
         .iter()
         .flat_map(|unit| verilog(&unit.module, &Header::default()))
         .collect();
+    all.push(top_as_built(&config)?);
     let mut units = vec![];
     let chosen = match args.unit {
         Some(MutatedUnit::Gu) => &all[..1],
-        Some(MutatedUnit::Vu) => &all[1..],
+        Some(MutatedUnit::Vu) => &all[1..2],
+        Some(MutatedUnit::Npu) => &all[2..],
         None => &all[..],
     };
     for unit in chosen {
@@ -144,6 +149,10 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
             bar.set_message(by.to_owned());
         };
         let verify = |faulty: &BTreeMap<String, String>| {
+            // No scene runs through the SoC top.
+            if unit.name == NPU_EXT {
+                return Ok(None);
+            }
             // The other unit is there without a fault.
             let mut files = whole.clone();
             for module in unit_modules(unit) {

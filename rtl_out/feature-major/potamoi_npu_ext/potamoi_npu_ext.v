@@ -199,6 +199,7 @@ module potamoi_npu_ext (
   reg [31:0] gu_busy_shown, gu_stall_fifo_shown, gu_stall_mft_shown, gu_stall_rit_shown,
       gu_stall_bank_shown, gu_entries_shown;
   reg [8:0] gu_errors_before;
+  wire gu_error_rises = |(gu_stat_errors & (~gu_errors_before));
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -289,6 +290,7 @@ module potamoi_npu_ext (
   );
   reg [31:0] vu_vectors_shown, vu_busy_shown, vu_stall_out_shown;
   reg [2:0] vu_errors_before;
+  wire vu_error_rises = |(vu_stat_errors & (~vu_errors_before));
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -321,8 +323,8 @@ module potamoi_npu_ext (
     .status_vu_idle              (vu_idle),
     .irq_status_gu_done_set      (gu_job_done),
     .irq_status_vu_done_set      (vu_job_done),
-    .irq_status_gu_error_set     (|(gu_stat_errors & (~gu_errors_before))),
-    .irq_status_vu_error_set     (|(vu_stat_errors & (~vu_errors_before))),
+    .irq_status_gu_error_set     (gu_error_rises),
+    .irq_status_vu_error_set     (vu_error_rises),
     .irq_status_gu_refused_set   (gu_job_refused),
     .irq_status_vu_refused_set   (vu_job_refused),
     .gu_left                     (gu_job_packets_left),
@@ -405,6 +407,73 @@ module potamoi_npu_ext (
   assign m_axis_vec_tdata = vu_m_axis_vec_tdata;
   assign m_axis_vec_tkeep = vu_m_axis_vec_tkeep;
   assign m_axis_vec_tlast = vu_m_axis_vec_tlast;
+
+`ifdef POTAMOI_CHECKS
+  // Checks: docs/explanation/proofs.md
+  wire checking;  // out of reset, and reset once
+  potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  reg [31:0] gu_busy_asked, gu_stall_fifo_asked, gu_stall_mft_asked, gu_stall_rit_asked,
+      gu_stall_bank_asked, gu_entries_asked, vu_vectors_asked, vu_busy_asked, vu_stall_out_asked;
+  reg [8:0] gu_errors_past;
+  reg [2:0] vu_errors_past;
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      gu_busy_asked <= 32'd0;
+      gu_stall_fifo_asked <= 32'd0;
+      gu_stall_mft_asked <= 32'd0;
+      gu_stall_rit_asked <= 32'd0;
+      gu_stall_bank_asked <= 32'd0;
+      gu_entries_asked <= 32'd0;
+      gu_errors_past <= 9'd0;
+      vu_vectors_asked <= 32'd0;
+      vu_busy_asked <= 32'd0;
+      vu_stall_out_asked <= 32'd0;
+      vu_errors_past <= 3'd0;
+    end else begin
+      if (registers_control_snapshot) begin
+        gu_busy_asked <= gu_stat_busy;
+        gu_stall_fifo_asked <= gu_stat_stall_fifo;
+        gu_stall_mft_asked <= gu_stat_stall_mft;
+        gu_stall_rit_asked <= gu_stat_stall_rit;
+        gu_stall_bank_asked <= gu_stat_stall_bank;
+        gu_entries_asked <= gu_stat_entries;
+        vu_vectors_asked <= vu_stat_vectors;
+        vu_busy_asked <= vu_stat_busy;
+        vu_stall_out_asked <= vu_stat_stall_out;
+      end
+      gu_errors_past <= gu_stat_errors;
+      vu_errors_past <= vu_stat_errors;
+    end
+  end
+
+  // The registers show each counter as of the last snapshot.
+  potamoi_assert check_gu_counters_of_snapshot (.clk(clk), .on(checking), .good((gu_busy_shown ==
+      gu_busy_asked) & (gu_stall_fifo_shown == gu_stall_fifo_asked) & (gu_stall_mft_shown ==
+      gu_stall_mft_asked) & (gu_stall_rit_shown == gu_stall_rit_asked) & (gu_stall_bank_shown ==
+      gu_stall_bank_asked) & (gu_entries_shown == gu_entries_asked)));
+
+  // A job is done when no input has packets to come.
+  potamoi_assert check_gu_done_is_closed (.clk(clk), .on(checking), .good((~gu_job_done) |
+      (~(rit_gate_is_open | mft_gate_is_open))));
+
+  // A flag that rises is an event.
+  potamoi_assert check_gu_error_is_new (.clk(clk), .on(checking), .good(gu_error_rises ==
+      (|(gu_stat_errors & (~gu_errors_past)))));
+
+  // The registers show each counter as of the last snapshot.
+  potamoi_assert check_vu_counters_of_snapshot (.clk(clk), .on(checking), .good((vu_vectors_shown ==
+      vu_vectors_asked) & (vu_busy_shown == vu_busy_asked) & (vu_stall_out_shown ==
+      vu_stall_out_asked)));
+
+  // A job is done when no input has packets to come.
+  potamoi_assert check_vu_done_is_closed (.clk(clk), .on(checking), .good((~vu_job_done) |
+      (~vec_gate_is_open)));
+
+  // A flag that rises is an event.
+  potamoi_assert check_vu_error_is_new (.clk(clk), .on(checking), .good(vu_error_rises ==
+      (|(vu_stat_errors & (~vu_errors_past)))));
+`endif
 endmodule
 
 `default_nettype wire

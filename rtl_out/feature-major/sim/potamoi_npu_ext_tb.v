@@ -27,6 +27,7 @@ module potamoi_npu_ext_tb;
   integer cut = 0;     // clocks after which a reset cuts the first jobs off
   reg failed = 1'b0;
   reg [31:0] mode;
+  reg [31:0] many = 32'd0;  // packets in place of those of a job
 
   // Pauses are drawn from xorshift generators, so that all simulators draw the same.
   reg [31:0] drawn = 32'd1;      // of the streams
@@ -686,6 +687,7 @@ module potamoi_npu_ext_tb;
       mode[8 +: 7] = gu_job_cfg_segments;
       mode[24 +: 7] = gu_job_cfg_channels;
       write(GU_MODE, mode, 4'hf, OKAY);
+      if (many != 32'd0) gu_packets = many;
       write(GU_PACKETS, gu_packets, 4'hf, OKAY);
       write(CONTROL, CONTROL_GU_START, 4'hf, OKAY);
       // Of the next job: the one that runs has its own.
@@ -717,6 +719,7 @@ module potamoi_npu_ext_tb;
       vu_packets = 0;
       for (vu_beat = m_axis_vec_at; vu_beat < vu_job_m_axis_vec_end; vu_beat = vu_beat + 1)
         if (m_axis_vec_words[vu_beat][0]) vu_packets = vu_packets + 1;
+      if (many != 32'd0) vu_packets = many;
       write(VU_PACKETS, vu_packets, 4'hf, OKAY);
       write(CONTROL, CONTROL_VU_START, 4'hf, OKAY);
     end
@@ -749,8 +752,49 @@ module potamoi_npu_ext_tb;
     end
   endtask
 
+  // A number of packets with any one bit holds both jobs open, and lets the beats of all streams in.
+  task large_counts;
+    begin
+      many = 32'd256;
+      while (!failed && many != 32'd0) begin
+        gu_begin;
+        vu_begin;
+        read(STATUS, OKAY);
+        if (!failed && (~word & (STATUS_GU_RUNNING | STATUS_VU_RUNNING)) != 0) begin
+          $display("FAIL: a job of %0d packets is not begun", many);
+          fail;
+        end
+        waited = 0;
+        while (!failed && (s_axis_rit_at == 0 || s_axis_mft_at == 0 || s_axis_vec_at == 0)) begin
+          @(negedge clk);
+          waited = waited + 1;
+          if (waited > PATIENCE) begin
+            $display("FAIL: no beat enters in a job of %0d packets", many);
+            fail;
+          end
+        end
+        read(GU_LEFT, OKAY);
+        few(GU_LEFT);
+        read(VU_LEFT, OKAY);
+        few(VU_LEFT);
+        reset;
+        many = many << 1;
+      end
+    end
+  endtask
+
+  // Holds a number of packets that are left to the number of the job, less those that were taken.
+  task few(input [11:0] address);
+    if (!failed && (word > many || many - word > 32'd255)) begin
+      $display("FAIL: register %h is %h in a job of %h packets", address, word, many);
+      fail;
+    end
+  endtask
+
   reg gu_runs;
   reg vu_runs;
+  reg gu_worked = 1'b0;
+  reg vu_worked = 1'b0;
   task run_round;
     begin
       gu_runs = round < GU_JOBS;
@@ -761,6 +805,9 @@ module potamoi_npu_ext_tb;
       write(IRQ_ENABLE, IRQ_STATUS_GU_DONE | IRQ_STATUS_VU_DONE, 4'hf, OKAY);
       if (gu_runs) gu_begin;
       if (vu_runs) vu_begin;
+      read(STATUS, OKAY);
+      if ((word & STATUS_GU_IDLE) == 0) gu_worked = 1'b1;
+      if ((word & STATUS_VU_IDLE) == 0) vu_worked = 1'b1;
       if (cut != 0) begin
         repeat (cut) @(negedge clk);
         cut = 0;
@@ -934,8 +981,13 @@ module potamoi_npu_ext_tb;
     @(negedge clk);
     reset;
     check_registers;
+    large_counts;
     while (!failed && (round < GU_JOBS || round < VU_JOBS)) run_round;
     repeat (40) @(negedge clk);
+    if (!failed && !(gu_worked && vu_worked)) begin
+      $display("FAIL: STATUS never showed that a unit is not idle");
+      fail;
+    end
     if (!failed) begin
       $display("PASS: potamoi_npu_ext, %0d gathering and %0d vector jobs, +gaps=%0d +seed=%0d",
         GU_JOBS, VU_JOBS, gaps, seed);

@@ -39,10 +39,33 @@ module npu_packet_gate (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
+  reg [31:0] allowed;
+  reg [32:0] passed;
+  wire [33:0] by_start = start ? 34'd0 : ({1'd0, passed} + {27'd0, step});
+
+  always @(posedge clk) begin
+    if (!rst_n) begin
+      allowed <= 32'd0;
+      passed <= 33'd0;
+    end else begin
+      if (start) allowed <= packets;
+      if (start | ends) passed <= by_start[32:0];
+    end
+  end
+
+  wire unused_checks = &{1'b0, by_start[33]};
 
   // A closed gate offers nothing and takes nothing.
   potamoi_assert check_closed_passes_nothing (.clk(clk), .on(checking), .good((~(m_tvalid |
       s_tready)) | (|left)));
+
+  // An open gate is not there.
+  potamoi_assert check_open_passes_all (.clk(clk), .on(checking), .good((m_tvalid == (s_tvalid &
+      (|left))) & (s_tready == (m_tready & (|left))) & (is_open == (|left))));
+
+  // The gate is open until the packets that have passed stand for all of the job.
+  potamoi_assert check_open_for_the_job (.clk(clk), .on(checking), .good((passed < {1'd0, allowed})
+      ? ({1'd0, left} == ({1'd0, allowed} - passed)) : (left == 32'd0)));
 
   // A beat leaves the master when it enters the unit: none is lost, none is there twice.
   potamoi_assert check_passes_at_both_sides (.clk(clk), .on(checking), .good((s_tvalid & s_tready)

@@ -26,6 +26,7 @@ module npu_job (
   reg [31:0] left;
   wire can_begin = (~running) & idle & (|packets);
   wire begins_now = start & can_begin;
+  assign refused = start & (~can_begin);
   wire any_left = |left;
   wire ends = taken & taken_last & any_left;
   wire is_done = running & (~(is_open | any_left)) & idle;
@@ -41,7 +42,6 @@ module npu_job (
   end
 
   assign begins = begins_now;
-  assign refused = start & (~can_begin);
   assign is_running = running;
   assign done = is_done;
   assign packets_left = left;
@@ -76,6 +76,10 @@ module npu_job (
   // A job begins only while no other runs.
   potamoi_assert check_begins_at_rest (.clk(clk), .on(checking), .good((~begins) | (idle &
       (~is_running))));
+
+  // A start begins a job of packets while the unit is idle, and is refused else.
+  potamoi_assert check_begun_or_refused (.clk(clk), .on(checking), .good((begins == (start &
+      (|packets) & idle & (~is_running))) & (refused == (start & (~begins)))));
 `endif
 endmodule
 

@@ -312,6 +312,28 @@ module npu_registers (
   wire vu_packets_differs = |((vu_packets ^ value_written) & bits_written & any_vu_packets_bits);
   wire read_differs = |((read_data ^ value_written) & bits_written & (any_irq_enable_bits |
       any_gu_mode_bits | any_gu_packets_bits | any_vu_packets_bits));
+  wire reads_are_values = ((read_index != 10'd0) | (read_data == 32'h504f5441)) & ((read_index !=
+      10'd1) | (read_data == {16'd1, 16'd0})) & ((read_index != 10'd2) | (read_data ==
+      32'h530a3aa6)) & ((read_index != 10'd3) | (read_data == {16'd0, 16'he07f})) & ((read_index !=
+      10'd4) | (read_data == {4'd0, 4'd15, 3'd0, 5'd16, 4'd15, 4'd1, 8'd8})) & ((read_index !=
+      10'd5) | (read_data == {1'b0, 7'd8, 7'd0, 17'd512})) & ((read_index != 10'd6) | (read_data ==
+      {12'd16, 10'd16, 10'd8})) & ((read_index != 10'd7) | (read_data == {3'd0, 5'd16, 3'd0, 9'd127,
+      3'd0, 9'd4})) & ((read_index != 10'd9) | (read_data == {28'd0, status_vu_idle, status_gu_idle,
+      status_vu_running, status_gu_running})) & ((read_index != 10'd10) | (read_data ==
+      irq_status_word)) & ((read_index != 10'd11) | (read_data == irq_enable_word)) & ((read_index
+      != 10'd16) | (read_data == gu_mode_word)) & ((read_index != 10'd17) | (read_data ==
+      gu_packets)) & ((read_index != 10'd18) | (read_data == gu_left)) & ((read_index != 10'd19) |
+      (read_data == {23'd0, gu_errors_setting_moved, gu_errors_bad_setting,
+      gu_errors_mft_row_dropped, gu_errors_rit_too_large, gu_errors_gap_in_beat,
+      gu_errors_ragged_entries, gu_errors_weights_off_one, gu_errors_weight_too_large,
+      gu_errors_row_not_loaded})) & ((read_index != 10'd20) | (read_data == vu_packets)) &
+      ((read_index != 10'd21) | (read_data == vu_left)) & ((read_index != 10'd22) | (read_data ==
+      {29'd0, vu_errors_torn_lane, vu_errors_rounding_reserved, vu_errors_not_built})) &
+      ((read_index != 10'd64) | (read_data == gu_busy)) & ((read_index != 10'd66) | (read_data ==
+      gu_stall_fifo)) & ((read_index != 10'd68) | (read_data == gu_stall_mft)) & ((read_index !=
+      10'd70) | (read_data == gu_stall_rit)) & ((read_index != 10'd74) | (read_data == gu_entries))
+      & ((read_index != 10'd96) | (read_data == vu_vectors)) & ((read_index != 10'd98) | (read_data
+      == vu_busy)) & ((read_index != 10'd100) | (read_data == vu_stall_out));
   reg [31:0] irq_status_was_set, irq_status_was_cleared, irq_status_before;
   wire [31:0] not_irq_status_word = ~irq_status_word;
   wire none_lost_now = ~(|(irq_status_was_set & not_irq_status_word & 32'd63));
@@ -338,7 +360,7 @@ module npu_registers (
     end
   end
 
-  wire unused_checks = &{1'b0, none_lost_now, events_stay_now, events_clear_now};
+  wire unused_checks = &{1'b0, reads_are_values, none_lost_now, events_stay_now, events_clear_now};
 
   potamoi_assert check_irq_enable_kept (.clk(clk), .on(checking), .good(~irq_enable_differs));
   potamoi_assert check_gu_mode_kept (.clk(clk), .on(checking), .good(~gu_mode_differs));
@@ -348,6 +370,9 @@ module npu_registers (
   // A read of a register that software writes gives what was written last, byte by byte.
   potamoi_assert check_read_as_written (.clk(clk), .on(checking), .good((~(read_index ==
       any_register)) | (~read_differs)));
+
+  // A read of a register gives its value.
+  potamoi_assert check_read_as_it_is (.clk(clk), .on(checking), .good(reads_are_values));
 
   // An event sets its bit even at the edge at which software clears it.
   potamoi_assert check_none_lost (.clk(clk), .on(checking), .good(none_lost_now));

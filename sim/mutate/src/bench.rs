@@ -5,6 +5,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 use potamoi_rtl::bench::{RUNS, standalone};
 use potamoi_verilated::child;
 use tempfile::TempDir;
@@ -32,7 +33,12 @@ impl Bench {
             error,
         })?;
         let sim = folder.path().join("sim");
-        for (name, text) in standalone(config, &[&unit], "")? {
+        // The bench of the SoC top has the jobs of both units.
+        let benches: &[&str] = match &*unit {
+            NPU_EXT => &[GATHERING_UNIT, VECTOR_UNIT, NPU_EXT],
+            own => &[own],
+        };
+        for (name, text) in standalone(config, benches, "")? {
             write(&sim.join(name), &text)?;
         }
         for (name, text) in design.verilog(0)? {
@@ -42,6 +48,8 @@ impl Bench {
         make.arg("-C").arg(&sim);
         make.args(["SIM=verilator", "RUNS=0:1"]);
         make.arg(format!("UNITS={unit}"));
+        // All modules are in the folder of the unit.
+        make.arg(format!("PARTS_{unit}="));
         succeed(&make, "make", &unit)?;
         let program = sim.join(format!("build/{unit}/V{unit}_tb"));
         let bench = Self {

@@ -31,7 +31,8 @@ impl Design {
     /// Yosys fails, or a file cannot be written.
     pub fn new(tools: &Tools, unit: &Unit, count: u32, seed: u64) -> Result<Self, MutateError> {
         let folder = unit.files()?;
-        let modules = modules(unit);
+        // Units within the SoC top are mutated by themselves.
+        let modules = unit.module.modules_outside(&unit.apart);
         let mut lines = unit.load().to_vec();
         // The checks are not mutated. They are deleted after they are read, so that cells are named
         // as where they are proven.

@@ -16,7 +16,7 @@ mod unit;
 
 pub use error::ProveError;
 pub use tools::Tools;
-pub use unit::{Options, Proof, Unit, units, units_as_built};
+pub use unit::{Options, Proof, Unit, top_as_built, units, units_as_built};
 
 use serde::Serialize;
 

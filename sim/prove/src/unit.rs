@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_netlist::{CheckInfo, CheckKind, Header, IrErrors, Module, check_modules, verilog};
 use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::npu::npu_ext;
@@ -49,17 +50,25 @@ pub struct Unit {
 pub fn units(config: &Config) -> Result<Vec<Unit>, IrErrors> {
     let mut config = config.clone();
     config.gu.counter_bits = COUNTER_BITS;
-    let units = units_as_built(&config)?;
-    let mut top = Unit::new(npu_ext(&config)?);
-    top.apart = units.iter().map(|unit| unit.name.clone()).collect();
     let mut all = vec![];
-    for unit in units {
+    for unit in units_as_built(&config)? {
         let alone = unit.proven_alone();
         all.push(unit);
         all.extend(alone);
     }
-    all.push(top);
+    all.push(top_as_built(&config)?);
     Ok(all)
+}
+
+/// The SoC top of a configuration around its units, which are proven apart, with counters of their
+/// own width.
+///
+/// # Errors
+/// The netlist's own checks.
+pub fn top_as_built(config: &Config) -> Result<Unit, IrErrors> {
+    let mut top = Unit::new(npu_ext(config)?);
+    top.apart = [GATHERING_UNIT, VECTOR_UNIT].map(str::to_owned).into();
+    Ok(top)
 }
 
 /// The units of a configuration, with counters of their own width.

@@ -10,7 +10,7 @@ mod finisher;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -59,6 +59,19 @@ pub enum FileSetError {
         /// The files, by path in the folder.
         names: Vec<String>,
     },
+    /// Folders of an earlier emission that this one has no file in.
+    #[error(
+        "{} has {} of an earlier emission, which this one does not write: name another folder, or \
+         give --overwrite, which removes them",
+        folder.display(),
+        names.join(", ")
+    )]
+    Others {
+        /// The folder of the set.
+        folder: PathBuf,
+        /// The folders.
+        names: Vec<String>,
+    },
     /// A file's place is taken by a link, a device or a folder.
     #[error("{} is {what} and is never replaced: name another folder", path.display())]
     NeverReplaced {
@@ -95,8 +108,8 @@ struct Manifest {
 /// committed set into place, as [`finish_apart`] does.
 ///
 /// # Errors
-/// Files of those names exist that no emission wrote, or that were edited since, unless
-/// `overwrite`; a file cannot be written, in which case the old set remains.
+/// Files of those names exist that no emission wrote, or that were edited since, or a folder of the
+/// earlier emission would go, unless `overwrite`; a file cannot be written, in which case the old set remains.
 pub fn replace(
     out: &Path,
     set: &Set,
@@ -120,9 +133,24 @@ pub fn replace(
         .filter(|path| !set.contains_key(*path) && out.join(path).exists())
         .cloned()
         .collect();
+    let folders = whole_folders(&gone, set);
+    if !folders.is_empty() && !overwrite {
+        return Err(FileSetError::Others {
+            folder: out.to_owned(),
+            names: folders,
+        });
+    }
     write(out, set, configuration, &gone)?;
     finish(out)?;
     Ok(gone)
+}
+
+/// First folders of removed files that the set has no file in: another emission's parts.
+fn whole_folders(gone: &[String], set: &Set) -> Vec<String> {
+    let first = |path: &str| Some(path.split_once('/')?.0.to_owned());
+    let left: BTreeSet<String> = set.keys().filter_map(|path| first(path)).collect();
+    let gone: BTreeSet<String> = gone.iter().filter_map(|path| first(path)).collect();
+    gone.difference(&left).cloned().collect()
 }
 
 /// Files of the old manifest; empty where none is readable.

@@ -49,6 +49,20 @@ fn folders_that_are_links_are_not_followed() {
     assert_eq!(fs::read_dir(&other).unwrap().count(), 0);
 }
 
+/// Another emission's unit goes only where that is asked for.
+#[test]
+fn a_folder_that_the_set_has_no_file_in_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("o");
+    let (old, new) = (set(&["u/a.v", "v/b.v"], "old"), set(&["v/b.v"], "new"));
+    replaced(&out, &old, "1", false).unwrap();
+    let error = replaced(&out, &new, "1", false).unwrap_err().to_string();
+    assert!(error.contains("has u of an earlier emission"), "{error}");
+    assert_eq!(content(&out), old);
+    assert_eq!(replaced(&out, &new, "1", true).unwrap(), ["u/a.v"]);
+    assert_eq!(content(&out), new);
+}
+
 #[test]
 fn a_set_replaces_another_and_leaves_the_rest() {
     let folder = tempfile::tempdir().unwrap();

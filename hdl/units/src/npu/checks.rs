@@ -116,6 +116,50 @@ fn payloads(m: &mut ModuleBuilder) {
     );
 }
 
+/// Checks of a unit's side of the top: its counters, and its gates.
+pub(super) fn side_checks(
+    m: &mut ModuleBuilder,
+    short: &str,
+    counters: &[(&str, String, u32)],
+    gates: &[String],
+) {
+    m.begin_checks();
+    let mut same = vec![];
+    for (port, name, width) in counters {
+        let asked = format!("{name}_asked");
+        taken(
+            m,
+            &asked,
+            *width,
+            "registers_control_snapshot",
+            &format!("{short}_{port}"),
+        );
+        same.push(format!("{name}_shown == {asked}"));
+    }
+    m.assert(
+        &format!("{short}_counters_of_snapshot"),
+        &same.join(" & "),
+        "The registers show each counter as of the last snapshot.",
+    );
+    let open: Vec<String> = gates
+        .iter()
+        .map(|gate| format!("{gate}_gate_is_open"))
+        .collect();
+    m.assert(
+        &format!("{short}_done_is_closed"),
+        &format!("{short}_job_done -> ~({})", open.join(" | ")),
+        "A job is done when no input has packets to come.",
+    );
+    let flags = m.named(&format!("{short}_stat_errors")).width();
+    let past = format!("{short}_errors_past");
+    taken(m, &past, flags, "1", &format!("{short}_stat_errors"));
+    m.assert(
+        &format!("{short}_error_is_new"),
+        &format!("{short}_error_rises == any({short}_stat_errors & ~{past})"),
+        "A flag that rises is an event.",
+    );
+}
+
 /// Checks of `npu_packet_gate`.
 pub(super) fn gate_checks(m: &mut ModuleBuilder) {
     m.begin_checks();
@@ -123,6 +167,19 @@ pub(super) fn gate_checks(m: &mut ModuleBuilder) {
         "closed_passes_nothing",
         "m_tvalid | s_tready -> any(left)",
         "A closed gate offers nothing and takes nothing.",
+    );
+    m.assert(
+        "open_passes_all",
+        "m_tvalid == (s_tvalid & any(left)) & s_tready == (m_tready & any(left)) & open == any(left)",
+        "An open gate is not there.",
+    );
+    taken(m, "allowed", WORD_BITS, "start", "packets");
+    let more = "if(start, 0, passed + step)";
+    taken(m, "passed", WORD_BITS + 1, "start | ends", more);
+    m.assert(
+        "open_for_the_job",
+        "if(passed < allowed, left == allowed - passed, left == 0)",
+        "The gate is open until the packets that have passed stand for all of the job.",
     );
     m.assert(
         "passes_at_both_sides",
@@ -151,5 +208,10 @@ pub(super) fn job_checks(m: &mut ModuleBuilder) {
         "begins_at_rest",
         "begins_now -> idle & ~running",
         "A job begins only while no other runs.",
+    );
+    m.assert(
+        "begun_or_refused",
+        "begins_now == (start & any(packets) & idle & ~running) & refused == (start & ~begins_now)",
+        "A start begins a job of packets while the unit is idle, and is refused else.",
     );
 }

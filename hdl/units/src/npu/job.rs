@@ -35,6 +35,7 @@ pub(super) fn job() -> Result<Arc<Module>, IrErrors> {
     let begins = m.name(begins, "begins_now");
     let cannot = m.not(can);
     let refused = m.and(start, cannot);
+    let refused = m.name(refused, "refused");
     let owes = m.any(left);
     let ends = m.all_of(&[beat, last, owes]);
     let ends = m.name(ends, "ends");

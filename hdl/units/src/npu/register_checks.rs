@@ -17,7 +17,27 @@ pub(super) struct Word<'a> {
 pub(super) fn register_checks(m: &mut ModuleBuilder, words: &[Word<'_>]) {
     m.begin_checks();
     kept(m, words);
+    shown(m, words);
     events(m, words);
+}
+
+/// A read gives the value of the register.
+fn shown(m: &mut ModuleBuilder, words: &[Word<'_>]) {
+    let [read, index] = ["read_data", "read_index"].map(|name| m.named(name));
+    let mut right = vec![];
+    for word in words.iter().filter(|w| w.own.access != Access::Pulse) {
+        let at = m.lit(word.own.offset / 4, index.ty());
+        let elsewhere = m.ne(index, at);
+        let same = m.eq(read, word.value);
+        right.push(m.or(elsewhere, same));
+    }
+    let right = m.all_of(&right);
+    m.name(right, "reads_are_values");
+    m.assert(
+        "read_as_it_is",
+        "reads_are_values",
+        "A read of a register gives its value.",
+    );
 }
 
 /// Bits of a register that have a field.

@@ -109,5 +109,8 @@ pub fn npu_ext(config: &Config) -> Result<Arc<Module>, IrErrors> {
         irq,
         "high while an event that is enabled has not been cleared",
     );
+    for side in &sides {
+        side.checks(m);
+    }
     builder.finish()
 }

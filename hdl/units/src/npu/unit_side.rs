@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, PortInfo, Signal, Ty};
 
+use super::checks::side_checks;
 use super::job::job;
 use super::packet_gate::{STEP_BITS, packet_gate};
 use super::registers::{Field, RegisterMap, WORD_BITS, counted, settings};
@@ -272,6 +273,7 @@ impl UnitSide {
         let known = m.not(before);
         let new = m.and(flags, known);
         let new = m.any(new);
+        let new = m.name(new, &format!("{short}_error_rises"));
         m.connect(
             self.registers,
             &format!("irq_status_{short}_error_set"),
@@ -287,6 +289,28 @@ impl UnitSide {
                 false => m.output(&own.name, own.value, &own.doc),
             }
         }
+    }
+}
+
+impl UnitSide {
+    /// Checks of what lies around the unit.
+    pub(super) fn checks(&self, m: &mut ModuleBuilder) {
+        let ports = &self.ports;
+        let width = |name: &str| {
+            ports
+                .iter()
+                .find(|port| port.name == name)
+                .map_or(0, |p| p.ty.width)
+        };
+        let counters: Vec<_> = counted(ports)
+            .into_iter()
+            .map(|(port, register)| (port, register.to_ascii_lowercase(), width(port)))
+            .collect();
+        let gates = ports.iter().filter(|port| !port.output);
+        let gates =
+            gates.filter_map(|port| port.name.strip_prefix("s_axis_")?.strip_suffix("_tvalid"));
+        let gates: Vec<String> = gates.map(str::to_owned).collect();
+        side_checks(m, self.short, &counters, &gates);
     }
 }
 

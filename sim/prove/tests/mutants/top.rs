@@ -6,8 +6,9 @@ const BUS: &str = "npu_axi_lite.v";
 const REGISTERS: &str = "npu_registers.v";
 const JOB: &str = "npu_job.v";
 const GATE: &str = "npu_packet_gate.v";
+const TOP_FILE: &str = "potamoi_npu_ext.v";
 
-pub(crate) const TOP: [Mutant; 22] = [
+pub(crate) const TOP: [Mutant; 37] = [
     [
         "bus.write_response_stays",
         BUS,
@@ -129,5 +130,95 @@ pub(crate) const TOP: [Mutant; 22] = [
         GATE,
         "m_tvalid = open & s_tvalid",
         "m_tvalid = s_tvalid",
+    ],
+    [
+        "rit_gate.open_passes_all",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid & (|left[30:0])",
+    ],
+    [
+        "rit_gate.open_for_the_job",
+        GATE,
+        "start ? packets",
+        "start ? {1'b0, packets[30:0]}",
+    ],
+    [
+        "mft_gate.open_passes_all",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid & (|left[30:0])",
+    ],
+    [
+        "mft_gate.open_for_the_job",
+        GATE,
+        "start ? packets",
+        "start ? {1'b0, packets[30:0]}",
+    ],
+    [
+        "vec_gate.open_passes_all",
+        GATE,
+        "m_tvalid = open & s_tvalid",
+        "m_tvalid = s_tvalid & (|left[30:0])",
+    ],
+    [
+        "vec_gate.open_for_the_job",
+        GATE,
+        "start ? packets",
+        "start ? {1'b0, packets[30:0]}",
+    ],
+    [
+        "gu_job.begun_or_refused",
+        JOB,
+        "(|packets)",
+        "(|packets[30:0])",
+    ],
+    [
+        "vu_job.begun_or_refused",
+        JOB,
+        "(|packets)",
+        "(|packets[30:0])",
+    ],
+    [
+        "registers.read_as_it_is",
+        REGISTERS,
+        "({32{vu_busy_read}} & vu_busy)",
+        "({32{vu_busy_read}} & {1'b0, vu_busy[30:0]})",
+    ],
+    [
+        "gu_counters_of_snapshot",
+        TOP_FILE,
+        "gu_stall_mft_shown <= gu_stat_stall_mft;",
+        "gu_stall_mft_shown <= gu_stat_stall_rit;",
+    ],
+    [
+        "vu_counters_of_snapshot",
+        TOP_FILE,
+        "vu_busy_shown <= vu_stat_busy;",
+        "vu_busy_shown <= vu_stat_vectors;",
+    ],
+    [
+        "gu_done_is_closed",
+        TOP_FILE,
+        "(rit_gate_is_open | mft_gate_is_open)",
+        "(rit_gate_is_open)",
+    ],
+    [
+        "vu_done_is_closed",
+        TOP_FILE,
+        "(vec_gate_is_open),",
+        "(1'b0),",
+    ],
+    [
+        "gu_error_is_new",
+        TOP_FILE,
+        "gu_error_rises = |(gu_stat_errors &",
+        "gu_error_rises = |(gu_stat_errors[7:0] &",
+    ],
+    [
+        "vu_error_is_new",
+        TOP_FILE,
+        "vu_errors_before <= vu_stat_errors;",
+        "vu_errors_before <= 3'd0;",
     ],
 ];

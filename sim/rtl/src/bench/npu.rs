@@ -67,7 +67,11 @@ pub(super) fn bench(
     for side in &sides {
         side.job(&mut text, &map);
     }
-    text += parts::MAIN;
+    let inputs = sides.iter().flat_map(|side| &side.suite.ports.inputs);
+    let quiet: Vec<_> = inputs
+        .map(|stream| format!("{}_at == 0", stream.name))
+        .collect();
+    text += &parts::MAIN.replace("@WAITING@", &quiet.join(" || "));
     text += OPTIONS;
     text += "    bus_drawn = after(drawn);\n";
     for side in &sides {
@@ -279,7 +283,8 @@ impl Side {
         }
         let _ = writeln!(
             text,
-            "      write({upper}_PACKETS, {short}_packets, 4'hf, OKAY);
+            "      if (many != 32'd0) {short}_packets = many;
+      write({upper}_PACKETS, {short}_packets, 4'hf, OKAY);
       write(CONTROL, CONTROL_{upper}_START, 4'hf, OKAY);"
         );
         if !self.suite.ports.settings.is_empty() {
