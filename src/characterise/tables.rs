@@ -4,7 +4,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
 use potamoi_explore::characterisation::{Characterisation, PaperMotivation};
 use potamoi_march::tiling::Halo;
-use potamoi_scene::characterise::{Stages, Traffic};
+use potamoi_scene::characterise::{SplatPairs, Stages, Traffic};
 
 use super::paper::{conflicts_16, percent};
 use crate::stdout::say;
@@ -126,7 +126,50 @@ pub(super) fn print(found: &Characterisation) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     say!("{table}");
+    if let Some(pairs) = &found.pairs {
+        pixel_pairs(pairs);
+    }
     streams(found);
+}
+
+/// Pairs of pixel and Gaussian, each kind a part of the one before.
+fn pixel_pairs(pairs: &SplatPairs) {
+    say!(
+        "pairs of pixel and Gaussian in depth order, counted; no bit of the picture needs the others"
+    );
+    let mut table = tables::lined(1, ["pairs", "count", "of those before"]);
+    for (what, count, of) in [
+        ("tile and Gaussian", pairs.tile_pairs, None),
+        (
+            "with a pixel that counts",
+            pairs.tile_pairs_that_count,
+            Some(pairs.tile_pairs),
+        ),
+        (
+            "pixel that has not stopped and Gaussian",
+            pairs.evaluated,
+            None,
+        ),
+        (
+            "within the Gaussian's span of the row",
+            pairs.in_spans,
+            Some(pairs.evaluated),
+        ),
+        (
+            "with a power below the limit of the opacity",
+            pairs.kept,
+            Some(pairs.in_spans),
+        ),
+        (
+            "drawn, or stopping the pixel",
+            pairs.drawn + pairs.stopped,
+            Some(pairs.kept),
+        ),
+    ] {
+        let share = of.map(|of| tenths(count as f64 / of.max(1) as f64));
+        table.add_row([what, &count.to_string(), &share.unwrap_or_default()]);
+    }
+    say!("{table}");
 }
 
 fn stored(paper: &PaperMotivation) -> String {

@@ -33,6 +33,7 @@ pub mod logistic;
 pub mod observer;
 pub mod one_minus;
 pub mod reference_units;
+pub mod splat_unit;
 pub mod streams;
 pub mod trace_recorder;
 pub mod vector_unit;

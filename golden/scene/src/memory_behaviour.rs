@@ -5,8 +5,8 @@ use rayon::join;
 
 use super::{Kind, Model, Scene, SceneError};
 use crate::characterise::{
-    Accesses, FullSize, Stages, Traffic, colour_traffic, field_accesses, field_stages,
-    splat_accesses, splat_stages, splat_traffic, table_traffic, traffic,
+    Accesses, FullSize, SplatPairs, Stages, Traffic, colour_traffic, field_accesses, field_stages,
+    splat_accesses, splat_pairs, splat_stages, splat_traffic, table_traffic, traffic,
 };
 use potamoi_base::mask::Mask;
 use potamoi_fields::Size;
@@ -24,6 +24,9 @@ pub struct Characterised {
     pub traffic: Vec<Traffic>,
     /// Time of the paper's three stages in the float renderer, measured.
     pub stages: Stages,
+    /// Pairs of pixel and Gaussian; `None` for fields, and for exponentials of which no pairs can be
+    /// left out.
+    pub pairs: Option<SplatPairs>,
 }
 
 impl Scene {
@@ -91,6 +94,7 @@ impl Scene {
             traffic: traffic?,
             // Alone, since it is timed.
             stages: field_stages(&stops),
+            pairs: None,
         })
     }
 
@@ -143,6 +147,7 @@ impl Scene {
             accesses: accesses?,
             traffic,
             stages: splat_stages(cloud, &self.camera, self.profile)?,
+            pairs: splat_pairs(cloud, &view, &options, &config.vu.exp)?,
         })
     }
 }

@@ -24,11 +24,11 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::record::{MEAN, SplatRecord};
 use potamoi_formats::units::{OpCode, VectorOp};
 
-use super::affine_forms::Forms;
 use super::error::RenderError;
 use super::profile::Rules;
 use super::transmittance::TRANSMITTANCE;
 use super::view::{TILE, TILE_PIXELS};
+use potamoi_reference::splat_unit::{Forms, Thresholds};
 use potamoi_reference::{GatherTask, Product, Units};
 
 const CLEAR: i32 = 1 << TRANSMITTANCE.frac_bits();
@@ -72,6 +72,17 @@ impl Limits {
             spare: TRANSMITTANCE
                 .frac_bits()
                 .saturating_sub(rules.transmittance_bits) as u8,
+        }
+    }
+
+    /// The same for compositing pair by pair.
+    #[must_use]
+    pub const fn thresholds(&self) -> Thresholds {
+        Thresholds {
+            alpha_cap: self.alpha_cap as u32,
+            alpha_min: self.alpha_min as u32,
+            stop: self.stop as u64,
+            spare: self.spare as u32,
         }
     }
 }

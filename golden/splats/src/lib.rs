@@ -26,7 +26,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod affine_forms;
 mod axes;
 mod bound;
 mod cloud;

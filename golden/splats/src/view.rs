@@ -222,7 +222,7 @@ impl View {
     /// Column and row of the first pixel of a tile, and the number of its columns and rows in the
     /// picture.
     #[must_use]
-    pub(crate) fn tile_pixels(&self, tile: usize) -> [[u32; 2]; 2] {
+    pub fn tile_pixels(&self, tile: usize) -> [[u32; 2]; 2] {
         let x = tile as u32 % self.grid.columns * TILE;
         let y = tile as u32 / self.grid.columns * TILE;
         [

@@ -2,7 +2,9 @@
 
 use potamoi_formats::config::Config;
 use potamoi_scene::Scene;
-use potamoi_scene::characterise::{BANKS, Banks, LANES, Memory, Stages, Traffic, Vectors};
+use potamoi_scene::characterise::{
+    BANKS, Banks, LANES, Memory, SplatPairs, Stages, Traffic, Vectors,
+};
 use serde::Serialize;
 
 use crate::ExploreError;
@@ -45,6 +47,9 @@ pub struct Characterisation {
     pub merging: Option<Merging>,
     /// Traffic by ray group, and by halo where MVoxels share vertices.
     pub traffic: Vec<Traffic>,
+    /// Pairs of pixel and Gaussian, and how many of them count; splats only, where the configuration's
+    /// exponential allows for it.
+    pub pairs: Option<SplatPairs>,
     /// Items that the model's file does not determine.
     pub not_checked: Vec<String>,
 }
@@ -171,6 +176,7 @@ impl Characterisation {
             paper: PaperMotivation::of(algorithm),
             merging: merging(scene, config.mvoxel.rows),
             traffic: counted.traffic,
+            pairs: counted.pairs,
             not_checked: scene.left_open(),
             tables: counted.accesses.tables,
         })

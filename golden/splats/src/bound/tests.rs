@@ -9,11 +9,11 @@ use rand_pcg::Pcg64Mcg;
 
 use super::{Alpha, Limits, Projected, RoundingErrors, alpha};
 
-use crate::affine_forms::Forms;
 use crate::profile::Profile;
 use crate::records::record;
 use crate::{Footprint, Saturations};
 use potamoi_reference::bounds::VectorBounds;
+use potamoi_reference::splat_unit::Forms;
 use potamoi_reference::{ReferenceUnits, Units};
 
 fn with(toml: &str) -> Config {
