@@ -41,10 +41,10 @@ module npu_axi_lite (
   // Writes: address and data wait for each other
   reg has_address, has_data;
   wire writes = has_address & has_data;
-  wire not_has_address = ~(has_address | s_axil_bvalid);
-  wire not_has_data = ~(has_data | s_axil_bvalid);
-  wire takes_address = s_axil_awvalid & not_has_address;
-  wire takes_data = s_axil_wvalid & not_has_data;
+  wire can_take_address = ~(has_address | s_axil_bvalid);
+  wire can_take_data = ~(has_data | s_axil_bvalid);
+  wire takes_address = s_axil_awvalid & can_take_address;
+  wire takes_data = s_axil_wvalid & can_take_data;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -69,8 +69,8 @@ module npu_axi_lite (
   end
 
   // Reads
-  wire not_s_axil_rvalid = ~s_axil_rvalid;
-  wire reads = s_axil_arvalid & not_s_axil_rvalid;
+  wire can_read = ~s_axil_rvalid;
+  wire reads = s_axil_arvalid & can_read;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -87,9 +87,9 @@ module npu_axi_lite (
   end
 
   // Outputs
-  assign s_axil_awready = rst_n & not_has_address;
-  assign s_axil_wready = rst_n & not_has_data;
-  assign s_axil_arready = rst_n & not_s_axil_rvalid;
+  assign s_axil_awready = rst_n & can_take_address;
+  assign s_axil_wready = rst_n & can_take_data;
+  assign s_axil_arready = rst_n & can_read;
   assign write = writes;
   assign read_index = s_axil_araddr[11:2];
 

@@ -100,7 +100,9 @@ pub(super) fn axi_lite() -> Result<Arc<Module>, IrErrors> {
     let write = m.and(has_address, has_data);
     let write = m.name(write, "writes");
     let awready = free(m, has_address, answers);
+    let awready = m.name(awready, "can_take_address");
     let wready = free(m, has_data, answers);
+    let wready = m.name(wready, "can_take_data");
     let takes_address = m.and(awvalid, awready);
     let takes_address = m.name(takes_address, "takes_address");
     let takes_data = m.and(wvalid, wready);
@@ -119,6 +121,7 @@ pub(super) fn axi_lite() -> Result<Arc<Module>, IrErrors> {
     m.section("Reads");
     let offers = m.reg("s_axil_rvalid", Ty::bit(), 0);
     let arready = m.not(offers);
+    let arready = m.name(arready, "can_read");
     let reads = m.and(arvalid, arready);
     let reads = m.name(reads, "reads");
     let read_index = m.slice(araddr, ADDRESS_BITS - INDEX_BITS, INDEX_BITS);

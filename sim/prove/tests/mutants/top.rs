@@ -18,7 +18,7 @@ pub(crate) const TOP: [Mutant; 37] = [
     [
         "bus.read_response_stays",
         BUS,
-        "reads = s_axil_arvalid & not_s_axil_rvalid;",
+        "reads = s_axil_arvalid & can_read;",
         "reads = s_axil_arvalid;",
     ],
     [
@@ -30,7 +30,7 @@ pub(crate) const TOP: [Mutant; 37] = [
     [
         "bus.reads_answered",
         BUS,
-        "reads = s_axil_arvalid & not_s_axil_rvalid;",
+        "reads = s_axil_arvalid & can_read;",
         "reads = s_axil_arvalid;",
     ],
     [
