@@ -172,6 +172,7 @@ module potamoi_npu_ext_tb;
   // m_axis_feat, from gather_feat.hex: tdata 256, tkeep 32, tlast 1, tuser 256
   reg [544:0] m_axis_feat_words [0:1937];
   integer m_axis_feat_at = 0;
+  integer m_axis_feat_ends = 0;  // of packets that were taken
   reg m_axis_feat_held = 1'b0;
   reg m_axis_feat_tready = 1'b0;
   wire m_axis_feat_tvalid;
@@ -226,6 +227,7 @@ module potamoi_npu_ext_tb;
   // m_axis_vec, from vector_out.hex: tdata 768, tkeep 96, tlast 1
   reg [864:0] m_axis_vec_words [0:185];
   integer m_axis_vec_at = 0;
+  integer m_axis_vec_ends = 0;  // of packets that were taken
   reg m_axis_vec_held = 1'b0;
   reg m_axis_vec_tready = 1'b0;
   wire m_axis_vec_tvalid;
@@ -345,6 +347,14 @@ module potamoi_npu_ext_tb;
         end
         meets = s_axil_awvalid && s_axil_awready === 1'b1;
         meets_data = s_axil_wvalid && s_axil_wready === 1'b1;
+        if (!failed && s_axil_bvalid !== 1'b0) begin
+          $display("FAIL: a write to %h is answered before it was taken", address);
+          fail;
+        end
+        if (!failed && (has_address && s_axil_awready !== 1'b0 || has_data && s_axil_wready !== 1'b0)) begin
+          $display("FAIL: a further write could enter before that to %h was answered", address);
+          fail;
+        end
         @(negedge clk);
         // Afterwards the payload is another one, which must not be taken.
         if (meets) begin
@@ -370,6 +380,10 @@ module potamoi_npu_ext_tb;
       meets = 1'b0;
       waited = 0;
       while (!failed && !meets) begin
+        if (s_axil_awready !== 1'b0 || s_axil_wready !== 1'b0) begin
+          $display("FAIL: a further write could enter before that to %h was answered", address);
+          fail;
+        end
         meets = s_axil_bvalid === 1'b1;
         response = s_axil_bresp;
         @(negedge clk);
@@ -397,6 +411,10 @@ module potamoi_npu_ext_tb;
       meets = 1'b0;
       waited = 0;
       while (!failed && !meets) begin
+        if (s_axil_rvalid !== 1'b0) begin
+          $display("FAIL: a read of %h is answered before it was taken", address);
+          fail;
+        end
         meets = s_axil_arready === 1'b1;
         @(negedge clk);
         waited = waited + 1;
@@ -413,6 +431,10 @@ module potamoi_npu_ext_tb;
       meets = 1'b0;
       waited = 0;
       while (!failed && !meets) begin
+        if (!failed && s_axil_arready !== 1'b0) begin
+          $display("FAIL: a further read could enter before that of %h was answered", address);
+          fail;
+        end
         meets = s_axil_rvalid === 1'b1;
         response = s_axil_rresp;
         word = s_axil_rdata;
@@ -481,6 +503,7 @@ module potamoi_npu_ext_tb;
     drawn = after(drawn);
     if (!rst_n) begin
       m_axis_feat_at = 0;
+      m_axis_feat_ends = 0;
       m_axis_feat_held = 1'b0;
       m_axis_feat_tready <= 1'b0;
     end else begin
@@ -493,7 +516,9 @@ module potamoi_npu_ext_tb;
       end else if (m_axis_feat_tvalid && m_axis_feat_at == 1720) begin
         $display("FAIL: a surplus beat of m_axis_feat");
         fail;
-      end else if (m_axis_feat_tvalid && m_axis_feat_found !== m_axis_feat_words[m_axis_feat_at]) begin
+      // A job of many packets takes beats of the next one, whose settings are others.
+      end else if (m_axis_feat_tvalid && (many == 32'd0 || m_axis_feat_at < gu_job_m_axis_feat_end)
+          && m_axis_feat_found !== m_axis_feat_words[m_axis_feat_at]) begin
         $display("FAIL: beat %0d of m_axis_feat is %h, expected %h", m_axis_feat_at, m_axis_feat_found,
           m_axis_feat_words[m_axis_feat_at]);
         fail;
@@ -501,6 +526,7 @@ module potamoi_npu_ext_tb;
       m_axis_feat_held = m_axis_feat_tvalid && !m_axis_feat_tready;
       if (m_axis_feat_tvalid && m_axis_feat_tready) begin
         m_axis_feat_at = m_axis_feat_at + 1;
+        if (m_axis_feat_tlast === 1'b1) m_axis_feat_ends = m_axis_feat_ends + 1;
         quiet = 0;
       end
       m_axis_feat_tready <= drawn[30:8] % 100 >= gaps;
@@ -526,6 +552,7 @@ module potamoi_npu_ext_tb;
     drawn = after(drawn);
     if (!rst_n) begin
       m_axis_vec_at = 0;
+      m_axis_vec_ends = 0;
       m_axis_vec_held = 1'b0;
       m_axis_vec_tready <= 1'b0;
     end else begin
@@ -538,7 +565,9 @@ module potamoi_npu_ext_tb;
       end else if (m_axis_vec_tvalid && m_axis_vec_at == 152) begin
         $display("FAIL: a surplus beat of m_axis_vec");
         fail;
-      end else if (m_axis_vec_tvalid && m_axis_vec_found !== m_axis_vec_words[m_axis_vec_at]) begin
+      // A job of many packets takes beats of the next one, whose settings are others.
+      end else if (m_axis_vec_tvalid && (many == 32'd0 || m_axis_vec_at < vu_job_m_axis_vec_end)
+          && m_axis_vec_found !== m_axis_vec_words[m_axis_vec_at]) begin
         $display("FAIL: beat %0d of m_axis_vec is %h, expected %h", m_axis_vec_at, m_axis_vec_found,
           m_axis_vec_words[m_axis_vec_at]);
         fail;
@@ -546,6 +575,7 @@ module potamoi_npu_ext_tb;
       m_axis_vec_held = m_axis_vec_tvalid && !m_axis_vec_tready;
       if (m_axis_vec_tvalid && m_axis_vec_tready) begin
         m_axis_vec_at = m_axis_vec_at + 1;
+        if (m_axis_vec_tlast === 1'b1) m_axis_vec_ends = m_axis_vec_ends + 1;
         quiet = 0;
       end
       m_axis_vec_tready <= drawn[30:8] % 100 >= gaps;
@@ -755,8 +785,8 @@ module potamoi_npu_ext_tb;
   // A number of packets with any one bit holds both jobs open, and lets the beats of all streams in.
   task large_counts;
     begin
-      many = 32'd256;
-      while (!failed && many != 32'd0) begin
+      many = 32'd1 << 31;
+      while (!failed && many >= 32'd256) begin
         gu_begin;
         vu_begin;
         read(STATUS, OKAY);
@@ -773,20 +803,26 @@ module potamoi_npu_ext_tb;
             fail;
           end
         end
+        taken = m_axis_feat_ends;
         read(GU_LEFT, OKAY);
-        few(GU_LEFT);
+        are_left(GU_LEFT, taken, m_axis_feat_ends);
+        taken = m_axis_vec_ends;
         read(VU_LEFT, OKAY);
-        few(VU_LEFT);
+        are_left(VU_LEFT, taken, m_axis_vec_ends);
         reset;
-        many = many << 1;
+        // One bit, and all below it.
+        many = (many & (many - 1)) == 32'd0 ? many | (many - 1) : (many >> 1) & ~(many >> 2);
       end
+      many = 32'd0;
     end
   endtask
 
-  // Holds a number of packets that are left to the number of the job, less those that were taken.
-  task few(input [11:0] address);
-    if (!failed && (word > many || many - word > 32'd255)) begin
-      $display("FAIL: register %h is %h in a job of %h packets", address, word, many);
+  integer taken;
+  // Packets that are left, of those of the job: those that were taken before the read and after.
+  task are_left(input [11:0] address, input integer least, input integer most);
+    if (!failed && (many - word < least || many - word > most)) begin
+      $display("FAIL: register %h is %h in a job of %h packets, of which %0d to %0d are taken",
+        address, word, many, least, most);
       fail;
     end
   endtask
@@ -801,7 +837,11 @@ module potamoi_npu_ext_tb;
       vu_runs = round < VU_JOBS;
       gu_job = gu_runs ? round : 0;
       vu_job = vu_runs ? round : 0;
+      read(GU_ENTRIES, OKAY);
+      taken = word;
       write(CONTROL, CONTROL_CLEAR, 4'hf, OKAY);
+      // Counters are shown as of the snapshot.
+      check(GU_ENTRIES, taken);
       write(IRQ_ENABLE, IRQ_STATUS_GU_DONE | IRQ_STATUS_VU_DONE, 4'hf, OKAY);
       if (gu_runs) gu_begin;
       if (vu_runs) vu_begin;
@@ -856,6 +896,25 @@ module potamoi_npu_ext_tb;
     end
   endtask
 
+  // An event interrupts if it is enabled, and no other enable makes it.
+  task interrupts(input [31:0] event_bit);
+    begin
+      write(IRQ_ENABLE, event_bit, 4'hf, OKAY);
+      repeat (2) @(negedge clk);
+      if (!failed && irq !== 1'b1) begin
+        $display("FAIL: no interrupt of event %b", event_bit);
+        fail;
+      end
+      read(IRQ_STATUS, OKAY);
+      write(IRQ_ENABLE, ~word, 4'hf, OKAY);
+      repeat (2) @(negedge clk);
+      if (!failed && irq !== 1'b0) begin
+        $display("FAIL: an interrupt of events %b, none of which is enabled", word);
+        fail;
+      end
+    end
+  endtask
+
   task finish_round;
     begin
       check(STATUS, STATUS_GU_IDLE | STATUS_VU_IDLE);
@@ -869,6 +928,8 @@ module potamoi_npu_ext_tb;
       write(CONTROL, CONTROL_GU_START | CONTROL_VU_START, 4'hf, OKAY);
       check(STATUS, STATUS_GU_IDLE | STATUS_VU_IDLE);
       check(IRQ_STATUS, IRQ_STATUS_GU_REFUSED | IRQ_STATUS_VU_REFUSED);
+      interrupts(IRQ_STATUS_GU_REFUSED);
+      interrupts(IRQ_STATUS_VU_REFUSED);
       write(IRQ_STATUS, 32'hffffffff, 4'hf, OKAY);
       round = round + 1;
     end

@@ -222,7 +222,8 @@ impl Side {
             } else {
                 parts::TAKE
             };
-            *text += &of_stream(part, stream, memory, beats);
+            let end = format!("{}_job_{}_end", self.short, stream.name);
+            *text += &of_stream(part, stream, memory, beats).replace("@END@", &end);
         }
     }
 

@@ -71,6 +71,7 @@ pub(super) const SOURCE: &str = r#"  integer @NAME@_at = 0;
 "#;
 
 pub(super) const SINK: &str = r#"  integer @NAME@_at = 0;
+  integer @NAME@_ends = 0;  // of packets that were taken
   reg @NAME@_held = 1'b0;
   reg @NAME@_tready = 1'b0;
   wire @NAME@_tvalid;
@@ -133,6 +134,14 @@ pub(super) const TASKS: &str = r#"
         end
         meets = s_axil_awvalid && s_axil_awready === 1'b1;
         meets_data = s_axil_wvalid && s_axil_wready === 1'b1;
+        if (!failed && s_axil_bvalid !== 1'b0) begin
+          $display("FAIL: a write to %h is answered before it was taken", address);
+          fail;
+        end
+        if (!failed && (has_address && s_axil_awready !== 1'b0 || has_data && s_axil_wready !== 1'b0)) begin
+          $display("FAIL: a further write could enter before that to %h was answered", address);
+          fail;
+        end
         @(negedge clk);
         // Afterwards the payload is another one, which must not be taken.
         if (meets) begin
@@ -158,6 +167,10 @@ pub(super) const TASKS: &str = r#"
       meets = 1'b0;
       waited = 0;
       while (!failed && !meets) begin
+        if (s_axil_awready !== 1'b0 || s_axil_wready !== 1'b0) begin
+          $display("FAIL: a further write could enter before that to %h was answered", address);
+          fail;
+        end
         meets = s_axil_bvalid === 1'b1;
         response = s_axil_bresp;
         @(negedge clk);
@@ -185,6 +198,10 @@ pub(super) const TASKS: &str = r#"
       meets = 1'b0;
       waited = 0;
       while (!failed && !meets) begin
+        if (s_axil_rvalid !== 1'b0) begin
+          $display("FAIL: a read of %h is answered before it was taken", address);
+          fail;
+        end
         meets = s_axil_arready === 1'b1;
         @(negedge clk);
         waited = waited + 1;
@@ -201,6 +218,10 @@ pub(super) const TASKS: &str = r#"
       meets = 1'b0;
       waited = 0;
       while (!failed && !meets) begin
+        if (!failed && s_axil_arready !== 1'b0) begin
+          $display("FAIL: a further read could enter before that of %h was answered", address);
+          fail;
+        end
         meets = s_axil_rvalid === 1'b1;
         response = s_axil_rresp;
         word = s_axil_rdata;
@@ -257,6 +278,7 @@ pub(super) const OFFER: &str = r#"    if (!rst_n) begin
 pub(super) const TAKE: &str = r#"    drawn = after(drawn);
     if (!rst_n) begin
       @NAME@_at = 0;
+      @NAME@_ends = 0;
       @NAME@_held = 1'b0;
       @NAME@_tready <= 1'b0;
     end else begin
@@ -269,7 +291,9 @@ pub(super) const TAKE: &str = r#"    drawn = after(drawn);
       end else if (@NAME@_tvalid && @NAME@_at == @COUNT@) begin
         $display("FAIL: a surplus beat of @NAME@");
         fail;
-      end else if (@NAME@_tvalid && @NAME@_found !== @NAME@_words[@NAME@_at]) begin
+      // A job of many packets takes beats of the next one, whose settings are others.
+      end else if (@NAME@_tvalid && (many == 32'd0 || @NAME@_at < @END@)
+          && @NAME@_found !== @NAME@_words[@NAME@_at]) begin
         $display("FAIL: beat %0d of @NAME@ is %h, expected %h", @NAME@_at, @NAME@_found,
           @NAME@_words[@NAME@_at]);
         fail;
@@ -277,6 +301,7 @@ pub(super) const TAKE: &str = r#"    drawn = after(drawn);
       @NAME@_held = @NAME@_tvalid && !@NAME@_tready;
       if (@NAME@_tvalid && @NAME@_tready) begin
         @NAME@_at = @NAME@_at + 1;
+        if (@NAME@_tlast === 1'b1) @NAME@_ends = @NAME@_ends + 1;
         quiet = 0;
       end
       @NAME@_tready <= drawn[30:8] % 100 >= gaps;
@@ -301,8 +326,8 @@ pub(super) const MAIN: &str = r#"
   // A number of packets with any one bit holds both jobs open, and lets the beats of all streams in.
   task large_counts;
     begin
-      many = 32'd256;
-      while (!failed && many != 32'd0) begin
+      many = 32'd1 << 31;
+      while (!failed && many >= 32'd256) begin
         gu_begin;
         vu_begin;
         read(STATUS, OKAY);
@@ -319,20 +344,26 @@ pub(super) const MAIN: &str = r#"
             fail;
           end
         end
+        taken = m_axis_feat_ends;
         read(GU_LEFT, OKAY);
-        few(GU_LEFT);
+        are_left(GU_LEFT, taken, m_axis_feat_ends);
+        taken = m_axis_vec_ends;
         read(VU_LEFT, OKAY);
-        few(VU_LEFT);
+        are_left(VU_LEFT, taken, m_axis_vec_ends);
         reset;
-        many = many << 1;
+        // One bit, and all below it.
+        many = (many & (many - 1)) == 32'd0 ? many | (many - 1) : (many >> 1) & ~(many >> 2);
       end
+      many = 32'd0;
     end
   endtask
 
-  // Holds a number of packets that are left to the number of the job, less those that were taken.
-  task few(input [11:0] address);
-    if (!failed && (word > many || many - word > 32'd255)) begin
-      $display("FAIL: register %h is %h in a job of %h packets", address, word, many);
+  integer taken;
+  // Packets that are left, of those of the job: those that were taken before the read and after.
+  task are_left(input [11:0] address, input integer least, input integer most);
+    if (!failed && (many - word < least || many - word > most)) begin
+      $display("FAIL: register %h is %h in a job of %h packets, of which %0d to %0d are taken",
+        address, word, many, least, most);
       fail;
     end
   endtask
@@ -347,7 +378,11 @@ pub(super) const MAIN: &str = r#"
       vu_runs = round < VU_JOBS;
       gu_job = gu_runs ? round : 0;
       vu_job = vu_runs ? round : 0;
+      read(GU_ENTRIES, OKAY);
+      taken = word;
       write(CONTROL, CONTROL_CLEAR, 4'hf, OKAY);
+      // Counters are shown as of the snapshot.
+      check(GU_ENTRIES, taken);
       write(IRQ_ENABLE, IRQ_STATUS_GU_DONE | IRQ_STATUS_VU_DONE, 4'hf, OKAY);
       if (gu_runs) gu_begin;
       if (vu_runs) vu_begin;
@@ -402,6 +437,25 @@ pub(super) const MAIN: &str = r#"
     end
   endtask
 
+  // An event interrupts if it is enabled, and no other enable makes it.
+  task interrupts(input [31:0] event_bit);
+    begin
+      write(IRQ_ENABLE, event_bit, 4'hf, OKAY);
+      repeat (2) @(negedge clk);
+      if (!failed && irq !== 1'b1) begin
+        $display("FAIL: no interrupt of event %b", event_bit);
+        fail;
+      end
+      read(IRQ_STATUS, OKAY);
+      write(IRQ_ENABLE, ~word, 4'hf, OKAY);
+      repeat (2) @(negedge clk);
+      if (!failed && irq !== 1'b0) begin
+        $display("FAIL: an interrupt of events %b, none of which is enabled", word);
+        fail;
+      end
+    end
+  endtask
+
   task finish_round;
     begin
       check(STATUS, STATUS_GU_IDLE | STATUS_VU_IDLE);
@@ -415,6 +469,8 @@ pub(super) const MAIN: &str = r#"
       write(CONTROL, CONTROL_GU_START | CONTROL_VU_START, 4'hf, OKAY);
       check(STATUS, STATUS_GU_IDLE | STATUS_VU_IDLE);
       check(IRQ_STATUS, IRQ_STATUS_GU_REFUSED | IRQ_STATUS_VU_REFUSED);
+      interrupts(IRQ_STATUS_GU_REFUSED);
+      interrupts(IRQ_STATUS_VU_REFUSED);
       write(IRQ_STATUS, 32'hffffffff, 4'hf, OKAY);
       round = round + 1;
     end
