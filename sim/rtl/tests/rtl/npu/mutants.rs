@@ -84,7 +84,7 @@ const MUTANTS: &[[&str; 5]] = &[
         "npu_axi_lite.v",
         "s_axil_rvalid <= (s_axil_rvalid & (~(s_axil_rvalid & s_axil_rready)))",
         "s_axil_rvalid <= 1'b0",
-        "has no response",
+        "a further read could enter before",
     ],
     [
         "ready in reset",
