@@ -135,9 +135,9 @@ pub(super) fn print(found: &Characterisation) {
 /// Pairs of pixel and Gaussian, each kind a part of the one before.
 fn pixel_pairs(pairs: &SplatPairs) {
     say!(
-        "pairs of pixel and Gaussian in depth order, counted; no bit of the picture needs the others"
+        "pairs of pixel and Gaussian in depth order, counted; pairs that neither draw nor stop a pixel change no bit of the picture"
     );
-    let mut table = tables::lined(1, ["pairs", "count", "of those before"]);
+    let mut table = tables::lined(1, ["pairs", "count", "share of the row above"]);
     for (what, count, of) in [
         ("tile and Gaussian", pairs.tile_pairs, None),
         (

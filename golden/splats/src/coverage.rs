@@ -4,9 +4,7 @@ use glam::DVec2;
 
 use super::profile::{Extent, Rules};
 use super::project::Projected;
-
-/// Side of a tile in pixels.
-pub const TILE: u32 = 16;
+use potamoi_reference::splat_unit::TILE;
 
 /// Tile columns and rows of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

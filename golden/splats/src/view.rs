@@ -13,10 +13,9 @@ use potamoi_base::mask::Mask;
 use potamoi_base::precision::Precision;
 use potamoi_base::sh;
 
-pub use super::coverage::TILE;
+pub use potamoi_reference::splat_unit::TILE;
+pub(crate) use potamoi_reference::splat_unit::TILE_PIXELS;
 
-/// Pixels in a tile.
-pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
 /// The largest picture side, in pixels.
 const MAX_SIDE: u32 = 1 << 15;
 /// Maximum number of (tile, Gaussian) pairs: 1 GiB of tile numbers.

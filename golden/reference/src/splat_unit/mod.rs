@@ -21,13 +21,11 @@ mod tile_state;
 
 pub use affine_forms::Forms;
 pub use power_limits::{CoarseLimits, PowerLimits};
-pub use reference::{
-    ReferenceSplatUnit, SplatEntry, SplatSettings, SplatUnitCounts, SplatUnitParts, Walked,
-};
+pub use reference::{ReferenceSplatUnit, SplatEntry, SplatSettings, SplatUnitCounts};
 pub use spans::{ROW_MASK, Span, Spans};
 pub use tile_state::{Outcome, Thresholds, TileState};
 
-/// Edge of a tile, in pixels.
+/// Side of a tile in pixels.
 pub const TILE: u32 = 16;
 /// Pixels of a tile.
 pub const TILE_PIXELS: usize = (TILE * TILE) as usize;

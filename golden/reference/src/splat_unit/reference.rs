@@ -22,17 +22,6 @@ pub struct SplatEntry {
     pub record: SplatRecord,
 }
 
-/// Sizes and parts of the unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SplatUnitParts {
-    /// Tiles in flight.
-    pub tiles: usize,
-    /// Whether pairs above the limit of their opacity are dropped before the exponential.
-    pub cut: bool,
-    /// Whether pixels outside the Gaussian's span are left out.
-    pub spans: bool,
-}
-
 /// Settings of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SplatSettings {
@@ -45,10 +34,6 @@ pub struct SplatSettings {
 /// Work of the unit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct SplatUnitCounts {
-    /// Entries: (tile, Gaussian) pairs.
-    pub entries: u64,
-    /// Rows of tiles that were searched for pixels.
-    pub rows: u64,
     /// Square sums, one for each pair of pixel and Gaussian in a span.
     pub square_sums: u64,
     /// Exponentials, one for each pair that the cut keeps.
@@ -59,19 +44,9 @@ pub struct SplatUnitCounts {
     pub stopped: u64,
 }
 
-/// A searched row of an entry: its pixels, and how many of them the cut keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Walked {
-    /// The row and its live pixels within the span.
-    pub span: Span,
-    /// Exponentials.
-    pub kept: u32,
-}
-
 /// Bit-exact model of the splat unit.
 #[derive(Debug, Clone)]
 pub struct ReferenceSplatUnit {
-    parts: SplatUnitParts,
     exp: ReferenceExponential,
     power_bits: u32,
     exponential_bits: u32,
@@ -82,19 +57,18 @@ pub struct ReferenceSplatUnit {
 }
 
 impl ReferenceSplatUnit {
-    /// A unit with an exponential of base e, of alpha output and with 12 or more fraction bits.
+    /// A unit for so many tiles, with an exponential of base e, of alpha output and with an input of 12
+    /// or more fraction bits.
     #[must_use]
-    pub fn new(exp: &ExpConfig, parts: SplatUnitParts, settings: SplatSettings) -> Self {
+    pub fn new(exp: &ExpConfig, tiles: usize, settings: SplatSettings) -> Self {
         let alpha_min = settings.thresholds.alpha_min as i32;
-        let tiles = vec![TileState::new([TILE; 2]); parts.tiles];
         Self {
-            parts,
             exp: ReferenceExponential::new(exp),
             power_bits: exp.input.frac_bits(),
             exponential_bits: exp.output_bits,
             limits: CoarseLimits::new(&PowerLimits::new(exp, alpha_min)),
             settings,
-            tiles,
+            tiles: vec![TileState::CLEAR; tiles],
             counts: SplatUnitCounts::default(),
         }
     }
@@ -111,73 +85,36 @@ impl ReferenceSplatUnit {
         self.counts
     }
 
-    /// Makes all pixels clear and live.
-    pub fn clear(&mut self) {
-        self.tiles.fill(TileState::new([TILE; 2]));
-    }
-
-    /// Composites an entry. Returns the rows that were searched. An entry of a slot that the unit
-    /// does not have changes nothing.
-    pub fn composite(&mut self, entry: &SplatEntry) -> Vec<Walked> {
-        self.counts.entries += 1;
-        let slot = usize::from(entry.slot);
-        let Some(tile) = self.tiles.get(slot) else {
-            return vec![];
+    /// Composites an entry. An entry of a slot that the unit does not have changes nothing.
+    pub fn composite(&mut self, entry: &SplatEntry) {
+        let limit = self.limits.of(entry.record.opacity);
+        let (Some(tile), Some(limit)) = (self.tiles.get(usize::from(entry.slot)), limit) else {
+            return;
         };
         let half = i64::from(self.settings.is_centred) << (MEAN.frac_bits() - 1);
-        let corner = entry
-            .tile
-            .map(|at| (i64::from(at) * i64::from(TILE) << MEAN.frac_bits()) + half);
-        let forms = Forms::new(&entry.record, corner);
-        let limit = match self.parts.cut {
-            true => match self.limits.of(entry.record.opacity) {
-                Some(limit) => limit,
-                None => return vec![],
-            },
-            false => u32::MAX,
-        };
-        let spans = Spans::new(&entry.record, &forms, limit, self.power_bits);
-        let columns = ROW_MASK >> (TILE as u8 - 1 - entry.last[0].min(TILE as u8 - 1));
-        let rows = if self.parts.spans {
-            spans.rows()
-        } else {
-            ROW_MASK
-        };
+        let first = |at: u16| (i64::from(at) * i64::from(TILE)) << MEAN.frac_bits();
+        let forms = Forms::new(&entry.record, entry.tile.map(|at| first(at) + half));
+        let last = entry.last.map(|at| at.min(TILE as u8 - 1));
+        let columns = ROW_MASK >> (TILE as u8 - 1 - last[0]);
         let live = tile.live;
-        let mut walked = vec![];
-        for row in (0..=u32::from(entry.last[1])).filter(|row| rows >> row & 1 == 1) {
-            let alive = live[row as usize] & columns;
-            // A row that has stopped is not searched.
-            if alive == 0 {
-                continue;
+        for span in Spans::new(&entry.record, &forms, limit, self.power_bits).all() {
+            if span.row <= u32::from(last[1]) {
+                let mask = span.mask & columns & live[span.row as usize];
+                self.row(entry, &forms, Span { mask, ..span }, limit);
             }
-            let reached = if self.parts.spans {
-                spans.pixels(row)
-            } else {
-                ROW_MASK
-            };
-            let span = Span {
-                row,
-                mask: reached & alive,
-            };
-            let kept = self.row(entry, &forms, span, limit);
-            walked.push(Walked { span, kept });
         }
-        self.counts.rows += walked.len() as u64;
-        walked
     }
 
-    /// Composites the pixels of a span. Returns the number of exponentials.
-    fn row(&mut self, entry: &SplatEntry, forms: &Forms, span: Span, limit: u32) -> u32 {
+    /// Composites the pixels of a span.
+    fn row(&mut self, entry: &SplatEntry, forms: &Forms, span: Span, limit: u32) {
         let record = &entry.record;
-        let mut kept = 0;
         for x in (0..TILE).filter(|x| span.mask >> x & 1 == 1) {
             self.counts.square_sums += 1;
             let power = self.power(forms.at(x, span.row));
             if power > limit {
                 continue;
             }
-            kept += 1;
+            self.counts.exponentials += 1;
             let e = i64::from(self.exp.exp(power as i32));
             let bits = self.exponential_bits;
             let alpha = (i64::from(record.opacity) * e + (1 << (bits - 1))) >> bits;
@@ -190,8 +127,6 @@ impl ReferenceSplatUnit {
                 Outcome::Skipped => {}
             }
         }
-        self.counts.exponentials += u64::from(kept);
-        kept
     }
 
     /// Half the sum of the squares of two forms, a code of the exponential's input, saturating.

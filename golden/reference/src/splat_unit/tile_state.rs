@@ -44,24 +44,12 @@ pub struct TileState {
 }
 
 impl TileState {
-    /// A tile of which so many columns and rows lie in the picture.
-    #[must_use]
-    pub fn new([columns, rows]: [u32; 2]) -> Self {
-        let row = ROW_MASK.checked_shr(TILE - columns.min(TILE)).unwrap_or(0);
-        let mut live = [0; TILE as usize];
-        live[..rows.min(TILE) as usize].fill(row);
-        Self {
-            live,
-            transmittance: [CLEAR; TILE_PIXELS],
-            colour: [[0; 3]; TILE_PIXELS],
-        }
-    }
-
-    /// Whether all pixels have stopped.
-    #[must_use]
-    pub fn has_stopped(&self) -> bool {
-        self.live == [0; TILE as usize]
-    }
+    /// A tile on which nothing has been drawn.
+    pub const CLEAR: Self = Self {
+        live: [ROW_MASK; TILE as usize],
+        transmittance: [CLEAR; TILE_PIXELS],
+        colour: [[0; 3]; TILE_PIXELS],
+    };
 
     /// Composites a pair: pixel `16 y + x`, the product of opacity and power, U0.16, and the
     /// Gaussian's colour, U4.12.
@@ -107,16 +95,8 @@ mod tests {
     };
 
     #[test]
-    fn pixels_outside_the_picture_are_not_live() {
-        assert_eq!(TileState::new([16, 16]).live, [ROW_MASK; 16]);
-        let edge = TileState::new([3, 2]);
-        assert_eq!(edge.live[..3], [0b111, 0b111, 0]);
-        assert!(TileState::new([0, 16]).has_stopped());
-    }
-
-    #[test]
     fn a_pixel_stops_by_the_exact_product_and_stays_as_it_is() {
-        let mut tile = TileState::new([16, 16]);
+        let mut tile = TileState::CLEAR;
         let cap = |tile: &mut TileState| tile.composite(5, 65_535, [4096, 0, 65_535], &INRIA);
         assert_eq!(cap(&mut tile), Outcome::Drawn);
         let once = tile.clone();
@@ -134,9 +114,9 @@ mod tests {
 
     #[test]
     fn alphas_below_the_threshold_change_nothing() {
-        let mut tile = TileState::new([16, 16]);
+        let mut tile = TileState::CLEAR;
         assert_eq!(tile.composite(0, 257, [1; 3], &INRIA), Outcome::Skipped);
-        assert_eq!(tile, TileState::new([16, 16]));
+        assert_eq!(tile, TileState::CLEAR);
         assert_eq!(tile.composite(0, 258, [1; 3], &INRIA), Outcome::Drawn);
     }
 }

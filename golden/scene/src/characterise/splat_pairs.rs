@@ -2,9 +2,7 @@
 
 use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput};
 use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
-use potamoi_reference::splat_unit::{
-    ReferenceSplatUnit, SplatEntry, SplatSettings, SplatUnitParts, TILE,
-};
+use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry, SplatSettings, TILE};
 use potamoi_splats::{Cloud, FixedOptions, Group, Hold, Limits, RenderError, Schedule, View};
 use serde::Serialize;
 
@@ -71,16 +69,11 @@ fn can_leave_out(exp: &ExpConfig) -> bool {
 
 fn unit_of(view: &View, exp: &ExpConfig, tiles: usize) -> ReferenceSplatUnit {
     let rules = view.rules();
-    let parts = SplatUnitParts {
-        tiles,
-        cut: true,
-        spans: true,
-    };
     let settings = SplatSettings {
         thresholds: Limits::new(rules).thresholds(),
         is_centred: rules.pixel_centre > 0.0,
     };
-    ReferenceSplatUnit::new(exp, parts, settings)
+    ReferenceSplatUnit::new(exp, tiles, settings)
 }
 
 /// The entries of a group, each tile's by rank.
