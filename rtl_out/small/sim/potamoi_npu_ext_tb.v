@@ -772,7 +772,8 @@ module potamoi_npu_ext_tb;
     end
   endtask
 
-  // A number of packets with any one bit holds both jobs open, and lets the beats of all streams in.
+  // Jobs of 2^k and 2^k - 1 packets stay open, and let beats of all streams in.
+  integer taken;  // packets, before the register is read
   task large_counts;
     begin
       many = 32'd1 << 31;
@@ -800,14 +801,13 @@ module potamoi_npu_ext_tb;
         read(VU_LEFT, OKAY);
         are_left(VU_LEFT, taken, m_axis_vec_ends);
         reset;
-        // One bit, and all below it.
+        // 2^k, 2^k - 1, 2^(k - 1), and so on.
         many = (many & (many - 1)) == 32'd0 ? many | (many - 1) : (many >> 1) & ~(many >> 2);
       end
       many = 32'd0;
     end
   endtask
 
-  integer taken;
   // Packets that are left, of those of the job: those that were taken before the read and after.
   task are_left(input [11:0] address, input integer least, input integer most);
     if (!failed && (many - word < least || many - word > most)) begin
@@ -819,7 +819,8 @@ module potamoi_npu_ext_tb;
 
   reg gu_runs;
   reg vu_runs;
-  reg gu_worked = 1'b0;
+  reg [31:0] shown;  // before the counters are cleared
+  reg gu_worked = 1'b0;  // STATUS has shown that it is not idle
   reg vu_worked = 1'b0;
   task run_round;
     begin
@@ -828,10 +829,10 @@ module potamoi_npu_ext_tb;
       gu_job = gu_runs ? round : 0;
       vu_job = vu_runs ? round : 0;
       read(GU_ENTRIES, OKAY);
-      taken = word;
+      shown = word;
       write(CONTROL, CONTROL_CLEAR, 4'hf, OKAY);
       // Counters are shown as of the snapshot.
-      check(GU_ENTRIES, taken);
+      check(GU_ENTRIES, shown);
       write(IRQ_ENABLE, IRQ_STATUS_GU_DONE | IRQ_STATUS_VU_DONE, 4'hf, OKAY);
       if (gu_runs) gu_begin;
       if (vu_runs) vu_begin;

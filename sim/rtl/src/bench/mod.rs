@@ -20,6 +20,7 @@ mod gather_tasks;
 mod makefile;
 mod memory;
 mod npu;
+mod npu_bus;
 mod npu_parts;
 mod parts;
 mod ports;

@@ -12,6 +12,7 @@ use potamoi_units::npu::{npu_ext, register_map_of};
 
 use super::common::{OPTIONS, cut, declare_memory, list, read_memory};
 use super::memory::Memory;
+use super::npu_bus;
 use super::npu_parts as parts;
 use super::ports::Stream;
 use super::suite::{Memories, Suite};
@@ -57,7 +58,7 @@ pub(super) fn bench(
         side.declare(&mut text);
     }
     instance(&mut text, config, module)?;
-    text += parts::TASKS;
+    text += npu_bus::TASKS;
     text += parts::STREAMS;
     for side in &sides {
         side.process(&mut text);
