@@ -76,8 +76,8 @@ impl ModuleBuilder {
         self.source("checking", Ty::bit(), Source::Checking)
     }
 
-    /// A signal within an instance, a ghost of its checks too, by its name there. Its own name is
-    /// `INSTANCE_NAME`.
+    /// A signal within an instance, an output or a ghost of its checks too, by its name there. Its own
+    /// name is `INSTANCE_NAME`.
     pub fn inside(&mut self, instance: Instance, name: &str) -> Signal {
         let own = format!("{}_{name}", self.module.instances[instance.0].name);
         self.inside_as(&own, instance, name)
@@ -88,8 +88,12 @@ impl ModuleBuilder {
         let inst = &self.module.instances[instance.0];
         let checks = &inst.module.checks;
         let nodes = inst.module.nodes.iter().chain(&checks.ghosts);
-        let found = nodes.into_iter().find(|n| n.name.as_deref() == Some(name));
-        let Some(ty) = found.map(|node| node.ty) else {
+        let mut nodes = nodes.filter(|n| n.name.as_deref() == Some(name));
+        let mut outputs = inst.module.ports.iter().filter(|port| port.output);
+        let mut output = || outputs.find(|port| port.name == name);
+        let of_output = || output().map(|port| inst.module.nodes[port.node].ty);
+        let found = nodes.next().map(|node| node.ty).or_else(of_output);
+        let Some(ty) = found else {
             let problem = format!("module {} has no signal `{name}`", inst.module.name);
             self.fail(own, problem);
             return self.zero(Ty::bit());

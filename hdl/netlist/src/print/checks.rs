@@ -76,6 +76,7 @@ impl Printer<'_> {
             .filter(|id| self.exprs.names.live[*id] && self.exprs.names.ident(*id).is_some())
             .filter(|id| !outputs.contains(id))
             .collect();
+        self.insides(&printed);
         for id in &printed {
             match self.module.checks.sources.get(id).cloned() {
                 Some(source) => self.source(*id, &source),
@@ -95,6 +96,35 @@ impl Printer<'_> {
             self.gap();
             self.line(1, &text);
         }
+    }
+
+    /// Signals within instances, all at once.
+    fn insides(&mut self, printed: &[usize]) {
+        let (mut flat, mut nested) = (vec![], vec![]);
+        for id in printed {
+            let Some(Source::Inside { instance, name: of }) = self.module.checks.sources.get(id)
+            else {
+                continue;
+            };
+            let instance = &self.module.instances[*instance].name;
+            let range = spaced(self.module.nodes[*id].ty.width);
+            let name = self.exprs.names.ident(*id).unwrap_or_default();
+            let joined = format!("(* hierconn *) wire {range}\\{instance}.{of} ;");
+            if !flat.contains(&joined) {
+                flat.push(joined);
+            }
+            flat.push(format!("wire {range}{name} = \\{instance}.{of} ;"));
+            nested.push(format!("wire {range}{name} = {instance}.{of};"));
+        }
+        if flat.is_empty() {
+            return;
+        }
+        // Yosys joins a wire of this attribute with the one of its name when it flattens.
+        self.text.push_str("`ifdef FORMAL\n");
+        flat.iter().for_each(|line| self.line(1, line));
+        self.text.push_str("`else\n");
+        nested.iter().for_each(|line| self.line(1, line));
+        self.text.push_str("`endif\n");
     }
 
     fn source(&mut self, id: usize, source: &Source) {
@@ -127,21 +157,8 @@ impl Printer<'_> {
                 );
                 self.line(1, &text);
             }
-            Source::Inside { instance, name: of } => {
-                let instance = &self.module.instances[*instance].name;
-                let range = spaced(width);
-                // Yosys joins a wire of this attribute with the one of its name when it flattens.
-                self.declarations();
-                self.text.push_str("`ifdef FORMAL\n");
-                self.line(
-                    1,
-                    &format!("(* hierconn *) wire {range}\\{instance}.{of} ;"),
-                );
-                self.line(1, &format!("wire {range}{name} = \\{instance}.{of} ;"));
-                self.text.push_str("`else\n");
-                self.line(1, &format!("wire {range}{name} = {instance}.{of};"));
-                self.text.push_str("`endif\n");
-            }
+            // Declared before all others.
+            Source::Inside { .. } => {}
         }
     }
 

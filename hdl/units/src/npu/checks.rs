@@ -5,7 +5,13 @@ use potamoi_netlist::{ModuleBuilder, Signal};
 use super::registers::{ADDRESS_BITS, INDEX_BITS, WORD_BITS};
 
 /// A ghost register that takes a value where `when` holds.
-fn taken(m: &mut ModuleBuilder, name: &str, width: u32, when: &str, value: &str) -> Signal {
+pub(super) fn taken(
+    m: &mut ModuleBuilder,
+    name: &str,
+    width: u32,
+    when: &str,
+    value: &str,
+) -> Signal {
     let reg = m.ghost_reg(name, width);
     m.ghost_next(reg, when, value);
     reg
@@ -113,50 +119,6 @@ fn payloads(m: &mut ModuleBuilder) {
         "s_axil_rdata == data_given & s_axil_rresp == if(read_refused, 2, 0) \
          & s_axil_bresp == if(write_refused, 2, 0)",
         "The master gets the data of the registers, and SLVERR where they refuse.",
-    );
-}
-
-/// Checks of a unit's side of the top: its counters, and its gates.
-pub(super) fn side_checks(
-    m: &mut ModuleBuilder,
-    short: &str,
-    counters: &[(&str, String, u32)],
-    gates: &[String],
-) {
-    m.begin_checks();
-    let mut same = vec![];
-    for (port, name, width) in counters {
-        let asked = format!("{name}_asked");
-        taken(
-            m,
-            &asked,
-            *width,
-            "registers_control_snapshot",
-            &format!("{short}_{port}"),
-        );
-        same.push(format!("{name}_shown == {asked}"));
-    }
-    m.assert(
-        &format!("{short}_counters_of_snapshot"),
-        &same.join(" & "),
-        "The registers show each counter as of the last snapshot.",
-    );
-    let open: Vec<String> = gates
-        .iter()
-        .map(|gate| format!("{gate}_gate_is_open"))
-        .collect();
-    m.assert(
-        &format!("{short}_done_is_closed"),
-        &format!("{short}_job_done -> ~({})", open.join(" | ")),
-        "A job is done when no input has packets to come.",
-    );
-    let flags = m.named(&format!("{short}_stat_errors")).width();
-    let past = format!("{short}_errors_past");
-    taken(m, &past, flags, "1", &format!("{short}_stat_errors"));
-    m.assert(
-        &format!("{short}_error_is_new"),
-        &format!("{short}_error_rises == any({short}_stat_errors & ~{past})"),
-        "A flag that rises is an event.",
     );
 }
 

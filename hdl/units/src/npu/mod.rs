@@ -12,6 +12,7 @@ mod packet_gate;
 mod register_checks;
 mod register_file;
 pub mod registers;
+mod side_checks;
 mod top;
 mod unit_side;
 

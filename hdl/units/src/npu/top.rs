@@ -9,6 +9,7 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
 use super::axi_lite::{self, axi_lite};
 use super::register_file::register_file;
 use super::registers::{RegisterMap, register_map};
+use super::side_checks::interrupt_checks;
 use super::unit_side::{Parts, UnitSide, stream_inputs};
 use crate::gathering_unit::gathering_unit;
 use crate::vector_unit::vector_unit;
@@ -79,13 +80,11 @@ pub fn npu_ext(config: &Config) -> Result<Arc<Module>, IrErrors> {
         ));
     }
     m.section("Registers and interrupt");
+    let fields = map.register("IRQ_STATUS");
+    let fields = fields.iter().flat_map(|own| &own.fields);
+    let events: Vec<_> = fields.map(|own| own.name.to_ascii_lowercase()).collect();
     let mut wanted = vec![];
-    for field in map
-        .register("IRQ_STATUS")
-        .iter()
-        .flat_map(|own| &own.fields)
-    {
-        let name = field.name.to_ascii_lowercase();
+    for name in &events {
         let event = m.out(registers, &format!("irq_status_{name}"));
         let enable = m.out(registers, &format!("irq_enable_{name}"));
         wanted.push(m.and(event, enable));
@@ -110,7 +109,8 @@ pub fn npu_ext(config: &Config) -> Result<Arc<Module>, IrErrors> {
         "high while an event that is enabled has not been cleared",
     );
     for side in &sides {
-        side.checks(m);
+        side.checks(m, &map);
     }
+    interrupt_checks(m, registers, &events);
     builder.finish()
 }

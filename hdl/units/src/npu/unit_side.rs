@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, PortInfo, Signal, Ty};
 
-use super::checks::side_checks;
 use super::job::job;
 use super::packet_gate::{STEP_BITS, packet_gate};
 use super::registers::{Field, RegisterMap, WORD_BITS, counted, settings};
+use super::side_checks::Side;
 
 /// What belongs to a unit.
 pub(super) struct UnitSide {
@@ -17,6 +17,8 @@ pub(super) struct UnitSide {
     unit: Instance,
     job: Instance,
     registers: Instance,
+    /// The gate of every input stream, by its name.
+    gates: Vec<(String, Instance)>,
     /// Segments of the job that runs, of the gathering unit.
     segments: Option<Signal>,
     /// Inputs of the top that go to it, by name.
@@ -78,6 +80,7 @@ impl UnitSide {
             unit,
             job,
             registers,
+            gates: vec![],
             segments: None,
             inputs: inputs.to_vec(),
             outputs: vec![],
@@ -157,6 +160,7 @@ impl UnitSide {
                     ("m_tready", ready),
                 ],
             );
+            self.gates.push((short.to_owned(), gate));
             let shown = m.out(gate, "m_tvalid");
             m.connect(self.unit, name, shown);
             open.push(m.out(gate, "is_open"));
@@ -294,23 +298,32 @@ impl UnitSide {
 
 impl UnitSide {
     /// Checks of what lies around the unit.
-    pub(super) fn checks(&self, m: &mut ModuleBuilder) {
-        let ports = &self.ports;
-        let width = |name: &str| {
-            ports
-                .iter()
-                .find(|port| port.name == name)
-                .map_or(0, |p| p.ty.width)
-        };
-        let counters: Vec<_> = counted(ports)
-            .into_iter()
-            .map(|(port, register)| (port, register.to_ascii_lowercase(), width(port)))
+    pub(super) fn checks(&self, m: &mut ModuleBuilder, map: &RegisterMap) {
+        let mut counters = vec![];
+        for (port, register) in counted(&self.ports) {
+            let input = register.to_ascii_lowercase();
+            let own = self.ports.iter().find(|own| own.name == port);
+            if own.is_some_and(|own| own.ty.width > WORD_BITS) {
+                counters.push((port, format!("{input}_high"), WORD_BITS));
+            }
+            counters.push((port, input, 0));
+        }
+        let settings = settings(&self.ports).into_iter();
+        let settings: Vec<_> = settings
+            .map(|(port, field)| (port, format!("gu_mode_{}", field.to_ascii_lowercase())))
             .collect();
-        let gates = ports.iter().filter(|port| !port.output);
-        let gates =
-            gates.filter_map(|port| port.name.strip_prefix("s_axis_")?.strip_suffix("_tvalid"));
-        let gates: Vec<String> = gates.map(str::to_owned).collect();
-        side_checks(m, self.short, &counters, &gates);
+        let flags = format!("{}_ERRORS", self.short.to_ascii_uppercase());
+        let side = Side {
+            short: self.short,
+            unit: self.unit,
+            job: self.job,
+            registers: self.registers,
+            gates: &self.gates,
+            counters: &counters,
+            settings: &settings,
+            flags: fields(map, &flags),
+        };
+        side.check(m);
     }
 }
 

@@ -8,7 +8,7 @@ const JOB: &str = "npu_job.v";
 const GATE: &str = "npu_packet_gate.v";
 const TOP_FILE: &str = "potamoi_npu_ext.v";
 
-pub(crate) const TOP: [Mutant; 37] = [
+pub(crate) const TOP: [Mutant; 43] = [
     [
         "bus.write_response_stays",
         BUS,
@@ -220,5 +220,41 @@ pub(crate) const TOP: [Mutant; 37] = [
         TOP_FILE,
         "vu_errors_before <= vu_stat_errors;",
         "vu_errors_before <= 3'd0;",
+    ],
+    [
+        "gu_packets_as_ordered",
+        TOP_FILE,
+        ".gu_left                     (gu_job_packets_left)",
+        ".gu_left                     (vu_job_packets_left)",
+    ],
+    [
+        "vu_packets_as_ordered",
+        TOP_FILE,
+        ".vu_left                     (vu_job_packets_left)",
+        ".vu_left                     (gu_job_packets_left)",
+    ],
+    [
+        "gu_settings_as_ordered",
+        TOP_FILE,
+        "cfg_segments <= registers_gu_mode_segments;",
+        "cfg_segments <= 7'd1;",
+    ],
+    [
+        "gu_flags_as_raised",
+        TOP_FILE,
+        ".gu_errors_gap_in_beat       (gu_stat_errors[4])",
+        ".gu_errors_gap_in_beat       (gu_stat_errors[3])",
+    ],
+    [
+        "vu_flags_as_raised",
+        TOP_FILE,
+        ".vu_errors_torn_lane         (vu_stat_errors[2])",
+        ".vu_errors_torn_lane         (vu_stat_errors[1])",
+    ],
+    [
+        "irq_of_events",
+        TOP_FILE,
+        "(registers_irq_status_gu_error & registers_irq_enable_gu_error) |",
+        "(registers_irq_status_gu_error & registers_irq_enable_gu_done) |",
     ],
 ];
