@@ -266,6 +266,28 @@ fn simulated(folder: &Path, more: &[&str]) -> (bool, String) {
     (done.status.success(), said)
 }
 
+/// The command in the head of every bench is the one that runs it.
+#[test]
+fn the_command_in_the_head_of_a_bench_runs_it() {
+    let folder = tempfile::tempdir().unwrap();
+    emit("small", folder.path());
+    for unit in ["gathering_unit", "vector_unit", "potamoi_npu_ext"] {
+        let bench = folder.path().join(format!("sim/{unit}_tb.v"));
+        let text = std::fs::read_to_string(bench).unwrap();
+        let head = text.lines().take_while(|line| line.starts_with("//"));
+        let lines: Vec<&str> = head.filter_map(|line| line.strip_prefix("//   ")).collect();
+        assert_eq!(lines[0], "make");
+        let done = Command::new("sh")
+            .args(["-c", &lines[1..].join("\n")])
+            .current_dir(folder.path().join("sim"))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&done.stdout);
+        let last = said.lines().last().unwrap_or_default();
+        assert!(last.starts_with(&format!("PASS: {unit}")), "{done:?}");
+    }
+}
+
 /// A build is used again only with the same files and options, whatever their age.
 #[test]
 fn a_bench_is_built_again_for_other_files_and_options() {

@@ -442,28 +442,19 @@ module gathering_unit (
 `ifdef FORMAL
   (* hierconn *) wire [2:0] \results.count ;
   wire [2:0] results_count = \results.count ;
-`else
-  wire [2:0] results_count = results.count;
-`endif
-  reg beat_open;
-`ifdef FORMAL
   (* hierconn *) wire \rit.read_fire ;
   wire rit_read_fire = \rit.read_fire ;
-`else
-  wire rit_read_fire = rit.read_fire;
-`endif
-`ifdef FORMAL
   (* hierconn *) wire \rit.p_free ;
   wire rit_p_free = \rit.p_free ;
-`else
-  wire rit_p_free = rit.p_free;
-`endif
-`ifdef FORMAL
   (* hierconn *) wire \rit.q_valid ;
   wire rit_q_valid = \rit.q_valid ;
 `else
+  wire [2:0] results_count = results.count;
+  wire rit_read_fire = rit.read_fire;
+  wire rit_p_free = rit.p_free;
   wire rit_q_valid = rit.q_valid;
 `endif
+  reg beat_open;
   wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
   wire fills_issue = rit_p_free & rit_q_valid;
   reg waits;

@@ -56,14 +56,17 @@ module mft_halves (
 `ifdef FORMAL
   (* hierconn *) wire [8:0] \low.addr ;
   wire [8:0] low_given = \low.addr ;
-`else
-  wire [8:0] low_given = low.addr;
-`endif
-`ifdef FORMAL
   (* hierconn *) wire \low.re ;
   wire low_enabled = \low.re ;
+  (* hierconn *) wire [8:0] \high.addr ;
+  wire [8:0] high_given = \high.addr ;
+  (* hierconn *) wire \high.re ;
+  wire high_enabled = \high.re ;
 `else
+  wire [8:0] low_given = low.addr;
   wire low_enabled = low.re;
+  wire [8:0] high_given = high.addr;
+  wire high_enabled = high.re;
 `endif
   wire low_write_row;
   potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
@@ -71,18 +74,6 @@ module mft_halves (
   wire low_read_row;
   potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_read_row (.a(low_given), .b(raddr),
       .same(low_read_row));
-`ifdef FORMAL
-  (* hierconn *) wire [8:0] \high.addr ;
-  wire [8:0] high_given = \high.addr ;
-`else
-  wire [8:0] high_given = high.addr;
-`endif
-`ifdef FORMAL
-  (* hierconn *) wire \high.re ;
-  wire high_enabled = \high.re ;
-`else
-  wire high_enabled = high.re;
-`endif
   wire high_write_row;
   potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
       .same(high_write_row));

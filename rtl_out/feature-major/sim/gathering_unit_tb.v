@@ -91,7 +91,7 @@ module gathering_unit_tb;
   // 32, s_axis_rit_end 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32,
   // m_axis_feat_end 32, closed 16, cycles 32, stat_busy 32, stat_stall_bank 32, stat_stall_fifo
   // 32, stat_stall_mft 32, stat_stall_rit 32, stat_entries 32, stat_errors 9
-  reg [456:0] job_words [0:64];
+  reg [456:0] job_words [0:69];
   wire [1:0] job_cfg_vertices;
   wire [6:0] job_cfg_segments;
   wire [6:0] job_cfg_channels;
@@ -160,7 +160,7 @@ module gathering_unit_tb;
     } = script_words[script_at < 1545 ? script_at : 1545 - 1];
 
   // s_axis_rit, from gather_rit.hex: tdata 128, tkeep 16, tlast 1, tuser 1
-  reg [145:0] s_axis_rit_words [0:2627];
+  reg [145:0] s_axis_rit_words [0:3400];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   integer s_axis_rit_rate = 0;
@@ -171,7 +171,7 @@ module gathering_unit_tb;
   wire s_axis_rit_tready;
   reg [146-1:0] s_axis_rit_scripted;
   wire [146-1:0] s_axis_rit_word = scripted ? s_axis_rit_scripted
-    : s_axis_rit_words[s_axis_rit_at < 2628 ? s_axis_rit_at : 0];
+    : s_axis_rit_words[s_axis_rit_at < 3401 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [127:0] s_axis_rit_tdata;
   wire [15:0] s_axis_rit_tkeep;
@@ -182,7 +182,7 @@ module gathering_unit_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 256, tkeep 32, tlast 1
-  reg [288:0] s_axis_mft_words [0:1837];
+  reg [288:0] s_axis_mft_words [0:1871];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   integer s_axis_mft_rate = 0;
@@ -193,7 +193,7 @@ module gathering_unit_tb;
   wire s_axis_mft_tready;
   reg [289-1:0] s_axis_mft_scripted;
   wire [289-1:0] s_axis_mft_word = scripted ? s_axis_mft_scripted
-    : s_axis_mft_words[s_axis_mft_at < 1838 ? s_axis_mft_at : 0];
+    : s_axis_mft_words[s_axis_mft_at < 1872 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [255:0] s_axis_mft_tdata;
   wire [31:0] s_axis_mft_tkeep;
@@ -289,7 +289,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", job_words);
-      if (^job_words[64] === 1'bx) begin
+      if (^job_words[69] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -301,7 +301,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[2627] === 1'bx) begin
+      if (^s_axis_rit_words[3400] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -313,7 +313,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[1837] === 1'bx) begin
+      if (^s_axis_mft_words[1871] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end

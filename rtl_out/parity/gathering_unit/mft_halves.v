@@ -67,14 +67,29 @@ module mft_halves (
 `ifdef FORMAL
   (* hierconn *) wire [5:0] \low.addr0 ;
   wire [5:0] low_given = \low.addr0 ;
-`else
-  wire [5:0] low_given = low.addr0;
-`endif
-`ifdef FORMAL
   (* hierconn *) wire \low.re0 ;
   wire low_enabled = \low.re0 ;
+  (* hierconn *) wire [5:0] \low.addr1 ;
+  wire [5:0] low_given_second = \low.addr1 ;
+  (* hierconn *) wire \low.re1 ;
+  wire low_second_enabled = \low.re1 ;
+  (* hierconn *) wire [5:0] \high.addr0 ;
+  wire [5:0] high_given = \high.addr0 ;
+  (* hierconn *) wire \high.re0 ;
+  wire high_enabled = \high.re0 ;
+  (* hierconn *) wire [5:0] \high.addr1 ;
+  wire [5:0] high_given_second = \high.addr1 ;
+  (* hierconn *) wire \high.re1 ;
+  wire high_second_enabled = \high.re1 ;
 `else
+  wire [5:0] low_given = low.addr0;
   wire low_enabled = low.re0;
+  wire [5:0] low_given_second = low.addr1;
+  wire low_second_enabled = low.re1;
+  wire [5:0] high_given = high.addr0;
+  wire high_enabled = high.re0;
+  wire [5:0] high_given_second = high.addr1;
+  wire high_second_enabled = high.re1;
 `endif
   wire low_write_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
@@ -82,51 +97,15 @@ module mft_halves (
   wire low_read_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_read_row (.a(low_given), .b(raddr0),
       .same(low_read_row));
-`ifdef FORMAL
-  (* hierconn *) wire [5:0] \low.addr1 ;
-  wire [5:0] low_given_second = \low.addr1 ;
-`else
-  wire [5:0] low_given_second = low.addr1;
-`endif
-`ifdef FORMAL
-  (* hierconn *) wire \low.re1 ;
-  wire low_second_enabled = \low.re1 ;
-`else
-  wire low_second_enabled = low.re1;
-`endif
   wire low_second_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_low_second_row (.a(low_given_second),
       .b(raddr1), .same(low_second_row));
-`ifdef FORMAL
-  (* hierconn *) wire [5:0] \high.addr0 ;
-  wire [5:0] high_given = \high.addr0 ;
-`else
-  wire [5:0] high_given = high.addr0;
-`endif
-`ifdef FORMAL
-  (* hierconn *) wire \high.re0 ;
-  wire high_enabled = \high.re0 ;
-`else
-  wire high_enabled = high.re0;
-`endif
   wire high_write_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
       .same(high_write_row));
   wire high_read_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_read_row (.a(high_given), .b(raddr0),
       .same(high_read_row));
-`ifdef FORMAL
-  (* hierconn *) wire [5:0] \high.addr1 ;
-  wire [5:0] high_given_second = \high.addr1 ;
-`else
-  wire [5:0] high_given_second = high.addr1;
-`endif
-`ifdef FORMAL
-  (* hierconn *) wire \high.re1 ;
-  wire high_second_enabled = \high.re1 ;
-`else
-  wire high_second_enabled = high.re1;
-`endif
   wire high_second_row;
   potamoi_same #(.WIDTH(6), .WHOLE(1), .TAKES_X(1)) is_high_second_row (.a(high_given_second),
       .b(raddr1), .same(high_second_row));

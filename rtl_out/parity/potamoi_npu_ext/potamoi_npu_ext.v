@@ -403,10 +403,225 @@ module potamoi_npu_ext (
   // Checks: docs/explanation/proofs.md
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
-  reg [31:0] gu_busy_asked, gu_stall_fifo_asked, gu_stall_mft_asked, gu_stall_rit_asked,
-      gu_entries_asked, vu_vectors_asked, vu_busy_asked, vu_stall_out_asked;
+`ifdef FORMAL
+  (* hierconn *) wire \registers.control_snapshot ;
+  wire gu_snapshot = \registers.control_snapshot ;
+  (* hierconn *) wire [31:0] \registers.gu_busy ;
+  wire [31:0] gu_busy_read = \registers.gu_busy ;
+  (* hierconn *) wire [31:0] \gu.stat_busy ;
+  wire [31:0] gu_busy_counted = \gu.stat_busy ;
+  (* hierconn *) wire [31:0] \registers.gu_stall_fifo ;
+  wire [31:0] gu_stall_fifo_read = \registers.gu_stall_fifo ;
+  (* hierconn *) wire [31:0] \gu.stat_stall_fifo ;
+  wire [31:0] gu_stall_fifo_counted = \gu.stat_stall_fifo ;
+  (* hierconn *) wire [31:0] \registers.gu_stall_mft ;
+  wire [31:0] gu_stall_mft_read = \registers.gu_stall_mft ;
+  (* hierconn *) wire [31:0] \gu.stat_stall_mft ;
+  wire [31:0] gu_stall_mft_counted = \gu.stat_stall_mft ;
+  (* hierconn *) wire [31:0] \registers.gu_stall_rit ;
+  wire [31:0] gu_stall_rit_read = \registers.gu_stall_rit ;
+  (* hierconn *) wire [31:0] \gu.stat_stall_rit ;
+  wire [31:0] gu_stall_rit_counted = \gu.stat_stall_rit ;
+  (* hierconn *) wire [31:0] \registers.gu_entries ;
+  wire [31:0] gu_entries_read = \registers.gu_entries ;
+  (* hierconn *) wire [31:0] \gu.stat_entries ;
+  wire [31:0] gu_entries_counted = \gu.stat_entries ;
+  (* hierconn *) wire [31:0] \registers.gu_packets ;
+  wire [31:0] gu_ordered = \registers.gu_packets ;
+  (* hierconn *) wire [31:0] \gu_job.packets ;
+  wire [31:0] gu_of_job = \gu_job.packets ;
+  (* hierconn *) wire [31:0] \gu_job.packets_left ;
+  wire [31:0] gu_left_in_job = \gu_job.packets_left ;
+  (* hierconn *) wire [31:0] \registers.gu_left ;
+  wire [31:0] gu_left_read = \registers.gu_left ;
+  (* hierconn *) wire [31:0] \rit_gate.packets ;
+  wire [31:0] rit_of_gate = \rit_gate.packets ;
+  (* hierconn *) wire [31:0] \mft_gate.packets ;
+  wire [31:0] mft_of_gate = \mft_gate.packets ;
+  (* hierconn *) wire \gu_job.begins ;
+  wire gu_begins = \gu_job.begins ;
+  (* hierconn *) wire [1:0] \gu.cfg_vertices ;
+  wire [1:0] cfg_vertices_given = \gu.cfg_vertices ;
+  (* hierconn *) wire [1:0] \registers.gu_mode_vertices ;
+  wire [1:0] cfg_vertices_asked = \registers.gu_mode_vertices ;
+  (* hierconn *) wire [6:0] \gu.cfg_segments ;
+  wire [6:0] cfg_segments_given = \gu.cfg_segments ;
+  (* hierconn *) wire [6:0] \registers.gu_mode_segments ;
+  wire [6:0] cfg_segments_asked = \registers.gu_mode_segments ;
+  (* hierconn *) wire [8:0] \gu.stat_errors ;
+  wire [8:0] gu_raised = \gu.stat_errors ;
+  (* hierconn *) wire \registers.gu_errors_row_not_loaded ;
+  wire gu_errors_row_not_loaded_read = \registers.gu_errors_row_not_loaded ;
+  (* hierconn *) wire \registers.gu_errors_weight_too_large ;
+  wire gu_errors_weight_too_large_read = \registers.gu_errors_weight_too_large ;
+  (* hierconn *) wire \registers.gu_errors_weights_off_one ;
+  wire gu_errors_weights_off_one_read = \registers.gu_errors_weights_off_one ;
+  (* hierconn *) wire \registers.gu_errors_ragged_entries ;
+  wire gu_errors_ragged_entries_read = \registers.gu_errors_ragged_entries ;
+  (* hierconn *) wire \registers.gu_errors_gap_in_beat ;
+  wire gu_errors_gap_in_beat_read = \registers.gu_errors_gap_in_beat ;
+  (* hierconn *) wire \registers.gu_errors_rit_too_large ;
+  wire gu_errors_rit_too_large_read = \registers.gu_errors_rit_too_large ;
+  (* hierconn *) wire \registers.gu_errors_mft_row_dropped ;
+  wire gu_errors_mft_row_dropped_read = \registers.gu_errors_mft_row_dropped ;
+  (* hierconn *) wire \registers.gu_errors_bad_setting ;
+  wire gu_errors_bad_setting_read = \registers.gu_errors_bad_setting ;
+  (* hierconn *) wire \registers.gu_errors_setting_moved ;
+  wire gu_errors_setting_moved_read = \registers.gu_errors_setting_moved ;
+  (* hierconn *) wire \registers.irq_status_gu_error_set ;
+  wire gu_error_event = \registers.irq_status_gu_error_set ;
+  wire vu_snapshot = \registers.control_snapshot ;
+  (* hierconn *) wire [31:0] \registers.vu_vectors ;
+  wire [31:0] vu_vectors_read = \registers.vu_vectors ;
+  (* hierconn *) wire [31:0] \vu.stat_vectors ;
+  wire [31:0] vu_vectors_counted = \vu.stat_vectors ;
+  (* hierconn *) wire [31:0] \registers.vu_busy ;
+  wire [31:0] vu_busy_read = \registers.vu_busy ;
+  (* hierconn *) wire [31:0] \vu.stat_busy ;
+  wire [31:0] vu_busy_counted = \vu.stat_busy ;
+  (* hierconn *) wire [31:0] \registers.vu_stall_out ;
+  wire [31:0] vu_stall_out_read = \registers.vu_stall_out ;
+  (* hierconn *) wire [31:0] \vu.stat_stall_out ;
+  wire [31:0] vu_stall_out_counted = \vu.stat_stall_out ;
+  (* hierconn *) wire [31:0] \registers.vu_packets ;
+  wire [31:0] vu_ordered = \registers.vu_packets ;
+  (* hierconn *) wire [31:0] \vu_job.packets ;
+  wire [31:0] vu_of_job = \vu_job.packets ;
+  (* hierconn *) wire [31:0] \vu_job.packets_left ;
+  wire [31:0] vu_left_in_job = \vu_job.packets_left ;
+  (* hierconn *) wire [31:0] \registers.vu_left ;
+  wire [31:0] vu_left_read = \registers.vu_left ;
+  (* hierconn *) wire [31:0] \vec_gate.packets ;
+  wire [31:0] vec_of_gate = \vec_gate.packets ;
+  (* hierconn *) wire [2:0] \vu.stat_errors ;
+  wire [2:0] vu_raised = \vu.stat_errors ;
+  (* hierconn *) wire \registers.vu_errors_not_built ;
+  wire vu_errors_not_built_read = \registers.vu_errors_not_built ;
+  (* hierconn *) wire \registers.vu_errors_rounding_reserved ;
+  wire vu_errors_rounding_reserved_read = \registers.vu_errors_rounding_reserved ;
+  (* hierconn *) wire \registers.vu_errors_torn_lane ;
+  wire vu_errors_torn_lane_read = \registers.vu_errors_torn_lane ;
+  (* hierconn *) wire \registers.irq_status_vu_error_set ;
+  wire vu_error_event = \registers.irq_status_vu_error_set ;
+  (* hierconn *) wire \registers.irq_status_gu_done ;
+  wire gu_done_is_set = \registers.irq_status_gu_done ;
+  (* hierconn *) wire \registers.irq_enable_gu_done ;
+  wire gu_done_is_enabled = \registers.irq_enable_gu_done ;
+  (* hierconn *) wire \registers.irq_status_vu_done ;
+  wire vu_done_is_set = \registers.irq_status_vu_done ;
+  (* hierconn *) wire \registers.irq_enable_vu_done ;
+  wire vu_done_is_enabled = \registers.irq_enable_vu_done ;
+  (* hierconn *) wire \registers.irq_status_gu_error ;
+  wire gu_error_is_set = \registers.irq_status_gu_error ;
+  (* hierconn *) wire \registers.irq_enable_gu_error ;
+  wire gu_error_is_enabled = \registers.irq_enable_gu_error ;
+  (* hierconn *) wire \registers.irq_status_vu_error ;
+  wire vu_error_is_set = \registers.irq_status_vu_error ;
+  (* hierconn *) wire \registers.irq_enable_vu_error ;
+  wire vu_error_is_enabled = \registers.irq_enable_vu_error ;
+  (* hierconn *) wire \registers.irq_status_gu_refused ;
+  wire gu_refused_is_set = \registers.irq_status_gu_refused ;
+  (* hierconn *) wire \registers.irq_enable_gu_refused ;
+  wire gu_refused_is_enabled = \registers.irq_enable_gu_refused ;
+  (* hierconn *) wire \registers.irq_status_vu_refused ;
+  wire vu_refused_is_set = \registers.irq_status_vu_refused ;
+  (* hierconn *) wire \registers.irq_enable_vu_refused ;
+  wire vu_refused_is_enabled = \registers.irq_enable_vu_refused ;
+`else
+  wire gu_snapshot = registers.control_snapshot;
+  wire [31:0] gu_busy_read = registers.gu_busy;
+  wire [31:0] gu_busy_counted = gu.stat_busy;
+  wire [31:0] gu_stall_fifo_read = registers.gu_stall_fifo;
+  wire [31:0] gu_stall_fifo_counted = gu.stat_stall_fifo;
+  wire [31:0] gu_stall_mft_read = registers.gu_stall_mft;
+  wire [31:0] gu_stall_mft_counted = gu.stat_stall_mft;
+  wire [31:0] gu_stall_rit_read = registers.gu_stall_rit;
+  wire [31:0] gu_stall_rit_counted = gu.stat_stall_rit;
+  wire [31:0] gu_entries_read = registers.gu_entries;
+  wire [31:0] gu_entries_counted = gu.stat_entries;
+  wire [31:0] gu_ordered = registers.gu_packets;
+  wire [31:0] gu_of_job = gu_job.packets;
+  wire [31:0] gu_left_in_job = gu_job.packets_left;
+  wire [31:0] gu_left_read = registers.gu_left;
+  wire [31:0] rit_of_gate = rit_gate.packets;
+  wire [31:0] mft_of_gate = mft_gate.packets;
+  wire gu_begins = gu_job.begins;
+  wire [1:0] cfg_vertices_given = gu.cfg_vertices;
+  wire [1:0] cfg_vertices_asked = registers.gu_mode_vertices;
+  wire [6:0] cfg_segments_given = gu.cfg_segments;
+  wire [6:0] cfg_segments_asked = registers.gu_mode_segments;
+  wire [8:0] gu_raised = gu.stat_errors;
+  wire gu_errors_row_not_loaded_read = registers.gu_errors_row_not_loaded;
+  wire gu_errors_weight_too_large_read = registers.gu_errors_weight_too_large;
+  wire gu_errors_weights_off_one_read = registers.gu_errors_weights_off_one;
+  wire gu_errors_ragged_entries_read = registers.gu_errors_ragged_entries;
+  wire gu_errors_gap_in_beat_read = registers.gu_errors_gap_in_beat;
+  wire gu_errors_rit_too_large_read = registers.gu_errors_rit_too_large;
+  wire gu_errors_mft_row_dropped_read = registers.gu_errors_mft_row_dropped;
+  wire gu_errors_bad_setting_read = registers.gu_errors_bad_setting;
+  wire gu_errors_setting_moved_read = registers.gu_errors_setting_moved;
+  wire gu_error_event = registers.irq_status_gu_error_set;
+  wire vu_snapshot = registers.control_snapshot;
+  wire [31:0] vu_vectors_read = registers.vu_vectors;
+  wire [31:0] vu_vectors_counted = vu.stat_vectors;
+  wire [31:0] vu_busy_read = registers.vu_busy;
+  wire [31:0] vu_busy_counted = vu.stat_busy;
+  wire [31:0] vu_stall_out_read = registers.vu_stall_out;
+  wire [31:0] vu_stall_out_counted = vu.stat_stall_out;
+  wire [31:0] vu_ordered = registers.vu_packets;
+  wire [31:0] vu_of_job = vu_job.packets;
+  wire [31:0] vu_left_in_job = vu_job.packets_left;
+  wire [31:0] vu_left_read = registers.vu_left;
+  wire [31:0] vec_of_gate = vec_gate.packets;
+  wire [2:0] vu_raised = vu.stat_errors;
+  wire vu_errors_not_built_read = registers.vu_errors_not_built;
+  wire vu_errors_rounding_reserved_read = registers.vu_errors_rounding_reserved;
+  wire vu_errors_torn_lane_read = registers.vu_errors_torn_lane;
+  wire vu_error_event = registers.irq_status_vu_error_set;
+  wire gu_done_is_set = registers.irq_status_gu_done;
+  wire gu_done_is_enabled = registers.irq_enable_gu_done;
+  wire vu_done_is_set = registers.irq_status_vu_done;
+  wire vu_done_is_enabled = registers.irq_enable_vu_done;
+  wire gu_error_is_set = registers.irq_status_gu_error;
+  wire gu_error_is_enabled = registers.irq_enable_gu_error;
+  wire vu_error_is_set = registers.irq_status_vu_error;
+  wire vu_error_is_enabled = registers.irq_enable_vu_error;
+  wire gu_refused_is_set = registers.irq_status_gu_refused;
+  wire gu_refused_is_enabled = registers.irq_enable_gu_refused;
+  wire vu_refused_is_set = registers.irq_status_vu_refused;
+  wire vu_refused_is_enabled = registers.irq_enable_vu_refused;
+`endif
+  wire [31:0] gu_busy_part = gu_busy_counted;
+  reg [31:0] gu_busy_asked;
+  wire [31:0] gu_stall_fifo_part = gu_stall_fifo_counted;
+  reg [31:0] gu_stall_fifo_asked;
+  wire [31:0] gu_stall_mft_part = gu_stall_mft_counted;
+  reg [31:0] gu_stall_mft_asked;
+  wire [31:0] gu_stall_rit_part = gu_stall_rit_counted;
+  reg [31:0] gu_stall_rit_asked;
+  wire [31:0] gu_entries_part = gu_entries_counted;
+  reg [31:0] gu_entries_asked;
+  reg gu_begun;
+  reg [1:0] cfg_vertices_ordered;
+  reg [6:0] cfg_segments_ordered;
+  wire gu_flags_are_read = (gu_errors_row_not_loaded_read == gu_raised[0]) &
+      (gu_errors_weight_too_large_read == gu_raised[1]) & (gu_errors_weights_off_one_read ==
+      gu_raised[2]) & (gu_errors_ragged_entries_read == gu_raised[3]) & (gu_errors_gap_in_beat_read
+      == gu_raised[4]) & (gu_errors_rit_too_large_read == gu_raised[5]) &
+      (gu_errors_mft_row_dropped_read == gu_raised[6]) & (gu_errors_bad_setting_read ==
+      gu_raised[7]) & (gu_errors_setting_moved_read == gu_raised[8]);
   reg [8:0] gu_errors_past;
+  wire [31:0] vu_vectors_part = vu_vectors_counted;
+  reg [31:0] vu_vectors_asked;
+  wire [31:0] vu_busy_part = vu_busy_counted;
+  reg [31:0] vu_busy_asked;
+  wire [31:0] vu_stall_out_part = vu_stall_out_counted;
+  reg [31:0] vu_stall_out_asked;
+  wire vu_flags_are_read = (vu_errors_not_built_read == vu_raised[0]) &
+      (vu_errors_rounding_reserved_read == vu_raised[1]) & (vu_errors_torn_lane_read ==
+      vu_raised[2]);
   reg [2:0] vu_errors_past;
+  reg irq_due;
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -415,53 +630,92 @@ module potamoi_npu_ext (
       gu_stall_mft_asked <= 32'd0;
       gu_stall_rit_asked <= 32'd0;
       gu_entries_asked <= 32'd0;
+      gu_begun <= 1'b0;
+      cfg_vertices_ordered <= 2'd0;
+      cfg_segments_ordered <= 7'd0;
       gu_errors_past <= 9'd0;
       vu_vectors_asked <= 32'd0;
       vu_busy_asked <= 32'd0;
       vu_stall_out_asked <= 32'd0;
       vu_errors_past <= 3'd0;
+      irq_due <= 1'b0;
     end else begin
-      if (registers_control_snapshot) begin
-        gu_busy_asked <= gu_stat_busy;
-        gu_stall_fifo_asked <= gu_stat_stall_fifo;
-        gu_stall_mft_asked <= gu_stat_stall_mft;
-        gu_stall_rit_asked <= gu_stat_stall_rit;
-        gu_entries_asked <= gu_stat_entries;
-        vu_vectors_asked <= vu_stat_vectors;
-        vu_busy_asked <= vu_stat_busy;
-        vu_stall_out_asked <= vu_stat_stall_out;
+      if (gu_snapshot) begin
+        gu_busy_asked <= gu_busy_part;
+        gu_stall_fifo_asked <= gu_stall_fifo_part;
+        gu_stall_mft_asked <= gu_stall_mft_part;
+        gu_stall_rit_asked <= gu_stall_rit_part;
+        gu_entries_asked <= gu_entries_part;
       end
-      gu_errors_past <= gu_stat_errors;
-      vu_errors_past <= vu_stat_errors;
+      gu_begun <= gu_begun | gu_begins;
+      if (gu_begins) begin
+        cfg_vertices_ordered <= cfg_vertices_asked;
+        cfg_segments_ordered <= cfg_segments_asked;
+      end
+      gu_errors_past <= gu_raised;
+      if (vu_snapshot) begin
+        vu_vectors_asked <= vu_vectors_part;
+        vu_busy_asked <= vu_busy_part;
+        vu_stall_out_asked <= vu_stall_out_part;
+      end
+      vu_errors_past <= vu_raised;
+      irq_due <= (gu_done_is_set & gu_done_is_enabled) | (vu_done_is_set & vu_done_is_enabled) |
+          (gu_error_is_set & gu_error_is_enabled) | (vu_error_is_set & vu_error_is_enabled) |
+          (gu_refused_is_set & gu_refused_is_enabled) | (vu_refused_is_set & vu_refused_is_enabled);
     end
   end
 
-  // The registers show each counter as of the last snapshot.
-  potamoi_assert check_gu_counters_of_snapshot (.clk(clk), .on(checking), .good((gu_busy_shown ==
-      gu_busy_asked) & (gu_stall_fifo_shown == gu_stall_fifo_asked) & (gu_stall_mft_shown ==
-      gu_stall_mft_asked) & (gu_stall_rit_shown == gu_stall_rit_asked) & (gu_entries_shown ==
+  wire unused_checks = &{1'b0, gu_flags_are_read, vu_flags_are_read};
+
+  // The registers show each counter of the unit as of the last snapshot.
+  potamoi_assert check_gu_counters_of_snapshot (.clk(clk), .on(checking), .good((gu_busy_read ==
+      gu_busy_asked) & (gu_stall_fifo_read == gu_stall_fifo_asked) & (gu_stall_mft_read ==
+      gu_stall_mft_asked) & (gu_stall_rit_read == gu_stall_rit_asked) & (gu_entries_read ==
       gu_entries_asked)));
+
+  // The job and its gates are told the packets that software orders, and software those left.
+  potamoi_assert check_gu_packets_as_ordered (.clk(clk), .on(checking), .good((gu_of_job ==
+      gu_ordered) & (gu_left_read == gu_left_in_job) & (rit_of_gate == gu_ordered) & (mft_of_gate ==
+      gu_ordered)));
 
   // A job is done when no input has packets to come.
   potamoi_assert check_gu_done_is_closed (.clk(clk), .on(checking), .good((~gu_job_done) |
       (~(rit_gate_is_open | mft_gate_is_open))));
 
-  // A flag that rises is an event.
-  potamoi_assert check_gu_error_is_new (.clk(clk), .on(checking), .good(gu_error_rises ==
-      (|(gu_stat_errors & (~gu_errors_past)))));
+  // The unit has the settings that software had ordered when the job began.
+  potamoi_assert check_gu_settings_as_ordered (.clk(clk), .on(checking), .good((~gu_begun) |
+      ((cfg_vertices_given == cfg_vertices_ordered) & (cfg_segments_given ==
+      cfg_segments_ordered))));
 
-  // The registers show each counter as of the last snapshot.
-  potamoi_assert check_vu_counters_of_snapshot (.clk(clk), .on(checking), .good((vu_vectors_shown ==
-      vu_vectors_asked) & (vu_busy_shown == vu_busy_asked) & (vu_stall_out_shown ==
+  // The register shows each flag of the unit.
+  potamoi_assert check_gu_flags_as_raised (.clk(clk), .on(checking), .good(gu_flags_are_read));
+
+  // A flag that rises is an event.
+  potamoi_assert check_gu_error_is_new (.clk(clk), .on(checking), .good(gu_error_event ==
+      (|(gu_raised & (~gu_errors_past)))));
+
+  // The registers show each counter of the unit as of the last snapshot.
+  potamoi_assert check_vu_counters_of_snapshot (.clk(clk), .on(checking), .good((vu_vectors_read ==
+      vu_vectors_asked) & (vu_busy_read == vu_busy_asked) & (vu_stall_out_read ==
       vu_stall_out_asked)));
+
+  // The job and its gates are told the packets that software orders, and software those left.
+  potamoi_assert check_vu_packets_as_ordered (.clk(clk), .on(checking), .good((vu_of_job ==
+      vu_ordered) & (vu_left_read == vu_left_in_job) & (vec_of_gate == vu_ordered)));
 
   // A job is done when no input has packets to come.
   potamoi_assert check_vu_done_is_closed (.clk(clk), .on(checking), .good((~vu_job_done) |
       (~vec_gate_is_open)));
 
+  // The register shows each flag of the unit.
+  potamoi_assert check_vu_flags_as_raised (.clk(clk), .on(checking), .good(vu_flags_are_read));
+
   // A flag that rises is an event.
-  potamoi_assert check_vu_error_is_new (.clk(clk), .on(checking), .good(vu_error_rises ==
-      (|(vu_stat_errors & (~vu_errors_past)))));
+  potamoi_assert check_vu_error_is_new (.clk(clk), .on(checking), .good(vu_error_event ==
+      (|(vu_raised & (~vu_errors_past)))));
+
+  // The interrupt follows the events that are enabled, a clock later.
+  potamoi_assert check_irq_of_events (.clk(clk), .on(checking), .good(irq == irq_due));
 `endif
 endmodule
 

@@ -67,7 +67,7 @@ module gathering_unit_tb;
   // 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32, m_axis_feat_end 32, closed 16,
   // cycles 32, stat_busy 32, stat_stall_fifo 32, stat_stall_mft 32, stat_stall_rit 32,
   // stat_entries 32, stat_errors 9
-  reg [417:0] job_words [0:7];
+  reg [417:0] job_words [0:12];
   wire [1:0] job_cfg_vertices;
   wire [6:0] job_cfg_segments;
   wire [31:0] job_s_axis_rit_from;
@@ -130,7 +130,7 @@ module gathering_unit_tb;
     } = script_words[script_at < 774 ? script_at : 774 - 1];
 
   // s_axis_rit, from gather_rit.hex: tdata 128, tkeep 16, tlast 1, tuser 1
-  reg [145:0] s_axis_rit_words [0:2057];
+  reg [145:0] s_axis_rit_words [0:2828];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   integer s_axis_rit_rate = 0;
@@ -141,7 +141,7 @@ module gathering_unit_tb;
   wire s_axis_rit_tready;
   reg [146-1:0] s_axis_rit_scripted;
   wire [146-1:0] s_axis_rit_word = scripted ? s_axis_rit_scripted
-    : s_axis_rit_words[s_axis_rit_at < 2058 ? s_axis_rit_at : 0];
+    : s_axis_rit_words[s_axis_rit_at < 2829 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [127:0] s_axis_rit_tdata;
   wire [15:0] s_axis_rit_tkeep;
@@ -152,7 +152,7 @@ module gathering_unit_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 512, tlast 1
-  reg [512:0] s_axis_mft_words [0:721];
+  reg [512:0] s_axis_mft_words [0:787];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   integer s_axis_mft_rate = 0;
@@ -163,7 +163,7 @@ module gathering_unit_tb;
   wire s_axis_mft_tready;
   reg [513-1:0] s_axis_mft_scripted;
   wire [513-1:0] s_axis_mft_word = scripted ? s_axis_mft_scripted
-    : s_axis_mft_words[s_axis_mft_at < 722 ? s_axis_mft_at : 0];
+    : s_axis_mft_words[s_axis_mft_at < 788 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [511:0] s_axis_mft_tdata;
   wire [0:0] s_axis_mft_tlast;
@@ -254,7 +254,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", job_words);
-      if (^job_words[7] === 1'bx) begin
+      if (^job_words[12] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -266,7 +266,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[2057] === 1'bx) begin
+      if (^s_axis_rit_words[2828] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -278,7 +278,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[721] === 1'bx) begin
+      if (^s_axis_mft_words[787] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end

@@ -271,14 +271,20 @@ module gathering_unit (
 `ifdef FORMAL
   (* hierconn *) wire [2:0] \results.count ;
   wire [2:0] results_count = \results.count ;
-`else
-  wire [2:0] results_count = results.count;
-`endif
-`ifdef FORMAL
   (* hierconn *) wire [2:0] \rit.due ;
   wire [2:0] rit_due = \rit.due ;
+  (* hierconn *) wire \rit.read_fire ;
+  wire rit_read_fire = \rit.read_fire ;
+  (* hierconn *) wire \rit.p_free ;
+  wire rit_p_free = \rit.p_free ;
+  (* hierconn *) wire \rit.q_valid ;
+  wire rit_q_valid = \rit.q_valid ;
 `else
+  wire [2:0] results_count = results.count;
   wire [2:0] rit_due = rit.due;
+  wire rit_read_fire = rit.read_fire;
+  wire rit_p_free = rit.p_free;
+  wire rit_q_valid = rit.q_valid;
 `endif
   wire group_open = |rit_due;
   reg s2_end_took, s2_end_past;
@@ -316,24 +322,6 @@ module gathering_unit (
   wire tuser_stays;
   potamoi_same #(.WIDTH(16)) is_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
       .same(tuser_stays));
-`ifdef FORMAL
-  (* hierconn *) wire \rit.read_fire ;
-  wire rit_read_fire = \rit.read_fire ;
-`else
-  wire rit_read_fire = rit.read_fire;
-`endif
-`ifdef FORMAL
-  (* hierconn *) wire \rit.p_free ;
-  wire rit_p_free = \rit.p_free ;
-`else
-  wire rit_p_free = rit.p_free;
-`endif
-`ifdef FORMAL
-  (* hierconn *) wire \rit.q_valid ;
-  wire rit_q_valid = \rit.q_valid ;
-`else
-  wire rit_q_valid = rit.q_valid;
-`endif
   wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
   wire fills_issue = rit_p_free & rit_q_valid;
   reg [31:0] elapsed;

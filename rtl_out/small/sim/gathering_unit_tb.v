@@ -93,7 +93,7 @@ module gathering_unit_tb;
   // 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32, m_axis_feat_end 32, closed 16,
   // cycles 32, stat_busy 32, stat_stall_fifo 32, stat_stall_mft 32, stat_stall_rit 32,
   // stat_entries 32, stat_errors 9
-  reg [417:0] job_words [0:67];
+  reg [417:0] job_words [0:72];
   wire [1:0] job_cfg_vertices;
   wire [6:0] job_cfg_segments;
   wire [31:0] job_s_axis_rit_from;
@@ -156,7 +156,7 @@ module gathering_unit_tb;
     } = script_words[script_at < 998 ? script_at : 998 - 1];
 
   // s_axis_rit, from gather_rit.hex: tdata 64, tkeep 8, tlast 1, tuser 1
-  reg [73:0] s_axis_rit_words [0:1947];
+  reg [73:0] s_axis_rit_words [0:2339];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   integer s_axis_rit_rate = 0;
@@ -167,7 +167,7 @@ module gathering_unit_tb;
   wire s_axis_rit_tready;
   reg [74-1:0] s_axis_rit_scripted;
   wire [74-1:0] s_axis_rit_word = scripted ? s_axis_rit_scripted
-    : s_axis_rit_words[s_axis_rit_at < 1948 ? s_axis_rit_at : 0];
+    : s_axis_rit_words[s_axis_rit_at < 2340 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [63:0] s_axis_rit_tdata;
   wire [7:0] s_axis_rit_tkeep;
@@ -178,7 +178,7 @@ module gathering_unit_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 128, tlast 1
-  reg [128:0] s_axis_mft_words [0:1206];
+  reg [128:0] s_axis_mft_words [0:1720];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   integer s_axis_mft_rate = 0;
@@ -189,7 +189,7 @@ module gathering_unit_tb;
   wire s_axis_mft_tready;
   reg [129-1:0] s_axis_mft_scripted;
   wire [129-1:0] s_axis_mft_word = scripted ? s_axis_mft_scripted
-    : s_axis_mft_words[s_axis_mft_at < 1207 ? s_axis_mft_at : 0];
+    : s_axis_mft_words[s_axis_mft_at < 1721 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [127:0] s_axis_mft_tdata;
   wire [0:0] s_axis_mft_tlast;
@@ -280,7 +280,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", job_words);
-      if (^job_words[67] === 1'bx) begin
+      if (^job_words[72] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -292,7 +292,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[1947] === 1'bx) begin
+      if (^s_axis_rit_words[2339] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -304,7 +304,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[1206] === 1'bx) begin
+      if (^s_axis_mft_words[1720] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end

@@ -74,7 +74,7 @@ module vector_unit_tb;
   // job, from vector_jobs.hex: s_axis_vec_from 32, s_axis_vec_end 32, m_axis_vec_from 32,
   // m_axis_vec_end 32, closed 16, cycles 32, stat_vectors 32, stat_busy 32, stat_stall_out 32,
   // stat_errors 3
-  reg [274:0] job_words [0:14];
+  reg [274:0] job_words [0:17];
   wire [31:0] job_s_axis_vec_from;
   wire [31:0] job_s_axis_vec_end;
   wire [31:0] job_m_axis_vec_from;
@@ -120,7 +120,7 @@ module vector_unit_tb;
     } = script_words[script_at < 319 ? script_at : 319 - 1];
 
   // s_axis_vec, from vector_in.hex: tdata 256, tkeep 32, tlast 1, tuser 12
-  reg [300:0] s_axis_vec_words [0:602];
+  reg [300:0] s_axis_vec_words [0:605];
   integer s_axis_vec_at = 0;
   integer s_axis_vec_next;
   integer s_axis_vec_rate = 0;
@@ -131,7 +131,7 @@ module vector_unit_tb;
   wire s_axis_vec_tready;
   reg [301-1:0] s_axis_vec_scripted;
   wire [301-1:0] s_axis_vec_word = scripted ? s_axis_vec_scripted
-    : s_axis_vec_words[s_axis_vec_at < 603 ? s_axis_vec_at : 0];
+    : s_axis_vec_words[s_axis_vec_at < 606 ? s_axis_vec_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [255:0] s_axis_vec_tdata;
   wire [31:0] s_axis_vec_tkeep;
@@ -211,7 +211,7 @@ module vector_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_jobs.hex", job_words);
-      if (^job_words[14] === 1'bx) begin
+      if (^job_words[17] === 1'bx) begin
         if (!failed) $display("FAIL: vector_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -223,7 +223,7 @@ module vector_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("vector_in.hex", s_axis_vec_words);
-      if (^s_axis_vec_words[602] === 1'bx) begin
+      if (^s_axis_vec_words[605] === 1'bx) begin
         if (!failed) $display("FAIL: vector_in.hex has fewer words than this bench reads");
         fail;
       end

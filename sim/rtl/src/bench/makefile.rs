@@ -1,6 +1,6 @@
 //! The Makefile beside the benches, and the command lines of their headers.
 
-use potamoi_formats::units::NPU_EXT;
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 
 /// The runs of a bench: gaps in percent of the clocks, and their seed.
 pub const RUNS: &str = "0:1 25:2 60:3 85:4";
@@ -105,11 +105,22 @@ pub(super) fn text(units: &[&str]) -> String {
 /// Command lines of a bench beside that Makefile.
 pub(super) fn commands(unit: &str) -> Vec<String> {
     // The top has both units inside.
-    let folder = if unit == NPU_EXT { "*" } else { unit };
-    vec![
-        "make".to_owned(),
-        format!("iverilog -g2005 -o {unit}_tb {unit}_tb.v ../{folder}/*.v && vvp -n {unit}_tb"),
-    ]
+    let modules = match unit {
+        NPU_EXT => &[NPU_EXT, GATHERING_UNIT, VECTOR_UNIT][..],
+        _ => &[unit],
+    };
+    let folders: Vec<_> = modules.iter().map(|own| format!("../{own}/*.v")).collect();
+    let mut all = vec!["make".to_owned()];
+    let build = format!("iverilog -g2005 -o {unit}_tb {unit}_tb.v");
+    let run = format!("&& vvp -n {unit}_tb");
+    match &folders[..] {
+        [folder] => all.push(format!("{build} {folder} {run}")),
+        _ => all.extend([
+            format!("{build} \\"),
+            format!("  {} {run}", folders.join(" ")),
+        ]),
+    }
+    all
 }
 
 /// Command lines of a bench of a trace.

@@ -35,6 +35,15 @@ impl Memory {
         self.fields.iter().map(|f| f.1).sum()
     }
 
+    /// The bits of a field in a word, `HIGH:LOW`.
+    pub(super) fn place_of(&self, name: &str) -> String {
+        let below = self.fields.iter().rev().take_while(|field| field.0 != name);
+        let low: u32 = below.map(|field| field.1).sum();
+        let own = self.fields.iter().find(|field| field.0 == name);
+        let width = own.map_or(0, |field| field.1);
+        format!("{}:{low}", (low + width).saturating_sub(1))
+    }
+
     /// Appends a word; `values` are the fields' words, low first, highest field first. Bits past a
     /// field's width are dropped, missing ones are 0.
     pub(super) fn push<'a>(&mut self, values: impl IntoIterator<Item = &'a [u32]>) {
@@ -63,16 +72,13 @@ impl Memory {
         let line = self.width().div_ceil(4) as usize + 1;
         match self.text.find(&words.text).map(|at| at / line) {
             Some(from) => from..from + words.count,
-            None => self.append(words),
+            None => {
+                self.text.push_str(&words.text);
+                let from = self.count;
+                self.count += words.count;
+                from..self.count
+            }
         }
-    }
-
-    /// Appends the words of another memory of these fields: where they lie.
-    pub(super) fn append(&mut self, words: &Self) -> Range<usize> {
-        self.text.push_str(&words.text);
-        let from = self.count;
-        self.count += words.count;
-        from..self.count
     }
 
     /// Appends a word of fields of at most 64 bits.

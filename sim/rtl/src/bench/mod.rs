@@ -229,8 +229,8 @@ fn suite(
         jobs: vec![],
         steady,
         owes,
-        shared: usize::MAX,
         script: None,
+        broken: vec![],
     })
 }
 
@@ -244,12 +244,13 @@ fn edges_of_gathers(config: &Config) -> Result<Suite, RtlError> {
     for tasks in gather_tasks::jobs(config, SEED) {
         suite.jobs.push(of(&Edge::plain(tasks), &mut garbage)?);
     }
-    suite.shared = suite.jobs.len();
     // Equal beats have equal bytes that are not kept, and lie in the memories once.
     for edge in gather_edges::jobs(config, SEED) {
         suite.jobs.push(of(&edge, &mut Garbage::new(SEED))?);
     }
-    suite.script = Some(gather_flags::script(config));
+    let script = gather_flags::script(config);
+    suite.broken = script.broken(&suite.ports);
+    suite.script = Some(script);
     Ok(suite)
 }
 
@@ -265,7 +266,6 @@ fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
         let job = of(&suite.ports, &own)?;
         suite.jobs.push(job);
     }
-    suite.shared = suite.jobs.len();
     let room = VectorTiming::new(config)?.room as usize;
     let own = vector_flags::batches(config, room.clamp(9, 30));
     for break_promises in [vector_flags::tear, vector_flags::strip] {
@@ -281,7 +281,9 @@ fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
         vector::close(&mut job, config, &batches)?;
         suite.jobs.push(job);
     }
-    suite.script = Some(vector_flags::script(config));
+    let script = vector_flags::script(config);
+    suite.broken = script.broken(&suite.ports);
+    suite.script = Some(script);
     Ok(suite)
 }
 

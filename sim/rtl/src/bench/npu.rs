@@ -73,6 +73,14 @@ pub(super) fn bench(
         .map(|stream| format!("{}_at == 0", stream.name))
         .collect();
     text += &parts::MAIN.replace("@WAITING@", &quiet.join(" || "));
+    for side in &sides {
+        side.breaks(&mut text);
+    }
+    text += "\n  task break_promises;\n    begin\n";
+    for side in &sides {
+        side.broken(&mut text);
+    }
+    text += "    end\n  endtask\n";
     text += OPTIONS;
     text += "    bus_drawn = after(drawn);\n";
     for side in &sides {
@@ -170,15 +178,6 @@ fn read_write(text: &mut String, own: &Register) {
 }
 
 impl Side {
-    /// Inputs and output, with their memories and the number of beats of the jobs that the top runs.
-    fn streams(&self) -> impl Iterator<Item = (&Stream, &Memory, usize)> {
-        let Suite { ports, .. } = &self.suite;
-        let streams = ports.inputs.iter().chain([&ports.output]);
-        let memories = self.memories.inputs.iter().chain([&self.memories.output]);
-        let used = streams.zip(memories).zip(&self.memories.shared);
-        used.map(|((stream, (_, memory)), beats)| (stream, memory, *beats))
-    }
-
     fn declare(&self, text: &mut String) {
         let short = self.short;
         let (file, memory) = &self.memories.jobs;
@@ -187,7 +186,7 @@ impl Side {
             text,
             "  localparam {}_JOBS = {};",
             short.to_uppercase(),
-            self.suite.shared
+            self.suite.jobs.len()
         );
         declare_memory(text, &format!("{short}_job"), file, memory);
         let whole = format!("{short}_job_words[{short}_job]");
@@ -195,7 +194,7 @@ impl Side {
         for (stream, (file, memory)) in self.suite.ports.inputs.iter().zip(&self.memories.inputs) {
             let name = &stream.name;
             declare_memory(text, name, file, memory);
-            *text += &of_stream(parts::SOURCE, stream, memory, memory.count);
+            *text += &of_stream(parts::SOURCE, stream, memory);
             let of = format!("{name}_tvalid ? {name}_word : ~{name}_word");
             cut(text, name, &stream.fields, &of);
         }
@@ -203,7 +202,7 @@ impl Side {
         let (file, memory) = &self.memories.output;
         let name = &stream.name;
         declare_memory(text, name, file, memory);
-        *text += &of_stream(parts::SINK, stream, memory, memory.count);
+        *text += &of_stream(parts::SINK, stream, memory);
         for (field, bits) in &stream.fields {
             let _ = writeln!(text, "  wire [{}:0] {name}_{field};", bits - 1);
         }
@@ -216,15 +215,49 @@ impl Side {
     }
 
     fn process(&self, text: &mut String) {
-        let inputs = self.suite.ports.inputs.len();
-        for (i, (stream, memory, beats)) in self.streams().enumerate() {
-            let part = if i < inputs {
-                parts::OFFER
-            } else {
-                parts::TAKE
-            };
-            let end = format!("{}_job_{}_end", self.short, stream.name);
-            *text += &of_stream(part, stream, memory, beats).replace("@END@", &end);
+        let short = self.short;
+        let jobs = &self.memories.jobs.1;
+        let place = |stream: &Stream, end: &str| jobs.place_of(&format!("{}_{end}", stream.name));
+        for (stream, (_, memory)) in self.suite.ports.inputs.iter().zip(&self.memories.inputs) {
+            *text += &of_stream(parts::OFFER, stream, memory)
+                .replace("@JOBS@", &format!("{}_JOBS", short.to_uppercase()))
+                .replace("@FIRST@", &format!("{short}_first"))
+                .replace("@WORDS@", &format!("{short}_job_words"))
+                .replace("@FROM@", &place(stream, "from"))
+                .replace("@END@", &place(stream, "end"));
+        }
+        let stream = &self.suite.ports.output;
+        let of_job = |end: &str| format!("{short}_job_{}_{end}", stream.name);
+        *text += &of_stream(parts::TAKE, stream, &self.memories.output.1)
+            .replace("@FROM@", &of_job("from"))
+            .replace("@END@", &of_job("end"));
+    }
+
+    /// A task for beats that break a promise.
+    fn breaks(&self, text: &mut String) {
+        let of_input = |stream: &Stream| {
+            let name = &stream.name;
+            format!("{name}_at != {}_job_{name}_end", self.short)
+        };
+        let waiting: Vec<_> = self.suite.ports.inputs.iter().map(of_input).collect();
+        *text += &parts::BREAK
+            .replace("@SHORT@", self.short)
+            .replace("@UPPER@", &self.short.to_uppercase())
+            .replace("@WAITING@", &waiting.join(" || "));
+    }
+
+    /// Statements that run them.
+    fn broken(&self, text: &mut String) {
+        let first = self.suite.jobs.len();
+        for (i, broken) in self.suite.broken.iter().enumerate() {
+            let _ = writeln!(
+                text,
+                "      {}_break({}, 32'h{:x}, 32'h{:x});",
+                self.short,
+                first + i,
+                broken.up,
+                broken.down
+            );
         }
     }
 
@@ -260,6 +293,7 @@ impl Side {
   integer {short}_beat;
   task {short}_begin;
     begin
+      {out}_at = {short}_job_{out}_from;
       // Ends of packets that the job must give.
       {short}_packets = 0;
       for ({short}_beat = {out}_at; {short}_beat < {end}; {short}_beat = {short}_beat + 1)
@@ -309,7 +343,10 @@ impl Side {
         for (stat, bits) in &self.suite.ports.stats {
             let name = stat.trim_start_matches("stat_").to_uppercase();
             let gaps = !self.suite.steady.contains(&&**stat);
-            let when = if gaps { "if (gaps == 0) " } else { "" };
+            let when = match gaps {
+                true => format!("if (gaps == 0 && {short}_job_closed == 0) "),
+                false => String::new(),
+            };
             let value = format!("{short}_job_{stat}");
             let low = format!("{value}[{}:0]", bits.min(&32) - 1);
             let _ = writeln!(text, "      {when}check({upper}_{name}, {low});");
@@ -322,8 +359,8 @@ impl Side {
     }
 }
 
-fn of_stream(part: &str, stream: &Stream, memory: &Memory, beats: usize) -> String {
+fn of_stream(part: &str, stream: &Stream, memory: &Memory) -> String {
     part.replace("@NAME@", &stream.name)
         .replace("@WIDTH@", &memory.width().to_string())
-        .replace("@COUNT@", &beats.to_string())
+        .replace("@COUNT@", &memory.count.to_string())
 }

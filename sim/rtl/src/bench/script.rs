@@ -3,6 +3,7 @@
 use super::beat::{Beat, unknown};
 use super::memory::Memory;
 use super::ports::UnitPorts;
+use super::suite::Job;
 use crate::RtlError;
 
 /// Bits of the number of clocks that a word stands for.
@@ -31,6 +32,17 @@ pub(super) struct Script {
     pub(super) clocks: Vec<Clock>,
 }
 
+/// Beats that raise one flag.
+#[derive(Debug, Clone)]
+pub(super) struct Broken {
+    /// The beats, with the settings that stay. It gives no output that is compared.
+    pub(super) job: Job,
+    /// The flag.
+    pub(super) up: u64,
+    /// Flags that are down afterwards.
+    pub(super) down: u64,
+}
+
 /// Fields of a beat that a script has: all but the data, which are 0.
 pub(super) fn is_scripted(field: &str) -> bool {
     field != "tdata"
@@ -51,6 +63,39 @@ impl Script {
         let flags = flags.map_or(1, |stat| stat.1);
         fields.extend(["up", "down"].map(|name| (name.to_owned(), flags)));
         fields
+    }
+
+    /// For every flag the first beats after a reset, or a clear, that raise it alone, under settings that
+    /// stay.
+    pub(super) fn broken(&self, ports: &UnitPorts) -> Vec<Broken> {
+        let mut all: Vec<Broken> = vec![];
+        for clocks in self.clocks.split(|clock| clock.reset || clock.clear) {
+            let (Some(first), Some(last)) = (clocks.first(), clocks.last()) else {
+                continue;
+            };
+            let steady = clocks.iter().all(|own| own.settings == first.settings);
+            let known = all.iter().any(|own| own.up == last.up);
+            if last.up.count_ones() != 1 || !steady || known {
+                continue;
+            }
+            let of_input = |i: usize| {
+                let beats = clocks.iter().flat_map(|clock| {
+                    let beat = clock.beats.get(i).cloned().flatten();
+                    std::iter::repeat_n(beat, clock.times.max(1) as usize)
+                });
+                beats.flatten().map(whole).collect()
+            };
+            all.push(Broken {
+                job: Job {
+                    settings: first.settings.clone(),
+                    inputs: (0..ports.inputs.len()).map(of_input).collect(),
+                    ..Job::default()
+                },
+                up: last.up,
+                down: last.down,
+            });
+        }
+        all
     }
 
     pub(super) fn memory(&self, ports: &UnitPorts) -> Result<Memory, RtlError> {
@@ -78,6 +123,14 @@ impl Script {
         }
         Ok(memory)
     }
+}
+
+/// A beat of a script with all fields that a stream may have.
+fn whole(mut beat: Beat) -> Beat {
+    for field in ["tdata", "tkeep", "tlast", "tuser"] {
+        beat.entry(field).or_default();
+    }
+    beat
 }
 
 /// Bytes that are kept, as the words of `tkeep`.

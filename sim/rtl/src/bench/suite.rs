@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::beat::{Beat, unknown};
 use super::memory::{Memory, MemoryFile};
 use super::ports::{Stream, UnitPorts};
-use super::script::Script;
+use super::script::{Broken, Script};
 use crate::RtlError;
 
 /// Work between two changes of the settings, and what must come of it.
@@ -23,7 +23,7 @@ pub(super) struct Job {
     /// Cycles from the first in which the sources offer a beat to that in which the sink takes the
     /// last one, both included, with sources and, from `closed` on, the sink always ready.
     pub(super) cycles: u64,
-    /// Counters and flags afterwards, likewise.
+    /// Counters and flags afterwards, likewise; none where they are not compared.
     pub(super) stats: BTreeMap<&'static str, u64>,
 }
 
@@ -37,11 +37,10 @@ pub(super) struct Suite {
     pub(super) steady: Vec<&'static str>,
     /// What is owed while the unit is not idle.
     pub(super) owes: Owes,
-    /// Number of the first jobs, which the bench of the SoC top runs too. Their beats lie one after the
-    /// other; a later job may use beats of an earlier one again.
-    pub(super) shared: usize,
     /// Clocks after the last job, in which promises are broken.
     pub(super) script: Option<Script>,
+    /// Beats of the script that raise one flag each, for the bench of the SoC top.
+    pub(super) broken: Vec<Broken>,
 }
 
 /// How a bench knows that a unit cannot be idle.
@@ -59,8 +58,6 @@ pub(super) struct Memories {
     pub(super) output: (String, Memory),
     pub(super) jobs: (String, Memory),
     pub(super) script: Option<(String, Memory)>,
-    /// Beats of the shared jobs, of each input and of the output.
-    pub(super) shared: Vec<usize>,
 }
 
 /// Generated files.
@@ -85,8 +82,8 @@ impl Suite {
             .iter()
             .map(|stream| Memory::new(stream.fields.clone()))
             .collect();
-        let (mut places, mut shared) = (vec![], vec![0; streams.len()]);
-        for (number, job) in self.jobs.iter().enumerate() {
+        let mut places = vec![];
+        for job in self.all() {
             let mut own = vec![];
             let beats = job.inputs.iter().chain([&job.output]);
             for ((stream, memory), beats) in streams.iter().zip(&mut memories).zip(beats) {
@@ -94,13 +91,7 @@ impl Suite {
                 for beat in beats {
                     words.push(fields_of(&stream.fields, beat)?);
                 }
-                own.push(match number < self.shared {
-                    true => memory.append(&words),
-                    false => memory.place(&words),
-                });
-            }
-            if number < self.shared {
-                shared = own.iter().map(|place| place.end).collect();
+                own.push(memory.place(&words));
             }
             places.push(own);
         }
@@ -116,8 +107,13 @@ impl Suite {
             output: (name(short), output),
             jobs: (name("jobs"), self.job_memory(&places)?),
             script: script.map(|memory| (name("flags"), memory)),
-            shared,
         })
+    }
+
+    /// The jobs, and then those that break promises.
+    fn all(&self) -> impl Iterator<Item = &Job> {
+        let broken = self.broken.iter().map(|broken| &broken.job);
+        self.jobs.iter().chain(broken)
     }
 
     /// `places` are those of the beats of every job.
@@ -132,7 +128,7 @@ impl Suite {
         fields.push(("cycles".to_owned(), END_BITS));
         fields.extend(ports.stats.clone());
         let mut memory = Memory::new(fields);
-        for (job, places) in self.jobs.iter().zip(places) {
+        for (job, places) in self.all().zip(places) {
             let mut values = vec![];
             for (name, _) in &ports.settings {
                 let own = job.settings.iter().find(|(own, _)| own == name);
@@ -143,7 +139,9 @@ impl Suite {
             values.push(u64::from(job.closed));
             values.push(job.cycles);
             for (name, _) in &ports.stats {
-                values.push(*job.stats.get(&**name).ok_or_else(|| unknown(name))?);
+                let value = job.stats.get(&**name).copied();
+                let none = job.stats.is_empty().then_some(0);
+                values.push(value.or(none).ok_or_else(|| unknown(name))?);
             }
             memory.push_values(&values);
         }
