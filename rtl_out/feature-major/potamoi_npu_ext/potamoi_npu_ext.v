@@ -465,6 +465,8 @@ module potamoi_npu_ext (
   wire [6:0] cfg_channels_given = \gu.cfg_channels ;
   (* hierconn *) wire [6:0] \registers.gu_mode_channels ;
   wire [6:0] cfg_channels_asked = \registers.gu_mode_channels ;
+  (* hierconn *) wire [6:0] \rit_gate.step ;
+  wire [6:0] rit_step = \rit_gate.step ;
   (* hierconn *) wire [8:0] \gu.stat_errors ;
   wire [8:0] gu_raised = \gu.stat_errors ;
   (* hierconn *) wire \registers.gu_errors_row_not_loaded ;
@@ -571,6 +573,7 @@ module potamoi_npu_ext (
   wire [6:0] cfg_segments_asked = registers.gu_mode_segments;
   wire [6:0] cfg_channels_given = gu.cfg_channels;
   wire [6:0] cfg_channels_asked = registers.gu_mode_channels;
+  wire [6:0] rit_step = rit_gate.step;
   wire [8:0] gu_raised = gu.stat_errors;
   wire gu_errors_row_not_loaded_read = registers.gu_errors_row_not_loaded;
   wire gu_errors_weight_too_large_read = registers.gu_errors_weight_too_large;
@@ -713,6 +716,10 @@ module potamoi_npu_ext (
   potamoi_assert check_gu_settings_as_ordered (.clk(clk), .on(checking), .good((~gu_begun) |
       ((cfg_vertices_given == cfg_vertices_ordered) & (cfg_segments_given == cfg_segments_ordered) &
       (cfg_channels_given == cfg_channels_ordered))));
+
+  // An MVoxel whose entries are streamed once stands for all of its segments.
+  potamoi_assert check_rit_step_by_segments (.clk(clk), .on(checking), .good(rit_step ==
+      (s_axis_rit_tuser ? 7'd1 : cfg_segments_given)));
 
   // The register shows each flag of the unit.
   potamoi_assert check_gu_flags_as_raised (.clk(clk), .on(checking), .good(gu_flags_are_read));

@@ -274,12 +274,6 @@ module npu_registers (
       gu_stall_fifo) | ({32{gu_stall_mft_read}} & gu_stall_mft) | ({32{gu_stall_rit_read}} &
       gu_stall_rit) | ({32{gu_entries_read}} & gu_entries) | ({32{vu_vectors_read}} & vu_vectors) |
       ({32{vu_busy_read}} & vu_busy) | ({32{vu_stall_out_read}} & vu_stall_out);
-
-  assign control_gu_start = control_written & written_ones[0];
-  assign control_vu_start = control_written & written_ones[1];
-  assign control_clear = control_written & written_ones[2];
-  assign control_snapshot = control_written & written_ones[3];
-  assign read_data = word_read;
   assign read_error = ~(id_read | version_read | config_low_read | config_high_read | gu_params_read
       | gu_limits_read | gu_streams_read | vu_params_read | control_read | status_read |
       irq_status_read | irq_enable_read | gu_mode_read | gu_packets_read | gu_left_read |
@@ -288,6 +282,12 @@ module npu_registers (
       | vu_busy_read | vu_stall_out_read);
   assign write_error = ~(control_addressed | irq_status_addressed | irq_enable_addressed |
       gu_mode_addressed | gu_packets_addressed | vu_packets_addressed);
+
+  assign control_gu_start = control_written & written_ones[0];
+  assign control_vu_start = control_written & written_ones[1];
+  assign control_clear = control_written & written_ones[2];
+  assign control_snapshot = control_written & written_ones[3];
+  assign read_data = word_read;
 
 `ifdef POTAMOI_CHECKS
   // Checks: docs/explanation/proofs.md
@@ -334,6 +334,18 @@ module npu_registers (
       10'd70) | (read_data == gu_stall_rit)) & ((read_index != 10'd74) | (read_data == gu_entries))
       & ((read_index != 10'd96) | (read_data == vu_vectors)) & ((read_index != 10'd98) | (read_data
       == vu_busy)) & ((read_index != 10'd100) | (read_data == vu_stall_out));
+  wire no_read = ~((read_index == 10'd0) | (read_index == 10'd1) | (read_index == 10'd2) |
+      (read_index == 10'd3) | (read_index == 10'd4) | (read_index == 10'd5) | (read_index == 10'd6)
+      | (read_index == 10'd7) | (read_index == 10'd8) | (read_index == 10'd9) | (read_index ==
+      10'd10) | (read_index == 10'd11) | (read_index == 10'd16) | (read_index == 10'd17) |
+      (read_index == 10'd18) | (read_index == 10'd19) | (read_index == 10'd20) | (read_index ==
+      10'd21) | (read_index == 10'd22) | (read_index == 10'd64) | (read_index == 10'd66) |
+      (read_index == 10'd68) | (read_index == 10'd70) | (read_index == 10'd74) | (read_index ==
+      10'd96) | (read_index == 10'd98) | (read_index == 10'd100));
+  wire read_error_is_right = read_error == no_read;
+  wire no_write = ~((write_index == 10'd8) | (write_index == 10'd10) | (write_index == 10'd11) |
+      (write_index == 10'd16) | (write_index == 10'd17) | (write_index == 10'd20));
+  wire write_error_is_right = write_error == no_write;
   reg [31:0] irq_status_was_set, irq_status_was_cleared, irq_status_before;
   wire [31:0] not_irq_status_word = ~irq_status_word;
   wire none_lost_now = ~(|(irq_status_was_set & not_irq_status_word & 32'd63));
@@ -373,6 +385,10 @@ module npu_registers (
 
   // A read of a register gives its value.
   potamoi_assert check_read_as_it_is (.clk(clk), .on(checking), .good(reads_are_values));
+
+  // An access is refused where no register allows it, and nowhere else.
+  potamoi_assert check_refused_elsewhere (.clk(clk), .on(checking), .good(read_error_is_right &
+      write_error_is_right));
 
   // An event sets its bit even at the edge at which software clears it.
   potamoi_assert check_none_lost (.clk(clk), .on(checking), .good(none_lost_now));

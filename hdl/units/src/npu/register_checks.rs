@@ -18,7 +18,34 @@ pub(super) fn register_checks(m: &mut ModuleBuilder, words: &[Word<'_>]) {
     m.begin_checks();
     kept(m, words);
     shown(m, words);
+    refused(m, words);
     events(m, words);
+}
+
+/// Accesses to addresses without a register that allows them.
+fn refused(m: &mut ModuleBuilder, words: &[Word<'_>]) {
+    for (kind, index) in [("read", "read_index"), ("write", "write_index")] {
+        let own = words.iter().map(|word| word.own);
+        let allowed = own.filter(|own| kind == "read" || own.access.is_written());
+        let index = m.named(index);
+        let there: Vec<_> = allowed
+            .map(|own| {
+                let at = m.lit(own.offset / 4, index.ty());
+                m.eq(index, at)
+            })
+            .collect();
+        let there = m.any_of(&there);
+        let there = m.not(there);
+        let none = m.name(there, &format!("no_{kind}"));
+        let error = m.named(&format!("{kind}_error"));
+        let same = m.eq(error, none);
+        m.name(same, &format!("{kind}_error_is_right"));
+    }
+    m.assert(
+        "refused_elsewhere",
+        "read_error_is_right & write_error_is_right",
+        "An access is refused where no register allows it, and nowhere else.",
+    );
 }
 
 /// A read gives the value of the register.

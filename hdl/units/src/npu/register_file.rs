@@ -82,9 +82,11 @@ pub(super) fn register_file(map: &RegisterMap) -> Result<Arc<Module>, IrErrors> 
     m.output("read_data", data, "0 for an address without a register");
     let known = m.any_of(&read);
     let unknown = m.not(known);
+    let unknown = m.name(unknown, "read_error");
     m.output("read_error", unknown, "no register has this address");
     let known = m.any_of(&written);
     let unknown = m.not(known);
+    let unknown = m.name(unknown, "write_error");
     m.output(
         "write_error",
         unknown,

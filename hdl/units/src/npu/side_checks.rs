@@ -110,6 +110,15 @@ impl Side<'_> {
             &format!("{begun} -> {}", right.join(" & ")),
             "The unit has the settings that software had ordered when the job began.",
         );
+        let table = self.gates.iter().find(|(stream, _)| stream == "rit");
+        if let Some((_, gate)) = table {
+            m.inside_as("rit_step", *gate, "step");
+            m.assert(
+                "rit_step_by_segments",
+                "rit_step == if(s_axis_rit_tuser, 1, cfg_segments_given)",
+                "An MVoxel whose entries are streamed once stands for all of its segments.",
+            );
+        }
     }
 
     /// The register shows every flag of the unit, and one that rises is an event.

@@ -8,7 +8,7 @@ const JOB: &str = "npu_job.v";
 const GATE: &str = "npu_packet_gate.v";
 const TOP_FILE: &str = "potamoi_npu_ext.v";
 
-pub(crate) const TOP: [Mutant; 43] = [
+pub(crate) const TOP: [Mutant; 45] = [
     [
         "bus.write_response_stays",
         BUS,
@@ -256,5 +256,17 @@ pub(crate) const TOP: [Mutant; 43] = [
         TOP_FILE,
         "(registers_irq_status_gu_error & registers_irq_enable_gu_error) |",
         "(registers_irq_status_gu_error & registers_irq_enable_gu_done) |",
+    ],
+    [
+        "registers.refused_elsewhere",
+        REGISTERS,
+        "vu_stall_out_read = read_index == 10'd100;",
+        "vu_stall_out_read = {read_index[9:1], 1'b0} == 10'd100;",
+    ],
+    [
+        "rit_step_by_segments",
+        TOP_FILE,
+        "(s_axis_rit_tuser ? 7'd1 : cfg_segments)",
+        "(s_axis_rit_tuser ? 7'd1 : {1'b0, cfg_segments[5:0]})",
     ],
 ];

@@ -143,14 +143,18 @@ fn registers(text: &mut String, map: &RegisterMap) {
         }
     }
     let used = |offset: &u32| map.registers.iter().any(|own| own.offset == *offset);
-    let holes = (0..0x1000).step_by(4).filter(|offset| !used(offset));
-    let ends: Vec<u32> = holes.collect();
-    for hole in [ends.first(), ends.last()].into_iter().flatten() {
-        let _ = writeln!(text, "      read(12'h{hole:03x}, SLVERR);");
+    let holes: Vec<u32> = (0..0x1000).step_by(4).filter(|at| !used(at)).collect();
+    for hole in [holes.first(), holes.last()].into_iter().flatten() {
         let _ = writeln!(
             text,
             "      write(12'h{hole:03x}, 32'hffffffff, 4'hf, SLVERR);"
         );
+    }
+    *text += "    end\n  endtask\n";
+    *text += parts::HOLES;
+    for run in holes.chunk_by(|a, b| a + 4 == *b) {
+        let (from, to) = (run[0], run[run.len() - 1]);
+        let _ = writeln!(text, "      read_hole('h{from:03x}, 'h{to:03x});");
     }
     *text += "    end\n  endtask\n";
 }

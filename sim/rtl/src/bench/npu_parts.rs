@@ -328,6 +328,7 @@ pub(super) const RUN: &str = r#"
     @(negedge clk);
     reset;
     check_registers;
+    read_elsewhere;
     large_counts;
     while (!failed && (round < GU_JOBS || round < VU_JOBS)) run_round;
 `ifndef POTAMOI_CHECKS
@@ -391,4 +392,23 @@ pub(super) const BREAK: &str = r#"
       @SHORT@_first = 0;
     end
   endtask
+"#;
+
+/// Reads of addresses without a register, up to the statements that name them.
+pub(super) const HOLES: &str = r#"
+  // Addresses from one to another have no register.
+  reg [11:0] hole;
+  task read_hole(input [11:0] from, input [11:0] to);
+    begin
+      hole = from;
+      while (!failed && hole != to) begin
+        read(hole, SLVERR);
+        hole = hole + 12'd4;
+      end
+      read(to, SLVERR);
+    end
+  endtask
+
+  task read_elsewhere;
+    begin
 "#;
