@@ -8,6 +8,8 @@ use crate::fixed::Rounding;
 pub const GATHERING_UNIT: &str = "gathering_unit";
 /// Top module of the vector unit.
 pub const VECTOR_UNIT: &str = "vector_unit";
+/// Top module of the splat unit.
+pub const SPLAT_UNIT: &str = "splat_unit";
 /// Top module that joins both units with registers.
 pub const NPU_EXT: &str = "potamoi_npu_ext";
 /// A multiply-accumulate unit of the array around them.

@@ -11,6 +11,7 @@ mod gu;
 mod identity;
 mod overlay;
 pub mod rules;
+mod su;
 mod vu;
 
 use std::path::{Path, PathBuf};
@@ -27,6 +28,7 @@ pub use gu::{
     WeightTrust,
 };
 pub use overlay::{Layer, overlay};
+pub use su::SuConfig;
 pub use vu::VuConfig;
 
 /// The paper's sizes, the default of every command.
@@ -65,6 +67,9 @@ pub struct Config {
     pub gu: GuConfig,
     /// The vector unit.
     pub vu: VuConfig,
+    /// The splat unit, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub su: Option<SuConfig>,
 }
 
 /// Why a configuration cannot be used.

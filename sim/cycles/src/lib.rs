@@ -45,6 +45,7 @@ pub mod mac_array;
 mod organisation;
 mod rit_buffer;
 mod row_remap;
+pub mod splat_unit;
 pub mod split_banks;
 pub mod stimulus;
 pub mod vector_unit;

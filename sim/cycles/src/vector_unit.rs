@@ -151,6 +151,12 @@ impl VectorModel {
         self.cycle >= self.free && self.has_room()
     }
 
+    /// `m_axis_vec_tvalid` in the next cycle.
+    #[must_use]
+    pub fn offers(&self) -> bool {
+        self.inside.front().is_some_and(|&due| due <= self.cycle)
+    }
+
     /// Whether no vector is inside.
     #[must_use]
     pub fn is_idle(&self) -> bool {
@@ -167,7 +173,7 @@ impl VectorModel {
     pub fn step(&mut self, inputs: &VectorInputs) -> VectorOutputs {
         let outputs = VectorOutputs {
             ready: self.ready(),
-            valid: self.inside.front().is_some_and(|&due| due <= self.cycle),
+            valid: self.offers(),
             vectors: self.vectors,
             busy: self.busy,
             stall_out: self.stall_out,

@@ -5,6 +5,7 @@ use super::{Config, EntryKind, Modes};
 use crate::rit::Vertices;
 
 mod organisation;
+mod splats;
 mod unused;
 mod vector;
 
@@ -26,6 +27,7 @@ pub fn check(config: &Config) -> RuleBreaches {
     index_table(config, &mut out);
     vector::vector(config, &mut out);
     vector::exponential(config, &mut out);
+    splats::splats(config, &mut out);
     unused::unused(config, &mut out);
     out
 }

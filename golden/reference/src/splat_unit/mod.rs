@@ -21,7 +21,7 @@ mod tile_state;
 
 pub use affine_forms::Forms;
 pub use power_limits::{CoarseLimits, PowerLimits};
-pub use reference::{ReferenceSplatUnit, SplatEntry, SplatSettings, SplatUnitCounts};
+pub use reference::{ReferenceSplatUnit, SplatEntry, SplatPairs, SplatSettings, SplatUnitCounts};
 pub use spans::{ROW_MASK, Span, Spans};
 pub use tile_state::{Outcome, Thresholds, TileState};
 

@@ -44,6 +44,17 @@ pub struct SplatUnitCounts {
     pub stopped: u64,
 }
 
+/// What an entry asks of the unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SplatPairs {
+    /// Rows that may count, the first lowest.
+    pub rows: u16,
+    /// Pixels of each row whose power is computed, the first lowest.
+    pub spans: [u16; TILE as usize],
+    /// The product of opacity and exponential of each, U0.16; `None` where the cut drops the pair.
+    pub alphas: [[Option<u32>; TILE as usize]; TILE as usize],
+}
+
 /// Bit-exact model of the splat unit.
 #[derive(Debug, Clone)]
 pub struct ReferenceSplatUnit {
@@ -87,46 +98,85 @@ impl ReferenceSplatUnit {
 
     /// Composites an entry. An entry of a slot that the unit does not have changes nothing.
     pub fn composite(&mut self, entry: &SplatEntry) {
-        let limit = self.limits.of(entry.record.opacity);
-        let (Some(tile), Some(limit)) = (self.tiles.get(usize::from(entry.slot)), limit) else {
+        let Some(tile) = self.tiles.get(usize::from(entry.slot)) else {
             return;
         };
-        let half = i64::from(self.settings.is_centred) << (MEAN.frac_bits() - 1);
-        let first = |at: u16| (i64::from(at) * i64::from(TILE)) << MEAN.frac_bits();
-        let forms = Forms::new(&entry.record, entry.tile.map(|at| first(at) + half));
-        let last = entry.last.map(|at| at.min(TILE as u8 - 1));
-        let columns = ROW_MASK >> (TILE as u8 - 1 - last[0]);
         let live = tile.live;
-        for span in Spans::new(&entry.record, &forms, limit, self.power_bits).all() {
-            if span.row <= u32::from(last[1]) {
-                let mask = span.mask & columns & live[span.row as usize];
-                self.row(entry, &forms, Span { mask, ..span }, limit);
+        let Some((forms, limit)) = self.start(entry) else {
+            return;
+        };
+        for span in self.spans(entry, &forms, limit) {
+            let mask = span.mask & live[span.row as usize];
+            for x in (0..TILE).filter(|x| mask >> x & 1 == 1) {
+                self.counts.square_sums += 1;
+                let Some(alpha) = self.alpha(entry, forms.at(x, span.row), limit) else {
+                    continue;
+                };
+                self.counts.exponentials += 1;
+                let pixel = (span.row * TILE + x) as usize;
+                let tile = &mut self.tiles[usize::from(entry.slot)];
+                let thresholds = &self.settings.thresholds;
+                match tile.composite(pixel, alpha, entry.record.colour, thresholds) {
+                    Outcome::Drawn => self.counts.drawn += 1,
+                    Outcome::Stopped => self.counts.stopped += 1,
+                    Outcome::Skipped => {}
+                }
             }
         }
     }
 
-    /// Composites the pixels of a span.
-    fn row(&mut self, entry: &SplatEntry, forms: &Forms, span: Span, limit: u32) {
-        let record = &entry.record;
-        for x in (0..TILE).filter(|x| span.mask >> x & 1 == 1) {
-            self.counts.square_sums += 1;
-            let power = self.power(forms.at(x, span.row));
-            if power > limit {
-                continue;
-            }
-            self.counts.exponentials += 1;
-            let e = i64::from(self.exp.exp(power as i32));
-            let bits = self.exponential_bits;
-            let alpha = (i64::from(record.opacity) * e + (1 << (bits - 1))) >> bits;
-            let pixel = (span.row * TILE + x) as usize;
-            let tile = &mut self.tiles[usize::from(entry.slot)];
-            let thresholds = &self.settings.thresholds;
-            match tile.composite(pixel, alpha as u32, record.colour, thresholds) {
-                Outcome::Drawn => self.counts.drawn += 1,
-                Outcome::Stopped => self.counts.stopped += 1,
-                Outcome::Skipped => {}
+    /// What an entry asks of the unit, whatever pixels are live; `None` if nothing can count.
+    #[must_use]
+    pub fn pairs(&self, entry: &SplatEntry) -> Option<SplatPairs> {
+        let (forms, limit) = self.start(entry)?;
+        let mut pairs = SplatPairs {
+            rows: 0,
+            spans: [0; TILE as usize],
+            alphas: [[None; TILE as usize]; TILE as usize],
+        };
+        for span in self.spans(entry, &forms, limit) {
+            let row = span.row as usize;
+            pairs.rows |= 1 << row;
+            pairs.spans[row] = span.mask;
+            for x in (0..TILE).filter(|x| span.mask >> x & 1 == 1) {
+                pairs.alphas[row][x as usize] = self.alpha(entry, forms.at(x, span.row), limit);
             }
         }
+        Some(pairs)
+    }
+
+    /// Forms and limit of an entry; `None` if no power counts.
+    fn start(&self, entry: &SplatEntry) -> Option<(Forms, u32)> {
+        let limit = self.limits.of(entry.record.opacity)?;
+        let half = i64::from(self.settings.is_centred) << (MEAN.frac_bits() - 1);
+        let first = |at: u16| (i64::from(at) * i64::from(TILE)) << MEAN.frac_bits();
+        let forms = Forms::new(&entry.record, entry.tile.map(|at| first(at) + half));
+        Some((forms, limit))
+    }
+
+    /// Rows that may count, with the pixels of each that lie in the tile.
+    fn spans(&self, entry: &SplatEntry, forms: &Forms, limit: u32) -> Vec<Span> {
+        let last = entry.last.map(|at| at.min(TILE as u8 - 1));
+        let columns = ROW_MASK >> (TILE as u8 - 1 - last[0]);
+        let spans = Spans::new(&entry.record, forms, limit, self.power_bits);
+        let spans = spans.all().filter(|span| span.row <= u32::from(last[1]));
+        let in_tile = spans.map(|span| Span {
+            mask: span.mask & columns,
+            ..span
+        });
+        in_tile.collect()
+    }
+
+    /// The product of opacity and exponential, U0.16; `None` if the cut drops the pair.
+    fn alpha(&self, entry: &SplatEntry, forms: [i32; 2], limit: u32) -> Option<u32> {
+        let power = self.power(forms);
+        if power > limit {
+            return None;
+        }
+        let e = i64::from(self.exp.exp(power as i32));
+        let bits = self.exponential_bits;
+        let alpha = (i64::from(entry.record.opacity) * e + (1 << (bits - 1))) >> bits;
+        Some(alpha as u32)
     }
 
     /// Half the sum of the squares of two forms, a code of the exponential's input, saturating.

@@ -1,0 +1,51 @@
+//! Rules of the splat unit.
+
+use crate::config::{Config, ExpBase, ExpOutput, RuleBreaches};
+
+/// Integer bits of a power: from 8 on nothing counts.
+const POWER_INTEGER_BITS: u32 = 3;
+/// Fraction bits that the search for spans needs.
+const SEARCH_BITS: u32 = 12;
+/// Fraction bits of a power at most: a word of limits has 24 bits.
+const MOST_BITS: u32 = 20;
+
+pub(super) fn splats(config: &Config, out: &mut RuleBreaches) {
+    let Some(su) = &config.su else {
+        return;
+    };
+    out.range(
+        "su-lanes",
+        "su.lanes",
+        su.lanes,
+        1,
+        64,
+        "lanes side by side",
+    );
+    out.require(
+        su.tiles.is_power_of_two() && (2..=1024).contains(&su.tiles),
+        "su-tiles",
+        "su.tiles",
+        su.tiles,
+        "a power of two from 2 to 1024: tiles whose pixels the unit holds",
+    );
+    let exp = &config.vu.exp;
+    let fraction = exp.input.frac_bits();
+    let plain = exp.base == ExpBase::E && exp.output == ExpOutput::Alpha;
+    out.require(
+        plain && exp.output_bits <= 16,
+        "su-exponential",
+        "su",
+        format!("{exp:?}"),
+        "left out, or an exponential of vu.exp.base = \"e\", vu.exp.output = \"alpha\" and \
+         vu.exp.output_bits of 16 at most: opacity times it is an alpha of 16 bits",
+    );
+    out.require(
+        !exp.input.is_signed()
+            && exp.input.width() == fraction + POWER_INTEGER_BITS
+            && (SEARCH_BITS..=MOST_BITS).contains(&fraction),
+        "su-input",
+        "vu.exp.input",
+        exp.input,
+        "U3.12 to U3.20 where there is a splat unit: powers up to 8, compared with 12 bits or more",
+    );
+}

@@ -1,0 +1,34 @@
+//! Configuration of the splat unit.
+
+use serde::{Deserialize, Serialize};
+
+/// The splat unit, which composites the records of Gaussians into the pixels of tiles. Its
+/// exponential is that of the vector unit, [`VuConfig::exp`](super::VuConfig).
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SuConfig {
+    /// Lanes of the exponential. Pipelined, one keeps up with the rest of the unit.
+    pub lanes: u32,
+    /// Tiles in flight, a power of two: the unit holds transmittance and colour of their pixels.
+    pub tiles: u32,
+}
+
+impl Default for SuConfig {
+    fn default() -> Self {
+        Self {
+            lanes: 12,
+            tiles: 16,
+        }
+    }
+}
+
+impl SuConfig {
+    /// Bits of a tile's number in the unit.
+    #[must_use]
+    pub const fn slot_bits(&self) -> u32 {
+        match self.tiles.checked_ilog2() {
+            None | Some(0) => 1,
+            Some(bits) => bits,
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Transmittance and colour of the tiles' pixels, pair by pair, and the pass that gives and clears them.
+
+use potamoi_reference::splat_unit::{Outcome, TILE_PIXELS, Thresholds, TileState};
+
+use super::lanes::Vector;
+use super::{Pair, SplatCounters, SplatPixel};
+
+/// Stages after that in which a pair reads its transmittance.
+const STAGES: usize = 4;
+
+/// Live pixels at the begin of a cycle.
+pub(super) struct Live(Vec<[u16; 16]>);
+
+impl Live {
+    pub(super) fn row(&self, slot: usize, row: usize) -> u16 {
+        self.0.get(slot).map_or(0, |tile| tile[row])
+    }
+
+    /// Rows with live pixels.
+    pub(super) fn rows_alive(&self, slot: usize) -> u16 {
+        let rows = (0..16).filter(|row| self.row(slot, *row) != 0);
+        rows.fold(0, |all, row| all | 1 << row)
+    }
+}
+
+/// Registers.
+pub(super) struct Tiles {
+    tiles: Vec<TileState>,
+    thresholds: Thresholds,
+    lanes: usize,
+    lane: usize,
+    product: Option<Pair>,
+    alpha: Option<Pair>,
+    /// Those after the read of the transmittance: 3 to 6.
+    stages: [Option<Pair>; STAGES],
+    last_slot: usize,
+    runs: bool,
+    gives: bool,
+    at: usize,
+    holds: Option<(usize, bool)>,
+}
+
+impl Tiles {
+    pub(super) fn new(
+        tiles: usize,
+        lanes: usize,
+        thresholds: Thresholds,
+        last_slot: usize,
+    ) -> Self {
+        Self {
+            tiles: vec![TileState::CLEAR; tiles],
+            thresholds,
+            lanes,
+            lane: 0,
+            product: None,
+            alpha: None,
+            stages: [const { None }; STAGES],
+            last_slot,
+            runs: true,
+            gives: false,
+            at: 0,
+            holds: None,
+        }
+    }
+
+    pub(super) fn is_draining(&self) -> bool {
+        self.runs || self.holds.is_some()
+    }
+
+    pub(super) fn is_busy(&self) -> bool {
+        let flying = self.stages.iter().any(Option::is_some);
+        flying || self.product.is_some() || self.alpha.is_some()
+    }
+
+    /// The pixel that is offered, and whether it is the last one.
+    pub(super) fn pixel(&self) -> Option<(SplatPixel, bool)> {
+        let (at, is_last) = self.holds.filter(|_| self.gives)?;
+        let (tile, pixel) = (&self.tiles[at / TILE_PIXELS], at % TILE_PIXELS);
+        let own = SplatPixel {
+            transmittance: tile.transmittance[pixel],
+            colour: tile.colour[pixel],
+        };
+        Some((own, is_last))
+    }
+
+    pub(super) fn live(&self) -> Live {
+        Live(self.tiles.iter().map(|tile| tile.live).collect())
+    }
+
+    /// One clock edge; whether the vector is taken.
+    pub(super) fn step(
+        &mut self,
+        vector: Option<Vector>,
+        drain: bool,
+        sink: bool,
+        counters: &mut SplatCounters,
+    ) -> bool {
+        self.drain(drain, sink);
+        let pixel = |pair: &Pair| (pair.entry.slot, pair.row, pair.column);
+        let waits = self.alpha.as_ref().is_some_and(|own| {
+            let later = self.stages[..2].iter().flatten();
+            later.map(pixel).any(|other| other == pixel(own))
+        });
+        self.composite(counters);
+        self.stages.rotate_right(1);
+        self.stages[0] = None;
+        if waits {
+            return false;
+        }
+        self.stages[0] = self.alpha.take();
+        let counts = |pair: &Pair| {
+            let alpha = pair.alpha().unwrap_or(0).min(self.thresholds.alpha_cap);
+            alpha >= self.thresholds.alpha_min
+        };
+        self.alpha = self.product.take().filter(counts);
+        let Some(vector) = vector else {
+            return false;
+        };
+        self.product.clone_from(&vector[self.lane]);
+        self.lane = (self.lane + 1) % self.lanes;
+        self.lane == 0
+    }
+
+    /// What a pair in stage 3 or 4 does. One of a pixel that has stopped leaves after stage 3, and one
+    /// that stops its pixel after stage 4.
+    fn composite(&mut self, counters: &mut SplatCounters) {
+        let [third, fourth, _, sixth] = &mut self.stages;
+        *sixth = None;
+        third.take_if(|pair| {
+            let live = self.tiles[pair.entry.slot].live[pair.row];
+            live >> pair.column & 1 == 0
+        });
+        fourth.take_if(|pair| {
+            let tile = &mut self.tiles[pair.entry.slot];
+            let at = 16 * pair.row + pair.column;
+            let alpha = pair.alpha().unwrap_or(0);
+            match tile.composite(at, alpha, pair.entry.colour, &self.thresholds) {
+                Outcome::Drawn => counters.drawn += 1,
+                Outcome::Stopped => counters.stopped += 1,
+                Outcome::Skipped => {}
+            }
+            tile.live[pair.row] >> pair.column & 1 == 0
+        });
+    }
+
+    /// The pass over all pixels.
+    fn drain(&mut self, begins: bool, sink: bool) {
+        let taken = !self.gives || sink;
+        let fetches = self.runs && (self.holds.is_none() || taken);
+        if let Some((at, _)) = self.holds.take_if(|_| taken) {
+            let (tile, pixel) = (&mut self.tiles[at / TILE_PIXELS], at % TILE_PIXELS);
+            tile.transmittance[pixel] = TileState::CLEAR.transmittance[0];
+            tile.colour[pixel] = [0; 3];
+            tile.live[pixel / 16] = u16::MAX;
+        }
+        if fetches {
+            let last = if self.gives {
+                self.last_slot
+            } else {
+                self.tiles.len() - 1
+            };
+            let is_end = self.at == (last + 1) * TILE_PIXELS - 1;
+            self.holds = Some((self.at, is_end));
+            self.at = if is_end { 0 } else { self.at + 1 };
+            self.runs = !is_end;
+        }
+        self.runs |= begins;
+        self.gives |= begins;
+    }
+}
