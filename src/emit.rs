@@ -8,7 +8,7 @@ use potamoi_analysis::{Hardware, LeftOut};
 use potamoi_base::file_set;
 use potamoi_base::outputs as files;
 use potamoi_formats::config::{Config, Organisation};
-use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_rtl::bench;
 use potamoi_scene::Scene;
 use potamoi_units::emit::emit;
@@ -80,6 +80,13 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         )));
     }
     refuse_own_configuration(common, args)?;
+    if args.unit == EmitUnit::Su && asked.su.is_none() {
+        return Err(Failure::Usage(
+            "--unit su: the configuration has no splat unit: add a table [su], for instance \
+             [su] lanes = 1 tiles = 16, with vu.exp.pipelined = true"
+                .to_owned(),
+        ));
+    }
     let hardware = match &args.for_scene {
         Some(name) => {
             let scene = Scene::open(name)?;
@@ -98,6 +105,10 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         (
             VECTOR_UNIT,
             hardware.computes && args.unit.has(EmitUnit::Vu),
+        ),
+        (
+            SPLAT_UNIT,
+            config.su.is_some() && args.unit.has(EmitUnit::Su),
         ),
         (
             NPU_EXT,

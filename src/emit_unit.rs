@@ -10,10 +10,12 @@ pub(crate) enum EmitUnit {
     Gu,
     /// The vector unit
     Vu,
-    /// Both units, and the SoC top that joins them
+    /// The gathering and the vector unit, the SoC top that joins them, and the splat unit if there is one
     Both,
     /// The exponential by itself: one operand in, one power out
     Exp,
+    /// The splat unit, of a configuration with a table [su]
+    Su,
 }
 
 impl EmitUnit {

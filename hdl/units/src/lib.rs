@@ -1,8 +1,9 @@
 //! Potamoi's hardware units as netlists, and the Verilog of a configuration.
 //!
-//! [`gathering_unit`] and [`vector_unit`] each build a module from a configuration; [`emit`] prints
-//! both, and [`npu`] joins them with registers for an SoC. Every size, width and stage comes from the configuration. [`array_mac`] is of no
-//! configuration: it stands for the array around the units in synthesis.
+//! [`gathering_unit`], [`vector_unit`] and [`splat_unit`] each build a module from a configuration.
+//! [`emit`] prints them, and [`npu`] joins the first two with registers for an SoC. Every size, width
+//! and stage comes from the configuration. [`array_mac`] is of no configuration: it stands for the
+//! array around the units in synthesis.
 //!
 //! ```
 //! use potamoi_formats::config::Config;
@@ -26,5 +27,26 @@ mod memory;
 pub mod memory_list;
 pub mod npu;
 pub mod package;
+pub mod splat_unit;
 mod stream_checks;
 pub mod vector_unit;
+
+use std::sync::Arc;
+
+use potamoi_formats::config::Config;
+use potamoi_netlist::{IrErrors, Module};
+
+/// The units of a configuration.
+///
+/// # Errors
+/// The netlists' own checks; none for a configuration that keeps its rules.
+pub fn units(config: &Config) -> Result<Vec<Arc<Module>>, IrErrors> {
+    let mut all = vec![
+        gathering_unit::gathering_unit(config)?,
+        vector_unit::vector_unit(config)?,
+    ];
+    if let Some(su) = &config.su {
+        all.push(splat_unit::splat_unit(config, su)?);
+    }
+    Ok(all)
+}

@@ -4,8 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_netlist::{IrErrors, MemoryMacro};
 use serde::Serialize;
 
-use crate::gathering_unit::gathering_unit;
-use crate::vector_unit::vector_unit;
+use crate::units;
 
 /// A memory of a unit.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -73,14 +72,14 @@ impl ListedMemory {
     }
 }
 
-/// Memories of both units of a configuration, with a prefix before the modules' names; those that a
+/// Memories of the units of a configuration, with a prefix before the modules' names; those that a
 /// macro replaces first in each unit.
 ///
 /// # Errors
 /// The netlists' own checks; none for a configuration that keeps its rules.
 pub fn memory_list(config: &Config, prefix: &str) -> Result<Vec<ListedMemory>, IrErrors> {
     let mut all = vec![];
-    for unit in [gathering_unit(config)?, vector_unit(config)?] {
+    for unit in units(config)? {
         let own = unit.prefixed(prefix);
         let [edge, logic] = [own.memory_macros(), own.memories_in_logic()];
         let edge = edge.into_iter().map(|memory| (memory, true));

@@ -16,12 +16,11 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) use checks::modules as check_files;
 
 use potamoi_formats::config::Config;
-use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_netlist::{IrErrors, Module, PortInfo};
 
-use crate::gathering_unit::gathering_unit;
 use crate::npu::npu_ext;
-use crate::vector_unit::vector_unit;
+use crate::units as all_units;
 
 /// Folder of the benches.
 const SIM: &str = "sim";
@@ -80,11 +79,8 @@ impl Package {
         units: &[&'static str],
         files: impl IntoIterator<Item = &'a str> + Clone,
     ) -> Result<Self, IrErrors> {
-        let modules = [
-            gathering_unit(config)?,
-            vector_unit(config)?,
-            npu_ext(config)?,
-        ];
+        let mut modules = all_units(config)?;
+        modules.push(npu_ext(config)?);
         let of = |name: &&'static str| {
             let module = modules.iter().find(|module| module.name() == *name)?;
             Some(Unit::new(name, module, prefix, files.clone()))
@@ -154,6 +150,7 @@ impl Unit {
         let (parts, memories): (&'static [&'static str], &[&str]) = match name {
             GATHERING_UNIT => (&[GATHERING_UNIT], &["gather_"]),
             VECTOR_UNIT => (&[VECTOR_UNIT], &["vector_"]),
+            SPLAT_UNIT => (&[SPLAT_UNIT], &["splat_"]),
             _ => (
                 &[GATHERING_UNIT, VECTOR_UNIT, NPU_EXT],
                 &["gather_", "vector_"],

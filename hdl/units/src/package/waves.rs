@@ -5,14 +5,16 @@ use std::fmt::Write as _;
 use super::Unit;
 
 /// Streams and groups by the begin of their ports' names.
-const GROUPS: [(&str, &str); 8] = [
+const GROUPS: [(&str, &str); 10] = [
     ("s_axil_", "bus"),
     ("cfg_", "settings"),
     ("s_axis_rit_", "RIT stream"),
     ("s_axis_mft_", "MVoxel rows"),
     ("s_axis_vec_", "operands"),
+    ("s_axis_spl_", "records"),
     ("m_axis_feat_", "features"),
     ("m_axis_vec_", "results"),
+    ("m_axis_pix_", "pixels"),
     ("stat_", "counters and flags"),
 ];
 

@@ -16,4 +16,5 @@ mod top;
 
 pub use bound::{Bound, error_bound};
 pub use exponential::constants::{ln_one_plus, ln_two_times};
+pub(crate) use timing::depth;
 pub use top::vector_unit;

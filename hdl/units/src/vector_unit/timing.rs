@@ -34,3 +34,8 @@ impl Timing {
         }
     }
 }
+
+/// Largest number of vectors in flight.
+pub(crate) fn depth(config: &Config) -> u32 {
+    Timing::of(config, OperationKinds::of(config)).depth
+}

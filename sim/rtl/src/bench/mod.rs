@@ -25,6 +25,8 @@ mod npu_parts;
 mod parts;
 mod ports;
 mod script;
+mod splat;
+mod splat_jobs;
 mod suite;
 mod text;
 mod vector;
@@ -37,13 +39,14 @@ use std::sync::Arc;
 use potamoi_cycles::runs;
 use potamoi_cycles::vector_unit::VectorTiming;
 use potamoi_formats::config::{Config, Sums};
-use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
+use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_netlist::Module;
 use potamoi_reference::GatherTask;
 use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_reference::trace_recorder::{Computed, Gathered};
 use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::splat_unit::splat_unit;
 use potamoi_units::vector_unit::vector_unit;
 
 use super::model::RtlError;
@@ -79,10 +82,13 @@ pub struct JobCycles {
 /// # Errors
 /// As [`standalone`].
 pub fn job_cycles(config: &Config) -> Result<Vec<JobCycles>, RtlError> {
-    let suites = [
+    let mut suites = vec![
         (GATHERING_UNIT, edges_of_gathers(config)?),
         (VECTOR_UNIT, edges_of_vectors(config)?),
     ];
+    if config.su.is_some() {
+        suites.push((SPLAT_UNIT, edges_of_splats(config)?));
+    }
     let jobs = suites.into_iter().flat_map(|(unit, suite)| {
         suite.jobs.into_iter().map(move |job| JobCycles {
             unit,
@@ -111,6 +117,7 @@ pub fn standalone(
         let mut suite = match *unit {
             GATHERING_UNIT => edges_of_gathers(config)?,
             VECTOR_UNIT => edges_of_vectors(config)?,
+            SPLAT_UNIT => edges_of_splats(config)?,
             NPU_EXT => {
                 let suites = [edges_of_gathers(config)?, edges_of_vectors(config)?];
                 let bench = npu::bench(config, &top, &makefile::commands(unit), suites)?;
@@ -284,6 +291,23 @@ fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
     let script = vector_flags::script(config);
     suite.broken = script.broken(&suite.ports);
     suite.script = Some(script);
+    Ok(suite)
+}
+
+fn edges_of_splats(config: &Config) -> Result<Suite, RtlError> {
+    let Some(su) = &config.su else {
+        let text = "no bench for the splat unit: the configuration has no table [su]";
+        return Err(RtlError::Usage(text.to_owned()));
+    };
+    let mut suite = suite(
+        &splat_unit(config, su)?,
+        "splat",
+        splat::STEADY.to_vec(),
+        Owes::Packets,
+    )?;
+    let mut garbage = Garbage::new(SEED);
+    suite.jobs = splat::jobs(config, su, &splat_jobs::jobs(su, SEED), &mut garbage)?;
+    suite.script = Some(splat::script(su));
     Ok(suite)
 }
 

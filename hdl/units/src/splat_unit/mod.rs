@@ -1,0 +1,24 @@
+//! The splat unit: composites records of Gaussians into the pixels of tiles.
+//!
+//! ```text
+//! entries -> splat_setup -> splat_rows -> splat_pixels -> splat_powers -> splat_tiles -> pixels
+//!            start values   span of a     one pixel a     exponential     transmittance
+//!            of the forms   row           clock, cut                      and colour
+//! ```
+//!
+//! A tile's records come in depth order. Pixels of a span are walked one by one, so that a lane of
+//! the exponential never waits for a pixel that does not count.
+
+mod drain;
+mod formats;
+mod limits;
+mod live;
+mod pixels;
+mod powers;
+mod root;
+mod rows;
+mod setup;
+mod tiles;
+mod top;
+
+pub use top::splat_unit;

@@ -1,0 +1,141 @@
+//! Pixels of spans, one a clock: square sum, and the cut.
+
+use std::sync::Arc;
+
+use potamoi_formats::record::MEAN;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
+
+use super::formats::{AT_ROW, MAGNITUDE, STEP, Widths};
+use super::rows::{INDEX, lowest, magnitude, moved, times};
+
+/// Builds `splat_pixels`.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
+    let mut builder = ModuleBuilder::new("splat_pixels");
+    let m = &mut builder;
+    m.doc("pixels of spans, one a clock: their power, and whether it may count.");
+    let bit = Ty::bit();
+    let valid = m.input("valid", bit, "a row");
+    let mask = m.input("mask", Ty::u(16), "its pixels");
+    let row = m.input("row", Ty::u(4), "");
+    let last = m.input("last", bit, "the last row of its entry");
+    let index = m.input("index", Ty::u(INDEX), "number of its entry");
+    let p = m.input("p", Ty::s(AT_ROW), "at the row's first pixel");
+    let q = m.input("q", Ty::u(MAGNITUDE), "magnitude");
+    let beyond = m.input("beyond", bit, "q is too large to count");
+    let l11 = m.input("l11", Ty::s(STEP), "step of p, of the entry `index`");
+    let limit = m.input("limit", Ty::u(w.power), "of the entry `limit_index`");
+    let info = m.input("entry_info", Ty::u(16 + 48 + w.slot), "likewise");
+    let ready = m.input("out_ready", bit, "the power is taken");
+
+    m.section("Next pixel");
+    let begun = m.reg("begun", bit, 0);
+    let left = m.data_reg("left", Ty::u(16));
+    let now = m.mux(begun, left, mask);
+    let (place, rest) = lowest(m, now);
+    let place = m.name(place, "place");
+    let some = m.any(now);
+    let more = m.any(rest);
+    let room = m.reg("kept", bit, 0);
+    let not_kept = m.not(room);
+    let moves = m.or(not_kept, ready);
+    let moves = m.name(moves, "moves");
+    let step = m.and(valid, moves);
+    m.set_next_if(begun, step, more);
+    m.set_next_if(left, step, rest);
+    let no_more = m.not(more);
+    let pop = m.and(step, no_more);
+    let pop = m.name(pop, "next_row");
+    let ends = m.and(last, no_more);
+    let pixel = m.cat(&[row, place]);
+    let mut tag = Tag {
+        valid: m.and(valid, some),
+        ends: m.and(valid, ends),
+        index,
+        pixel,
+    };
+
+    m.section("p at the pixel");
+    let far = times(m, l11, place);
+    let fraction = m.lit(0, Ty::u(MEAN.frac_bits()));
+    let far = m.as_unsigned(far);
+    let far = m.cat(&[far, fraction]);
+    let far = m.as_signed(far);
+    let width = AT_ROW + 1;
+    let (far, from) = (m.extend(far, width), m.extend(p, width));
+    let exact = m.add(from, far);
+    tag = tag.moved(m, 1, moves);
+    let exact = moved(m, "p_1", exact, moves);
+    let q = moved(m, "q_1", q, moves);
+    let beyond = moved(m, "beyond_1", beyond, moves);
+    let (p, p_beyond) = magnitude(m, exact);
+    let beyond = m.or(beyond, p_beyond);
+    tag = tag.moved(m, 2, moves);
+    let p = moved(m, "p_2", p, moves);
+    let q = moved(m, "q_2", q, moves);
+    let beyond = moved(m, "beyond_2", beyond, moves);
+
+    m.section("Half the sum of the squares");
+    let [p, q] = [p, q].map(|form| m.mul(form, form));
+    tag = tag.moved(m, 3, moves);
+    let p = moved(m, "p_square", p, moves);
+    let q = moved(m, "q_square", q, moves);
+    let beyond = moved(m, "beyond_3", beyond, moves);
+    let wide = 2 * MAGNITUDE + 1;
+    let (p, q) = (m.extend(p, wide), m.extend(q, wide));
+    let sum = m.add(p, q);
+    let shift = 33 - w.power_fraction;
+    let power = m.round(sum, shift, potamoi_formats::fixed::Rounding::HalfUp);
+    let power = m.saturate(power, Ty::u(w.power));
+    let most = m.lit((1u64 << w.power) - 1, Ty::u(w.power));
+    let power = m.mux(beyond, most, power);
+    tag = tag.moved(m, 4, moves);
+    let power = moved(m, "power_4", power, moves);
+
+    m.section("Cut");
+    let below = m.le(power, limit);
+    let kept = m.and(tag.valid, below);
+    m.set_next_if(room, moves, kept);
+    let out = moved(m, "power", power, moves);
+    let info = m.cat(&[info, tag.pixel]);
+    let info = moved(m, "info", info, moves);
+    let release = m.and(tag.ends, moves);
+
+    m.section("Outputs");
+    m.output("next_row", pop, "takes the row");
+    m.output("limit_index", tag.index, "the entry whose limit is used");
+    m.output("out_valid", room, "a power that may count");
+    m.output("out_power", out, "");
+    m.output("out_info", info, "opacity, colour and pixel");
+    m.output("entry_done", release, "the oldest entry has no more pixels");
+    let summed = m.and(tag.valid, moves);
+    m.output("summed", summed, "a square sum is compared");
+    builder.finish()
+}
+
+/// What goes along with a pixel.
+#[derive(Clone, Copy)]
+struct Tag {
+    valid: Signal,
+    ends: Signal,
+    index: Signal,
+    pixel: Signal,
+}
+
+impl Tag {
+    fn moved(self, m: &mut ModuleBuilder, stage: u32, enable: Signal) -> Self {
+        let flag = |m: &mut ModuleBuilder, name: &str, value| {
+            let register = m.reg(&format!("{name}_{stage}"), Ty::bit(), 0);
+            m.set_next_if(register, enable, value);
+            register
+        };
+        Self {
+            valid: flag(m, "valid", self.valid),
+            ends: flag(m, "ends", self.ends),
+            index: moved(m, &format!("index_{stage}"), self.index, enable),
+            pixel: moved(m, &format!("pixel_{stage}"), self.pixel, enable),
+        }
+    }
+}

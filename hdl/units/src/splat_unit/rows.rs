@@ -1,0 +1,363 @@
+//! Rows of an entry: the forms at a row, and the pixels of its span.
+
+use std::sync::Arc;
+
+use potamoi_formats::fixed::Rounding;
+use potamoi_formats::record::{FACTOR, MEAN};
+use potamoi_netlist::{IrErrors, MemId, Module, ModuleBuilder, Signal, Ty};
+
+use super::formats::{
+    AT_ROW, COMPARE, ENTRIES, EXACT, MAGNITUDE, ROOT, SEARCH, SEARCH_LIMIT, START, STEP, Widths,
+};
+use super::root::{CLOCKS, root};
+use crate::circuits::{bits_for, is, plus_one};
+
+/// Bits of an entry's number while its pixels are in flight.
+pub(super) const INDEX: u32 = ENTRIES.ilog2();
+
+/// The places 0 to 15 of a form that are near enough: start value and step, with the fraction bits of
+/// the search, and the root of the limit. `drop` fraction bits more than those that are compared are
+/// taken off first.
+pub(super) fn near(
+    m: &mut ModuleBuilder,
+    start: Signal,
+    step: Signal,
+    root: Signal,
+    compare: u32,
+) -> Signal {
+    let width = start.width().max(step.width() + 4) + 1;
+    let start = m.extend(start, width);
+    let dropped = SEARCH - compare;
+    let kept = Ty::s(width - dropped);
+    let root = m.extend(root, kept.width);
+    let root = m.as_signed(root);
+    let slack = m.lit(2, kept);
+    let low = m.add(root, slack);
+    let low = m.neg(low);
+    let low = m.name(low, "lowest");
+    let mut places = vec![];
+    for place in 0..16u32 {
+        let far = multiple(m, step, place, width);
+        let at = m.add(start, far);
+        let at = m.slice(at, dropped, kept.width);
+        let at = m.as_signed(at);
+        let (above, below) = (m.ge(at, low), m.le(at, root));
+        places.push(m.and(above, below));
+    }
+    places.reverse();
+    m.cat(&places)
+}
+
+/// A constant multiple of a step.
+fn multiple(m: &mut ModuleBuilder, step: Signal, by: u32, width: u32) -> Signal {
+    let wide = m.extend(step, width);
+    let terms: Vec<Signal> = (0..4)
+        .filter(|bit| by >> bit & 1 == 1)
+        .map(|bit| m.shl_const(wide, bit))
+        .collect();
+    match terms[..] {
+        [] => m.lit(0, wide.ty()),
+        _ => crate::circuits::tree_sum(m, &terms),
+    }
+}
+
+/// A step times a place, 0 to 15.
+pub(super) fn times(m: &mut ModuleBuilder, step: Signal, place: Signal) -> Signal {
+    let wide = m.extend(step, STEP + 4);
+    let none = m.lit(0, wide.ty());
+    let terms: Vec<Signal> = (0..4)
+        .map(|bit| {
+            let set = m.bit(place, bit);
+            let moved = m.shl_const(wide, bit);
+            m.mux(set, moved, none)
+        })
+        .collect();
+    crate::circuits::tree_sum(m, &terms)
+}
+
+/// The lowest set bit of a mask of 16: its place, and the mask without it.
+pub(super) fn lowest(m: &mut ModuleBuilder, mask: Signal) -> (Signal, Signal) {
+    let mut place = m.lit(15, Ty::u(4));
+    for bit in (0..15).rev() {
+        let set = m.bit(mask, bit);
+        let own = m.lit(bit, Ty::u(4));
+        place = m.mux(set, own, place);
+    }
+    let one = m.lit(1, mask.ty());
+    let less = m.sub(mask, one);
+    let rest = m.and(mask, less);
+    (place, rest)
+}
+
+/// What a rounded form counts with: its magnitude, and whether it is too large to count.
+pub(super) fn magnitude(m: &mut ModuleBuilder, exact: Signal) -> (Signal, Signal) {
+    let rounded = m.round(exact, EXACT - 16, Rounding::HalfEven);
+    let negative = m.bit(rounded, rounded.width() - 1);
+    let opposite = m.neg(rounded);
+    let absolute = m.mux(negative, opposite, rounded);
+    let absolute = m.as_unsigned(absolute);
+    let high = m.slice(absolute, MAGNITUDE, absolute.width() - MAGNITUDE);
+    let beyond = m.any(high);
+    (m.slice(absolute, 0, MAGNITUDE), beyond)
+}
+
+/// A register that moves with the pipeline.
+pub(super) fn moved(m: &mut ModuleBuilder, name: &str, value: Signal, enable: Signal) -> Signal {
+    let register = m.data_reg(name, value.ty());
+    m.set_next_if(register, enable, value);
+    register
+}
+
+/// The same over several stages, as one shift register; the first stage is lowest.
+fn shifted(
+    m: &mut ModuleBuilder,
+    name: &str,
+    value: Signal,
+    stages: u32,
+    enable: Signal,
+) -> Signal {
+    if stages == 0 {
+        return value;
+    }
+    let width = value.width();
+    let all = m.data_reg(name, Ty::u(stages * width));
+    let value = m.as_unsigned(value);
+    let next = match stages {
+        1 => value,
+        _ => {
+            let held = m.slice(all, 0, (stages - 1) * width);
+            m.cat(&[held, value])
+        }
+    };
+    m.set_next_if(all, enable, next);
+    m.slice(all, (stages - 1) * width, width)
+}
+
+/// What an entry's pixels need, by its number.
+struct Entries {
+    memory: MemId,
+    /// Widths of the fields, the lowest first.
+    widths: Vec<u32>,
+}
+
+/// Fields of a stored entry.
+pub(super) struct Entry {
+    pub(super) l11: Signal,
+    pub(super) last_x: Signal,
+    pub(super) slot: Signal,
+    pub(super) limit: Signal,
+    pub(super) opacity: Signal,
+    pub(super) colour: Signal,
+}
+
+impl Entries {
+    fn declare(m: &mut ModuleBuilder, w: &Widths) -> Self {
+        let widths = vec![STEP, 4, w.slot, w.power, 16, 48];
+        let all = widths.iter().sum();
+        let memory = m.memory("entries", ENTRIES, all, "entries with pixels in flight");
+        Self { memory, widths }
+    }
+
+    fn read(&self, m: &mut ModuleBuilder, index: Signal) -> Entry {
+        let word = m.mem_read_async(self.memory, index);
+        let mut at = 0;
+        let mut next = |m: &mut ModuleBuilder, width: u32| {
+            at += width;
+            m.slice(word, at - width, width)
+        };
+        let fields: Vec<Signal> = self.widths.iter().map(|w| next(m, *w)).collect();
+        Entry {
+            l11: m.as_signed(fields[0]),
+            last_x: fields[1],
+            slot: fields[2],
+            limit: fields[3],
+            opacity: fields[4],
+            colour: fields[5],
+        }
+    }
+}
+
+/// Builds `splat_rows`.
+///
+/// # Errors
+/// The netlist's own checks.
+pub(super) fn rows(w: &Widths) -> Result<Arc<Module>, IrErrors> {
+    let mut builder = ModuleBuilder::new("splat_rows");
+    let m = &mut builder;
+    m.doc("rows of an entry, one a clock: forms at the row, and the pixels that may count.");
+    let bit = Ty::bit();
+    let valid = m.input("valid", bit, "an entry");
+    let start =
+        ["p_start", "q_start"].map(|name| m.input(name, Ty::s(START), "at the first pixel"));
+    let factors = ["l11", "l21", "l22"].map(|name| m.input(name, Ty::s(STEP), ""));
+    let rows = m.input("rows", Ty::u(16), "to be searched, one or more");
+    let search = m.input("search", Ty::u(SEARCH_LIMIT), "limit of the entry");
+    let limit = m.input("limit", Ty::u(w.power), "the same as a power");
+    let [slot, last_x] = [("slot", w.slot), ("last_x", 4)].map(|(n, b)| m.input(n, Ty::u(b), ""));
+    let [opacity, colour] =
+        [("opacity", 16), ("colour", 48)].map(|(n, b)| m.input(n, Ty::u(b), ""));
+    let room = m.input("room", bit, "the pipeline moves");
+    let live = m.input(
+        "live",
+        Ty::u(16),
+        "live pixels of the row that was asked for",
+    );
+    let release = m.input("entry_done", bit, "the oldest entry has no more pixels");
+    let indices =
+        ["pixel_index", "limit_index"].map(|n| m.input(n, Ty::u(INDEX), "number of an entry"));
+
+    m.section("Entries in flight");
+    let entries = Entries::declare(m, w);
+    let busy = m.reg("busy", bit, 0);
+    let left = m.data_reg("rows_left", Ty::u(16));
+    let (row, rest) = lowest(m, left);
+    let row = m.name(row, "row");
+    let last = m.any(rest);
+    let last = m.not(last);
+    let last = m.name(last, "last_row");
+    let ends = m.all_of(&[busy, last, room]);
+    let used = m.reg("entries_used", Ty::u(bits_for(ENTRIES)), 0);
+    let full = is(m, used, ENTRIES);
+    let not_full = m.not(full);
+    let not_busy = m.not(busy);
+    let free = m.or(not_busy, ends);
+    let ready = m.and(free, not_full);
+    let take = m.and(valid, ready);
+    let take = m.name(take, "take");
+    let index = m.reg("index", Ty::u(INDEX), 0);
+    let next = plus_one(m, index);
+    m.set_next_if(index, take, next);
+    let own = moved(m, "own_index", index, take);
+    let one = m.lit(1, used.ty());
+    let (more, less) = (m.add(used, one), m.sub(used, one));
+    let next = m.mux(take, more, less);
+    let changes = m.xor(take, release);
+    m.set_next_if(used, changes, next);
+    let l11 = m.as_unsigned(factors[0]);
+    let word = m.cat(&[colour, opacity, limit, slot, last_x, l11]);
+    m.mem_write(entries.memory, take, index, word);
+    let not_ends = m.not(ends);
+    let still = m.and(busy, not_ends);
+    let next = m.or(take, still);
+    m.set_next(busy, next);
+    let step = m.and(busy, room);
+    let changes = m.or(take, step);
+    let next = m.mux(take, rows, rest);
+    m.set_next_if(left, changes, next);
+    let start = [0, 1].map(|i| moved(m, ["p_held", "q_held"][i], start[i], take));
+    let steps = [1, 2].map(|i| moved(m, ["l21_held", "l22_held"][i - 1], factors[i], take));
+    let search = moved(m, "search_held", search, take);
+
+    m.section("Forms at the row");
+    let forms = [0, 1].map(|i| {
+        let far = times(m, steps[i], row);
+        let fraction = m.lit(0, Ty::u(MEAN.frac_bits()));
+        let far = m.as_unsigned(far);
+        let far = m.cat(&[far, fraction]);
+        let far = m.as_signed(far);
+        let far = m.extend(far, AT_ROW);
+        let from = m.extend(start[i], AT_ROW);
+        m.add(from, far)
+    });
+    let mut tag = Tag {
+        valid: busy,
+        last,
+        index: own,
+        row,
+    };
+    tag = tag.moved(m, 1, room);
+    let forms = [0, 1].map(|i| moved(m, ["p_1", "q_1"][i], forms[i], room));
+    let search = moved(m, "search_1", search, room);
+    m.section("Magnitude of q");
+    let (q, beyond) = magnitude(m, forms[1]);
+    tag = tag.moved(m, 2, room);
+    let p = moved(m, "p_2", forms[0], room);
+    let q = moved(m, "q_2", q, room);
+    let beyond = moved(m, "beyond_2", beyond, room);
+    m.section("Root of what q leaves of the limit");
+    let search = moved(m, "search_2", search, room);
+    let short = m.slice(q, 16 - COMPARE, ROOT);
+    let square = m.mul(short, short);
+    let square = m.name(square, "q_square");
+    let over = m.gt(square, search);
+    let rest = m.sub(search, square);
+    let rest = moved(m, "square_3", rest, room);
+    let no_pixel = m.or(over, beyond);
+    let clocks = 1 + CLOCKS;
+    let no_pixel = shifted(m, "no_pixel", no_pixel, clocks, room);
+    let links = [("advance", room), ("square", rest)];
+    let span_root = m.instance("span_root", &root()?, &links);
+    let span_root = m.out(span_root, "root");
+    let p = shifted(m, "p_stages", p, clocks, room);
+    let p = m.as_signed(p);
+    let q = shifted(m, "q_stages", q, clocks, room);
+    let beyond = shifted(m, "beyond_stages", beyond, clocks, room);
+    let tag = tag.shifted(m, clocks, room);
+    m.section("Pixels of the span");
+    let entry = entries.read(m, tag.index);
+    let address = m.cat(&[entry.slot, tag.row]);
+    let masks: Vec<Signal> = (0..16).map(|x| m.lit((2u32 << x) - 1, Ty::u(16))).collect();
+    let columns = m.select(entry.last_x, &masks);
+    let mask = m.and(live, columns);
+    let start = m.slice(p, EXACT - SEARCH, AT_ROW - EXACT + SEARCH);
+    let start = m.as_signed(start);
+    let coarse = FACTOR.frac_bits() - SEARCH;
+    let step = m.slice(entry.l11, coarse, STEP - coarse);
+    let step = m.as_signed(step);
+    let span = near(m, start, step, span_root, COMPARE);
+    let some = m.not(no_pixel);
+    let some = m.repeat(some, 16);
+    let mask = m.all_of(&[mask, span, some]);
+    let mask = m.name(mask, "mask");
+    let some = m.any(mask);
+    let wanted = m.or(some, tag.last);
+    let push = m.all_of(&[tag.valid, wanted, room]);
+
+    m.section("Outputs");
+    m.output("ready", ready, "takes an entry at the clock edge");
+    m.output("push", push, "a row with pixels, or the last of an entry");
+    m.output("out_mask", mask, "");
+    m.output("out_row", tag.row, "");
+    m.output("out_last", tag.last, "the last row of its entry");
+    m.output("out_index", tag.index, "number of the entry");
+    m.output("out_p", p, "at the row's first pixel");
+    m.output("out_q", q, "magnitude");
+    m.output("out_beyond", beyond, "q is too large to count");
+    m.output("live_addr", address, "the row whose live pixels are read");
+    let pixel = entries.read(m, indices[0]);
+    m.output("pixel_l11", pixel.l11, "of the entry asked for");
+    let limited = entries.read(m, indices[1]);
+    m.output("entry_limit", limited.limit, "of the entry asked for");
+    let info = m.cat(&[limited.opacity, limited.colour, limited.slot]);
+    m.output("entry_info", info, "opacity, colour and slot");
+    let flying = m.any(used);
+    m.output("in_flight", flying, "an entry is in flight");
+    builder.finish()
+}
+
+/// What goes along with a row.
+#[derive(Clone, Copy)]
+struct Tag {
+    valid: Signal,
+    last: Signal,
+    index: Signal,
+    row: Signal,
+}
+
+impl Tag {
+    fn moved(self, m: &mut ModuleBuilder, stage: u32, enable: Signal) -> Self {
+        let valid = m.reg(&format!("valid_{stage}"), Ty::bit(), 0);
+        m.set_next_if(valid, enable, self.valid);
+        let mut one = |name: &str, value| moved(m, &format!("{name}_{stage}"), value, enable);
+        Self {
+            valid,
+            last: one("last", self.last),
+            index: one("index", self.index),
+            row: one("row", self.row),
+        }
+    }
+
+    fn shifted(self, m: &mut ModuleBuilder, stages: u32, enable: Signal) -> Self {
+        (0..stages).fold(self, |tag, stage| tag.moved(m, 3 + stage, enable))
+    }
+}

@@ -1,0 +1,177 @@
+//! Records of the bench of the splat unit: random ones, and such as reach its edges.
+
+use potamoi_formats::config::SuConfig;
+use potamoi_formats::record::SplatRecord;
+use potamoi_reference::splat_unit::{SplatEntry, SplatSettings, TILE_PIXELS, Thresholds};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A pixel, S19.12.
+const PIXEL: i32 = 1 << 12;
+/// Side of a tile.
+const SIDE: i32 = 16;
+/// A factor of 1, S1.30.
+const ONE: i32 = 1 << 30;
+
+/// The rules of the published code: cap 0.99, threshold 1/255, transmittance 1e-4.
+const PUBLISHED: SplatSettings = SplatSettings {
+    thresholds: Thresholds {
+        alpha_cap: 64_881,
+        alpha_min: 258,
+        stop: 6_871_948,
+        spare: 0,
+    },
+    is_centred: true,
+};
+
+/// A job.
+#[derive(Debug, Clone)]
+pub(super) struct Records {
+    pub(super) title: String,
+    pub(super) entries: Vec<SplatEntry>,
+    pub(super) settings: SplatSettings,
+    pub(super) last_slot: u16,
+    /// Cycles, the first ones, in which the sink takes nothing.
+    pub(super) closed: u32,
+    /// A beat without bytes ends the job.
+    pub(super) ends_bare: bool,
+}
+
+impl Records {
+    fn new(title: &str, entries: Vec<SplatEntry>) -> Self {
+        Self {
+            title: format!("{title}, {} records", entries.len()),
+            last_slot: entries.iter().map(|own| own.slot).max().unwrap_or(0),
+            entries,
+            settings: PUBLISHED,
+            closed: 0,
+            ends_bare: false,
+        }
+    }
+
+    /// Pixels that it gives.
+    pub(super) fn pixels(&self) -> usize {
+        (usize::from(self.last_slot) + 1) * TILE_PIXELS
+    }
+}
+
+/// A record in the first tile, unless said otherwise.
+fn entry(record: SplatRecord) -> SplatEntry {
+    SplatEntry {
+        slot: 0,
+        tile: [0, 0],
+        last: [15, 15],
+        record,
+    }
+}
+
+/// A record whose centre is this pixel's.
+fn at(x: i32, y: i32, factor: [i32; 3], opacity: u16) -> SplatRecord {
+    SplatRecord {
+        mean: [x, y].map(|v| v * PIXEL + PIXEL / 2),
+        factor,
+        opacity,
+        colour: [4096, 65_535, 1],
+        rank: 7,
+    }
+}
+
+/// Any record near a tile, from less than a pixel wide to more than the tile.
+fn random(draw: &mut Pcg64Mcg, tile: [u16; 2]) -> SplatRecord {
+    let mut mean = || draw.random_range(-SIDE * PIXEL..2 * SIDE * PIXEL);
+    let mean = tile.map(|own| i32::from(own) * SIDE * PIXEL + mean());
+    let size = draw.random_range(0..9u32);
+    let mut factor = || draw.random_range(1 << 25..i32::MAX) >> size;
+    let [l11, l21, l22] = [factor(), factor() / 2, factor()];
+    SplatRecord {
+        mean,
+        factor: [l11, if l11 & 1 == 0 { l21 } else { -l21 }, l22],
+        opacity: match draw.random_range(0..6) {
+            0 => u16::MAX,
+            1 => draw.random_range(0..600),
+            _ => draw.random(),
+        },
+        colour: [0; 3].map(|_: u16| draw.random()),
+        rank: draw.random(),
+    }
+}
+
+fn any(draw: &mut Pcg64Mcg, slots: u16, count: usize) -> Vec<SplatEntry> {
+    let of = |_| {
+        let slot = draw.random_range(0..slots);
+        // The second tile lies far away, and is cut off at 10 columns and 13 rows.
+        let [tile, last] = match slot {
+            1 => [[4095, 4000], [9, 12]],
+            _ => [[slot, 2 * slot], [15, 15]],
+        };
+        SplatEntry {
+            slot,
+            tile,
+            last: last.map(|v| v as u8),
+            record: random(draw, tile),
+        }
+    };
+    (0..count).map(of).collect()
+}
+
+/// The jobs.
+pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
+    let mut draw = Pcg64Mcg::seed_from_u64(seed);
+    let opaque = |x, y| entry(at(x, y, [ONE / 8, 0, ONE / 8], u16::MAX));
+    let point = |opacity| entry(at(5, 9, [i32::MAX, 0, i32::MAX], opacity));
+    let mut all = vec![
+        Records::new("two tiles", any(&mut draw, 2, 60)),
+        Records::new("no record", vec![]),
+        Records::new("all on one pixel", vec![point(9_000); 24]),
+        Records::new(
+            "opaque ones, of which later ones find pixels that have ended",
+            (0..12).map(|i| opaque(3 + i % 2, 6)).collect(),
+        ),
+        Records::new(
+            "larger than the picture",
+            vec![entry(at(400, -300, [1 << 14, 99, 1 << 14], 40_000)); 4],
+        ),
+        Records::new(
+            "needles along a row and a column",
+            vec![
+                entry(at(2, 7, [1 << 20, 0, i32::MAX], 65_000)),
+                entry(at(11, 3, [i32::MAX, 0, 1 << 20], 65_000)),
+                entry(at(8, 8, [ONE, -ONE, ONE / 16], 65_000)),
+            ],
+        ),
+        Records::new(
+            "nothing that counts, or too far away",
+            vec![
+                entry(at(8, 8, [ONE, 0, ONE], 0)),
+                entry(at(8, 8, [ONE, 0, ONE], 257)),
+                entry(at(100_000, 8, [ONE, 0, ONE], 65_535)),
+                entry(at(8, -90_000, [ONE, ONE, ONE], 65_535)),
+            ],
+        ),
+        Records {
+            closed: 700,
+            ..Records::new("a sink that takes nothing at first", any(&mut draw, 1, 12))
+        },
+        Records {
+            settings: SplatSettings {
+                thresholds: Thresholds {
+                    alpha_cap: 1 << 16,
+                    alpha_min: 1,
+                    stop: 1,
+                    spare: 0,
+                },
+                is_centred: false,
+            },
+            ends_bare: true,
+            ..Records::new("without threshold and cap", any(&mut draw, 1, 30))
+        },
+    ];
+    // The last tile alone, if its pixels are few enough.
+    if su.tiles <= 16 {
+        let slot = su.tiles as u16 - 1;
+        let mut entries = any(&mut draw, 1, 6);
+        entries.iter_mut().for_each(|own| own.slot = slot);
+        all.push(Records::new("the last tile", entries));
+    }
+    all
+}
