@@ -8,7 +8,7 @@ use potamoi_reference::GatherTask;
 use super::beat::Beat;
 use super::garbage::Garbage;
 use super::gather_edges::Edge;
-use super::suite::Job;
+use super::job::Job;
 use crate::RtlError;
 use crate::beats::{FeatureBeat, feature_beats};
 

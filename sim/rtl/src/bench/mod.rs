@@ -17,6 +17,7 @@ mod gather_edges;
 mod gather_flags;
 mod gather_setting_flags;
 mod gather_tasks;
+mod job;
 mod makefile;
 mod memory;
 mod npu;

@@ -1,9 +1,9 @@
 //! Clocks in which promises are broken, and the flags that must be up, or down, after each.
 
 use super::beat::{Beat, unknown};
+use super::job::Job;
 use super::memory::Memory;
 use super::ports::UnitPorts;
-use super::suite::Job;
 use crate::RtlError;
 
 /// Bits of the number of clocks that a word stands for.

@@ -8,9 +8,9 @@ use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry, TILE_PIXELS}
 
 use super::beat::Beat;
 use super::garbage::Garbage;
+use super::job::Job;
 use super::script::{Clock, Script, keep_of};
 use super::splat_jobs::Records;
-use super::suite::Job;
 use crate::RtlError;
 use crate::splat_beats::{RECORD_BYTES, WORD_BYTES, data_of, limit_words, user_of};
 

@@ -5,8 +5,8 @@ use potamoi_formats::config::Config;
 
 use super::beat::Beat;
 use super::garbage::Garbage;
+use super::job::Job;
 use super::ports::UnitPorts;
-use super::suite::Job;
 use crate::RtlError;
 use crate::vector_drive::{VectorBatch, Vectors};
 

@@ -6,8 +6,8 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::beat::Beat;
+use super::job::Job;
 use super::script::{Clock, Script, keep_of};
-use super::suite::Job;
 use super::vector_operands::Batch;
 
 const NOT_BUILT: u64 = 1;
