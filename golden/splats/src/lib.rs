@@ -50,6 +50,7 @@ mod reorder_buffer;
 mod schedule;
 mod tile;
 mod transmittance;
+mod unit_entries;
 mod view;
 
 pub use axes::{Axes, UnknownAxes};
@@ -74,4 +75,5 @@ pub use reorder_buffer::Hold;
 pub use reorder_buffer::{HoldStats, Order};
 pub use schedule::{Group, Load, MVoxel, Schedule, ScheduleOptions, tasks};
 pub use transmittance::TRANSMITTANCE;
+pub use unit_entries::{unit_entries, unit_settings};
 pub use view::{Sorting, TILE, View, Work, is_any_in_view, is_in_order};

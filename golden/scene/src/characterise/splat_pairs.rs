@@ -1,9 +1,10 @@
 //! Pairs of pixel and Gaussian: how many are evaluated today, and how many of them count.
 
 use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput};
-use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
-use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry, SplatSettings, TILE};
-use potamoi_splats::{Cloud, FixedOptions, Group, Hold, Limits, RenderError, Schedule, View};
+use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry};
+use potamoi_splats::{
+    Cloud, FixedOptions, RenderError, Schedule, View, unit_entries, unit_settings,
+};
 use serde::Serialize;
 
 /// Fewest fraction bits of the exponential's input that spans are found with.
@@ -51,7 +52,7 @@ pub fn splat_pairs(
     let mut found = SplatPairs::default();
     for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
         let mut unit = unit_of(view, exp, group.tiles.len());
-        in_order(view, &group, &mut |entry| found.add(&mut unit, entry));
+        unit_entries(view, &group, &mut |entry| found.add(&mut unit, entry));
         let counts = unit.counts();
         found.drawn += counts.drawn;
         found.stopped += counts.stopped;
@@ -68,34 +69,7 @@ fn can_leave_out(exp: &ExpConfig) -> bool {
 }
 
 fn unit_of(view: &View, exp: &ExpConfig, tiles: usize) -> ReferenceSplatUnit {
-    let rules = view.rules();
-    let settings = SplatSettings {
-        thresholds: Limits::new(rules).thresholds(),
-        is_centred: rules.pixel_centre > 0.0,
-    };
-    ReferenceSplatUnit::new(exp, tiles, settings)
-}
-
-/// The entries of a group, each tile's by rank.
-fn in_order(view: &View, group: &Group, each: &mut dyn FnMut(&SplatEntry)) {
-    let mut hold = Hold::new(usize::MAX);
-    for (t, task) in group.tasks.iter().enumerate() {
-        let rows = task.rows.as_chunks::<RECORD_CHANNELS>().0;
-        for entry in &task.entries {
-            let record = SplatRecord::from_channels(&rows[usize::from(entry.rows[0])]);
-            hold.arrive((entry.slot as u16, record));
-        }
-        let next = group.mvoxels.get(t + 1).map(|m| m.min_rank);
-        hold.retire(next, |(slot, record)| {
-            let [first, size] = view.tile_pixels(group.tiles[usize::from(slot)] as usize);
-            each(&SplatEntry {
-                slot,
-                tile: first.map(|at| (at / TILE) as u16),
-                last: size.map(|pixels| pixels as u8 - 1),
-                record,
-            });
-        });
-    }
+    ReferenceSplatUnit::new(exp, tiles, unit_settings(view.rules()))
 }
 
 impl SplatPairs {
@@ -123,6 +97,7 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::panic)]
     use potamoi_formats::config::Config;
     use potamoi_reference::ReferenceUnits;
+    use potamoi_reference::splat_unit::TILE;
     use potamoi_splats::render_fixed;
 
     use super::*;
@@ -153,7 +128,7 @@ mod tests {
             let schedule = Schedule::new(cloud, &view, &options.schedule).unwrap();
             for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
                 let mut unit = unit_of(&view, &config.vu.exp, group.tiles.len());
-                in_order(&view, &group, &mut |entry| {
+                unit_entries(&view, &group, &mut |entry| {
                     unit.composite(entry);
                 });
                 for (tile, number) in unit.tiles().iter().zip(&group.tiles) {

@@ -19,6 +19,7 @@ mod logistic;
 mod npu;
 mod readmemh;
 mod scenes_common;
+mod splat_scenes;
 mod splat_unit;
 mod streams;
 mod vector_unit;
