@@ -26,8 +26,8 @@ mod npu_parts;
 mod parts;
 mod ports;
 mod script;
-mod splat;
 mod splat_jobs;
+mod splats;
 mod suite;
 mod text;
 mod vector;
@@ -303,12 +303,12 @@ fn edges_of_splats(config: &Config) -> Result<Suite, RtlError> {
     let mut suite = suite(
         &splat_unit(config, su)?,
         "splat",
-        splat::STEADY.to_vec(),
+        splats::STEADY.to_vec(),
         Owes::Packets,
     )?;
     let mut garbage = Garbage::new(SEED);
-    suite.jobs = splat::jobs(config, su, &splat_jobs::jobs(su, SEED), &mut garbage)?;
-    suite.script = Some(splat::script(su));
+    suite.jobs = splats::jobs(config, su, &splat_jobs::jobs(su, SEED), &mut garbage)?;
+    suite.script = Some(splats::script(su));
     Ok(suite)
 }
 
