@@ -84,24 +84,28 @@ module mft_halves (
   wire unused_checks = &{1'b0, low_given, high_given};
 
   // A half is read only if it is asked for.
-  potamoi_assert check_low_asked (.clk(clk), .on(checking), .good((~low_enabled) | (re &
-      (~read_half))));
+  potamoi_assert #(.TAKES_X(1)) check_low_asked (.clk(clk), .on(checking), .good((~low_enabled) |
+      (re & (~read_half))));
 
   // A half that is written gets the row that is written as its address.
-  potamoi_assert check_low_written (.clk(clk), .on(checking), .good(loaded[0] | low_write_row));
+  potamoi_assert #(.TAKES_X(1)) check_low_written (.clk(clk), .on(checking), .good(loaded[0] |
+      low_write_row));
 
   // A half that is read gets the row that is read as its address.
-  potamoi_assert check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) | low_read_row));
+  potamoi_assert #(.TAKES_X(1)) check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) |
+      low_read_row));
 
   // A half is read only if it is asked for.
-  potamoi_assert check_high_asked (.clk(clk), .on(checking), .good((~high_enabled) | (re &
-      read_half)));
+  potamoi_assert #(.TAKES_X(1)) check_high_asked (.clk(clk), .on(checking), .good((~high_enabled) |
+      (re & read_half)));
 
   // A half that is written gets the row that is written as its address.
-  potamoi_assert check_high_written (.clk(clk), .on(checking), .good(loaded[1] | high_write_row));
+  potamoi_assert #(.TAKES_X(1)) check_high_written (.clk(clk), .on(checking), .good(loaded[1] |
+      high_write_row));
 
   // A half that is read gets the row that is read as its address.
-  potamoi_assert check_high_read (.clk(clk), .on(checking), .good((~loaded[1]) | high_read_row));
+  potamoi_assert #(.TAKES_X(1)) check_high_read (.clk(clk), .on(checking), .good((~loaded[1]) |
+      high_read_row));
 `endif
 endmodule
 

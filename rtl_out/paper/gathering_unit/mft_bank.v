@@ -71,10 +71,12 @@ module mft_bank (
   wire unused_checks = &{1'b0, past_rdata0, past_rdata1};
 
   // A read alone changes the word that is read.
-  potamoi_assert check_holds0 (.clk(clk), .on(checking), .good(was_read0 | rdata0_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_holds0 (.clk(clk), .on(checking), .good(was_read0 |
+      rdata0_is_same));
 
   // A read alone changes the word that is read.
-  potamoi_assert check_holds1 (.clk(clk), .on(checking), .good(was_read1 | rdata1_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_holds1 (.clk(clk), .on(checking), .good(was_read1 |
+      rdata1_is_same));
 `endif
 endmodule
 

@@ -130,7 +130,8 @@ module vector_lane (
   wire unused_checks = &{1'b0, exact_past};
 
   // `exact` changes with `accept` alone.
-  potamoi_assert check_exact_held (.clk(clk), .on(checking), .good(exact_took | exact_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_exact_held (.clk(clk), .on(checking), .good(exact_took |
+      exact_is_same));
 `endif
 endmodule
 

@@ -160,39 +160,40 @@ module cell_reducer (
       held_product7_past, acc_past};
 
   // `held_product0` changes with `valid` alone.
-  potamoi_assert check_held_product0_held (.clk(clk), .on(checking), .good(held_product0_took |
-      held_product0_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product0_held (.clk(clk), .on(checking),
+      .good(held_product0_took | held_product0_is_same));
 
   // `held_product1` changes with `valid` alone.
-  potamoi_assert check_held_product1_held (.clk(clk), .on(checking), .good(held_product1_took |
-      held_product1_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product1_held (.clk(clk), .on(checking),
+      .good(held_product1_took | held_product1_is_same));
 
   // `held_product2` changes with `valid` alone.
-  potamoi_assert check_held_product2_held (.clk(clk), .on(checking), .good(held_product2_took |
-      held_product2_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product2_held (.clk(clk), .on(checking),
+      .good(held_product2_took | held_product2_is_same));
 
   // `held_product3` changes with `valid` alone.
-  potamoi_assert check_held_product3_held (.clk(clk), .on(checking), .good(held_product3_took |
-      held_product3_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product3_held (.clk(clk), .on(checking),
+      .good(held_product3_took | held_product3_is_same));
 
   // `held_product4` changes with `valid` alone.
-  potamoi_assert check_held_product4_held (.clk(clk), .on(checking), .good(held_product4_took |
-      held_product4_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product4_held (.clk(clk), .on(checking),
+      .good(held_product4_took | held_product4_is_same));
 
   // `held_product5` changes with `valid` alone.
-  potamoi_assert check_held_product5_held (.clk(clk), .on(checking), .good(held_product5_took |
-      held_product5_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product5_held (.clk(clk), .on(checking),
+      .good(held_product5_took | held_product5_is_same));
 
   // `held_product6` changes with `valid` alone.
-  potamoi_assert check_held_product6_held (.clk(clk), .on(checking), .good(held_product6_took |
-      held_product6_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product6_held (.clk(clk), .on(checking),
+      .good(held_product6_took | held_product6_is_same));
 
   // `held_product7` changes with `valid` alone.
-  potamoi_assert check_held_product7_held (.clk(clk), .on(checking), .good(held_product7_took |
-      held_product7_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_held_product7_held (.clk(clk), .on(checking),
+      .good(held_product7_took | held_product7_is_same));
 
   // `acc` changes with `sum` alone.
-  potamoi_assert check_acc_held (.clk(clk), .on(checking), .good(acc_took | acc_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_acc_held (.clk(clk), .on(checking), .good(acc_took |
+      acc_is_same));
 `endif
 endmodule
 

@@ -114,38 +114,44 @@ module mft_halves (
       high_given_second, high_second_row};
 
   // A half is read only if it is asked for.
-  potamoi_assert check_low_asked (.clk(clk), .on(checking), .good((~low_enabled) | (re0 &
-      (~read_half))));
+  potamoi_assert #(.TAKES_X(1)) check_low_asked (.clk(clk), .on(checking), .good((~low_enabled) |
+      (re0 & (~read_half))));
 
   // A half that is written gets the row that is written as its address.
-  potamoi_assert check_low_written (.clk(clk), .on(checking), .good(loaded[0] | low_write_row));
+  potamoi_assert #(.TAKES_X(1)) check_low_written (.clk(clk), .on(checking), .good(loaded[0] |
+      low_write_row));
 
   // A half that is read gets the row that is read as its address.
-  potamoi_assert check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) | low_read_row));
+  potamoi_assert #(.TAKES_X(1)) check_low_read (.clk(clk), .on(checking), .good((~loaded[0]) |
+      low_read_row));
 
   // A half is read only if it is asked for.
-  potamoi_assert check_low_second_asked (.clk(clk), .on(checking), .good((~low_second_enabled) |
-      (re1 & (~read_half))));
+  potamoi_assert #(.TAKES_X(1)) check_low_second_asked (.clk(clk), .on(checking),
+      .good((~low_second_enabled) | (re1 & (~read_half))));
 
   // The second read gets its row as its address.
-  potamoi_assert check_low_read_second (.clk(clk), .on(checking), .good(low_second_row));
+  potamoi_assert #(.TAKES_X(1)) check_low_read_second (.clk(clk), .on(checking),
+      .good(low_second_row));
 
   // A half is read only if it is asked for.
-  potamoi_assert check_high_asked (.clk(clk), .on(checking), .good((~high_enabled) | (re0 &
-      read_half)));
+  potamoi_assert #(.TAKES_X(1)) check_high_asked (.clk(clk), .on(checking), .good((~high_enabled) |
+      (re0 & read_half)));
 
   // A half that is written gets the row that is written as its address.
-  potamoi_assert check_high_written (.clk(clk), .on(checking), .good(loaded[1] | high_write_row));
+  potamoi_assert #(.TAKES_X(1)) check_high_written (.clk(clk), .on(checking), .good(loaded[1] |
+      high_write_row));
 
   // A half that is read gets the row that is read as its address.
-  potamoi_assert check_high_read (.clk(clk), .on(checking), .good((~loaded[1]) | high_read_row));
+  potamoi_assert #(.TAKES_X(1)) check_high_read (.clk(clk), .on(checking), .good((~loaded[1]) |
+      high_read_row));
 
   // A half is read only if it is asked for.
-  potamoi_assert check_high_second_asked (.clk(clk), .on(checking), .good((~high_second_enabled) |
-      (re1 & read_half)));
+  potamoi_assert #(.TAKES_X(1)) check_high_second_asked (.clk(clk), .on(checking),
+      .good((~high_second_enabled) | (re1 & read_half)));
 
   // The second read gets its row as its address.
-  potamoi_assert check_high_read_second (.clk(clk), .on(checking), .good(high_second_row));
+  potamoi_assert #(.TAKES_X(1)) check_high_read_second (.clk(clk), .on(checking),
+      .good(high_second_row));
 `endif
 endmodule
 

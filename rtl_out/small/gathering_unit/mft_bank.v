@@ -56,7 +56,8 @@ module mft_bank (
   wire unused_checks = &{1'b0, past_rdata};
 
   // A read alone changes the word that is read.
-  potamoi_assert check_holds (.clk(clk), .on(checking), .good(was_read | rdata_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_holds (.clk(clk), .on(checking), .good(was_read |
+      rdata_is_same));
 `endif
 endmodule
 

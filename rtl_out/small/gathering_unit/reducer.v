@@ -49,7 +49,8 @@ module reducer (
   wire unused_checks = &{1'b0, acc_past};
 
   // `acc` changes with `valid` alone.
-  potamoi_assert check_acc_held (.clk(clk), .on(checking), .good(acc_took | acc_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_acc_held (.clk(clk), .on(checking), .good(acc_took |
+      acc_is_same));
 `endif
 endmodule
 

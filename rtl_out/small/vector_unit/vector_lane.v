@@ -290,18 +290,21 @@ module vector_lane (
   wire unused_checks = &{1'b0, exact_past, by_checking[4], is_filled};
 
   // `exact` changes with `accept` alone.
-  potamoi_assert check_exact_held (.clk(clk), .on(checking), .good(exact_took | exact_is_same));
-  potamoi_assert check_filled_in_range (.clk(clk), .on(checking), .good(filled <= 4'd13));
+  potamoi_assert #(.TAKES_X(1)) check_exact_held (.clk(clk), .on(checking), .good(exact_took |
+      exact_is_same));
+  potamoi_assert #(.TAKES_X(1)) check_filled_in_range (.clk(clk), .on(checking), .good(filled <=
+      4'd13));
 
   // Of the remainder no step leaves more than its constant resolves.
-  potamoi_assert check_remainders_bounded (.clk(clk), .on(checking), .good((s_remain_0 <=
-      23'h2c5c85) & ((~(4'd1 <= filled)) | (s_remain_1 <= 23'h162e42)) & ((~(4'd2 <= filled)) |
-      (s_remain_2 <= 23'hb1721)) & ((~(4'd3 <= filled)) | (s_remain_3 <= 23'h58b90)) & ((~(4'd4 <=
-      filled)) | (s_remain_4 <= 23'h33e63)) & ((~(4'd5 <= filled)) | (s_remain_5 <= 23'h1c8fe)) &
-      ((~(4'd6 <= filled)) | (s_remain_6 <= 23'hf137)) & ((~(4'd7 <= filled)) | (s_remain_7 <=
-      23'h7c28)) & ((~(4'd8 <= filled)) | (s_remain_8 <= 23'h3f04)) & ((~(4'd9 <= filled)) |
-      (s_remain_9 <= 23'd8128)) & ((~(4'd10 <= filled)) | (s_remain_10 <= 23'd4079)) & ((~(4'd11 <=
-      filled)) | (s_remain_11 <= 23'd2043)) & ((~(4'd12 <= filled)) | (s_remain_12 <= 23'd1022))));
+  potamoi_assert #(.TAKES_X(1)) check_remainders_bounded (.clk(clk), .on(checking),
+      .good((s_remain_0 <= 23'h2c5c85) & ((~(4'd1 <= filled)) | (s_remain_1 <= 23'h162e42)) &
+      ((~(4'd2 <= filled)) | (s_remain_2 <= 23'hb1721)) & ((~(4'd3 <= filled)) | (s_remain_3 <=
+      23'h58b90)) & ((~(4'd4 <= filled)) | (s_remain_4 <= 23'h33e63)) & ((~(4'd5 <= filled)) |
+      (s_remain_5 <= 23'h1c8fe)) & ((~(4'd6 <= filled)) | (s_remain_6 <= 23'hf137)) & ((~(4'd7 <=
+      filled)) | (s_remain_7 <= 23'h7c28)) & ((~(4'd8 <= filled)) | (s_remain_8 <= 23'h3f04)) &
+      ((~(4'd9 <= filled)) | (s_remain_9 <= 23'd8128)) & ((~(4'd10 <= filled)) | (s_remain_10 <=
+      23'd4079)) & ((~(4'd11 <= filled)) | (s_remain_11 <= 23'd2043)) & ((~(4'd12 <= filled)) |
+      (s_remain_12 <= 23'd1022))));
 
   // All stages hold an operand.
   potamoi_cover check_fills (.clk(clk), .on(checking), .good(is_filled));

@@ -180,8 +180,12 @@ impl Printer<'_> {
                 }
             }
             let value = self.exprs.operand(check.node);
+            let takes_x = match module {
+                "potamoi_assert" if !self.module.has_reset() => "#(.TAKES_X(1)) ",
+                _ => "",
+            };
             let text = format!(
-                "{module} check_{} (.clk(clk), .on(checking), .good({value}));",
+                "{module} {takes_x}check_{} (.clk(clk), .on(checking), .good({value}));",
                 check.name
             );
             self.line(1, &text);

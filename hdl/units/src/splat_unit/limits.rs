@@ -79,17 +79,16 @@ impl Table {
     /// Reads the words of an opacity at the clock edge.
     pub(super) fn look_up(&self, m: &mut ModuleBuilder, now: Signal, opacity: Signal) -> Stored {
         let width = opacity.width();
-        // The first option whose bit is set, from the highest.
+        // The last one that is set counts.
         let mut place = m.lit(0, Ty::u(4));
-        let mut moved = opacity;
-        for bit in 0..width {
+        for bit in 1..width {
             let set = m.bit(opacity, bit);
             let own = m.lit(bit, Ty::u(4));
             place = m.mux(set, own, place);
-            let up = m.shl_const(opacity, width - 1 - bit);
-            moved = m.mux(set, up, moved);
         }
         let place = m.name(place, "leading_one");
+        let above = m.not(place);
+        let moved = m.shl(opacity, above);
         let index = m.slice(moved, width - 1 - INDEX, INDEX);
         let index = m.name(index, "after_leading_one");
         let read = |m: &mut ModuleBuilder, memory: Instance, address: Signal| {

@@ -13,6 +13,7 @@ mod drain;
 mod formats;
 mod limits;
 mod live;
+mod near;
 mod pixels;
 mod powers;
 mod root;

@@ -6,7 +6,8 @@ use potamoi_formats::record::MEAN;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::formats::{AT_ROW, MAGNITUDE, STEP, Widths};
-use super::rows::{INDEX, lowest, magnitude, moved, times};
+use super::near::times;
+use super::rows::{INDEX, lowest, magnitude, moved};
 
 /// Builds `splat_pixels`.
 ///

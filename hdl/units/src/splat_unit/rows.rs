@@ -3,77 +3,18 @@
 use std::sync::Arc;
 
 use potamoi_formats::fixed::Rounding;
-use potamoi_formats::record::{FACTOR, MEAN};
+use potamoi_formats::record::MEAN;
 use potamoi_netlist::{IrErrors, MemId, Module, ModuleBuilder, Signal, Ty};
 
 use super::formats::{
-    AT_ROW, COMPARE, ENTRIES, EXACT, MAGNITUDE, ROOT, SEARCH, SEARCH_LIMIT, START, STEP, Widths,
+    AT_ROW, COMPARE, ENTRIES, EXACT, MAGNITUDE, ROOT, SEARCH_LIMIT, START, STEP, Widths,
 };
+use super::near::{near, times, up_to};
 use super::root::{CLOCKS, root};
 use crate::circuits::{bits_for, is, plus_one};
 
 /// Bits of an entry's number while its pixels are in flight.
 pub(super) const INDEX: u32 = ENTRIES.ilog2();
-
-/// The places 0 to 15 of a form that are near enough: start value and step, with the fraction bits of
-/// the search, and the root of the limit. `drop` fraction bits more than those that are compared are
-/// taken off first.
-pub(super) fn near(
-    m: &mut ModuleBuilder,
-    start: Signal,
-    step: Signal,
-    root: Signal,
-    compare: u32,
-) -> Signal {
-    let width = start.width().max(step.width() + 4) + 1;
-    let start = m.extend(start, width);
-    let dropped = SEARCH - compare;
-    let kept = Ty::s(width - dropped);
-    let root = m.extend(root, kept.width);
-    let root = m.as_signed(root);
-    let slack = m.lit(2, kept);
-    let low = m.add(root, slack);
-    let low = m.neg(low);
-    let low = m.name(low, "lowest");
-    let mut places = vec![];
-    for place in 0..16u32 {
-        let far = multiple(m, step, place, width);
-        let at = m.add(start, far);
-        let at = m.slice(at, dropped, kept.width);
-        let at = m.as_signed(at);
-        let (above, below) = (m.ge(at, low), m.le(at, root));
-        places.push(m.and(above, below));
-    }
-    places.reverse();
-    m.cat(&places)
-}
-
-/// A constant multiple of a step.
-fn multiple(m: &mut ModuleBuilder, step: Signal, by: u32, width: u32) -> Signal {
-    let wide = m.extend(step, width);
-    let terms: Vec<Signal> = (0..4)
-        .filter(|bit| by >> bit & 1 == 1)
-        .map(|bit| m.shl_const(wide, bit))
-        .collect();
-    match terms[..] {
-        [] => m.lit(0, wide.ty()),
-        _ => crate::circuits::tree_sum(m, &terms),
-    }
-}
-
-/// A step times a place, 0 to 15.
-pub(super) fn times(m: &mut ModuleBuilder, step: Signal, place: Signal) -> Signal {
-    let wide = m.extend(step, STEP + 4);
-    let none = m.lit(0, wide.ty());
-    let terms: Vec<Signal> = (0..4)
-        .map(|bit| {
-            let set = m.bit(place, bit);
-            let moved = m.shl_const(wide, bit);
-            m.mux(set, moved, none)
-        })
-        .collect();
-    crate::circuits::tree_sum(m, &terms)
-}
 
 /// The lowest set bit of a mask of 16: its place, and the mask without it.
 pub(super) fn lowest(m: &mut ModuleBuilder, mask: Signal) -> (Signal, Signal) {
@@ -211,17 +152,20 @@ pub(super) fn rows(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let busy = m.reg("busy", bit, 0);
     let left = m.data_reg("rows_left", Ty::u(16));
     let (row, rest) = lowest(m, left);
+    let rest = m.name(rest, "rows_after");
     let row = m.name(row, "row");
     let last = m.any(rest);
     let last = m.not(last);
     let last = m.name(last, "last_row");
     let ends = m.all_of(&[busy, last, room]);
+    let ends = m.name(ends, "ends");
     let used = m.reg("entries_used", Ty::u(bits_for(ENTRIES)), 0);
     let full = is(m, used, ENTRIES);
     let not_full = m.not(full);
     let not_busy = m.not(busy);
     let free = m.or(not_busy, ends);
     let ready = m.and(free, not_full);
+    let ready = m.name(ready, "is_ready");
     let take = m.and(valid, ready);
     let take = m.name(take, "take");
     let index = m.reg("index", Ty::u(INDEX), 0);
@@ -296,15 +240,11 @@ pub(super) fn rows(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.section("Pixels of the span");
     let entry = entries.read(m, tag.index);
     let address = m.cat(&[entry.slot, tag.row]);
-    let masks: Vec<Signal> = (0..16).map(|x| m.lit((2u32 << x) - 1, Ty::u(16))).collect();
-    let columns = m.select(entry.last_x, &masks);
+    let columns = up_to(m, entry.last_x);
     let mask = m.and(live, columns);
-    let start = m.slice(p, EXACT - SEARCH, AT_ROW - EXACT + SEARCH);
-    let start = m.as_signed(start);
-    let coarse = FACTOR.frac_bits() - SEARCH;
-    let step = m.slice(entry.l11, coarse, STEP - coarse);
-    let step = m.as_signed(step);
-    let span = near(m, start, step, span_root, COMPARE);
+    let links = [("start", p), ("step", entry.l11), ("root", span_root)];
+    let span = m.instance("span", &near()?, &links);
+    let span = m.out(span, "near");
     let some = m.not(no_pixel);
     let some = m.repeat(some, 16);
     let mask = m.all_of(&[mask, span, some]);

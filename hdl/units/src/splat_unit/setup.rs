@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::record::{FACTOR, MEAN};
+use potamoi_formats::record::MEAN;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-use super::formats::{COMPARE, EXACT, SEARCH, START, STEP, Widths};
+use super::formats::{AT_ROW, START, STEP, Widths};
 use super::limits::{Limit, Table};
+use super::near::{near, up_to};
 use super::root::{self, root};
-use super::rows::near;
 use crate::circuits::{bits_for, is, plus_one};
 
 /// Factors times halves of offsets: three products of two halves.
@@ -75,11 +75,13 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let settling = m.reg("settling", bit, 0);
     let settled = m.reg("settled", Ty::u(bits_for(SETTLES)), 0);
     let at_end = is(m, phase, PHASES - 1);
+    let at_end = m.name(at_end, "last_phase");
     let not_settling = m.not(settling);
     let leaves = m.all_of(&[held, at_end, not_settling]);
     let leaves = m.name(leaves, "leaves");
     let not_held = m.not(held);
     let ready = m.or(not_held, leaves);
+    let ready = m.name(ready, "is_ready");
     let accept = m.and(valid, ready);
     let accept = m.name(accept, "accept");
     let more = m.or(accept, held);
@@ -89,6 +91,7 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.set_next(held, next_held);
     let not_end = m.not(at_end);
     let counts = m.and(held, not_end);
+    let counts = m.name(counts, "counts_on");
     let zero = m.lit(0, phase.ty());
     let more = plus_one(m, phase);
     let more = m.mux(counts, more, phase);
@@ -117,8 +120,10 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
         halves.push(m.as_signed(high));
     }
     let half = m.select(phase, &halves);
+    let half = m.name(half, "next_half");
     let [l11, l21, l22] = fields.factor;
     let factor = m.select(phase, &[l11, l11, l21, l21, l22, l22]);
+    let factor = m.name(factor, "next_factor");
     let half_reg = m.data_reg("half", half.ty());
     m.set_next(half_reg, half);
     let factor_reg = m.data_reg("factor", factor.ty());
@@ -142,6 +147,7 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let high = m.shl_const(low, HALF);
     let is_high = m.bit(phase_2, 0);
     let term = m.mux(is_high, high, low);
+    let term = m.name(term, "term");
     let accumulate = |m: &mut ModuleBuilder, name: &str, first: u32, last: u32| {
         let register = m.data_reg(name, sum);
         let begins = is(m, phase_2, first);
@@ -163,6 +169,7 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let q = accumulate(m, "q_sum", 4, PHASES - 1);
     let begins = is(m, phase, 0);
     let begins = m.and(held, begins);
+    let begins = m.name(begins, "looks_up");
     let stored = table.look_up(m, begins, fields.opacity);
 
     m.section("Entry that settles");
@@ -182,8 +189,10 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.connect(limit_root, "advance", always);
     let limit_root = m.out(limit_root, "root");
     let is_settled = is(m, settled, SETTLES);
+    let is_settled = m.name(is_settled, "is_settled");
     // The sums are whole here, before those of the next entry begin.
     let are_whole = is(m, settled, SUMMED);
+    let are_whole = m.name(are_whole, "sums_are_whole");
     let start = p_and_q(m, [p, q]);
     let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| {
         let register = m.data_reg(name, value.ty());
@@ -193,13 +202,17 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let values = [0, 1].map(|i| hold(m, ["p_first", "q_first"][i], start.values[i]));
     let is_far = hold(m, "is_too_far", start.is_far);
     let start = Start { values, is_far };
-    let rows = rows_near(m, start.values[1], factors[2], limit_root);
+    let first = m.extend(start.values[1], AT_ROW);
+    let links = [("start", first), ("step", factors[2]), ("root", limit_root)];
+    let rows = m.instance("rows_near", &near()?, &links);
+    let rows = m.out(rows, "near");
     let in_tile = up_to(m, last[1]);
     let rows = m.all_of(&[rows, in_tile, alive]);
     let rows = m.name(rows, "rows_found");
     let some = m.any(rows);
     let is_near = m.not(start.is_far);
     let needed = m.all_of(&[some, found.counts, is_near]);
+    let needed = m.name(needed, "is_needed");
     let offered = m.all_of(&[settling, is_settled, needed]);
     let offered = m.name(offered, "offered");
     let dropped = m.not(needed);
@@ -249,14 +262,6 @@ fn offset(m: &mut ModuleBuilder, tile: Signal, centred: Signal, mean: Signal) ->
     m.sub(corner, mean)
 }
 
-/// Rows 0 up to a row, as a mask.
-fn up_to(m: &mut ModuleBuilder, last: Signal) -> Signal {
-    let masks: Vec<Signal> = (0..16)
-        .map(|row| m.lit((2u32 << row) - 1, Ty::u(16)))
-        .collect();
-    m.select(last, &masks)
-}
-
 /// Start values.
 struct Start {
     values: [Signal; 2],
@@ -280,17 +285,4 @@ fn p_and_q(m: &mut ModuleBuilder, sums: [Signal; 2]) -> Start {
         values,
         is_far: m.name(is_far, "far"),
     }
-}
-
-/// The rows whose q is near enough.
-fn rows_near(m: &mut ModuleBuilder, q: Signal, l22: Signal, limit_root: Signal) -> Signal {
-    let start = m.slice(q, EXACT - SEARCH, START - EXACT + SEARCH);
-    let start = m.as_signed(start);
-    let step = m.slice(
-        l22,
-        FACTOR.frac_bits() - SEARCH,
-        STEP - FACTOR.frac_bits() + SEARCH,
-    );
-    let step = m.as_signed(step);
-    near(m, start, step, limit_root, COMPARE)
 }
