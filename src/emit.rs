@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use potamoi_analysis::{Hardware, LeftOut};
 use potamoi_base::file_set;
 use potamoi_base::outputs as files;
-use potamoi_formats::config::{Config, Organisation};
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_rtl::bench;
 use potamoi_scene::Scene;
@@ -81,11 +81,7 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
     }
     refuse_own_configuration(common, args)?;
     if args.unit == EmitUnit::Su && asked.su.is_none() {
-        return Err(Failure::Usage(
-            "--unit su: the configuration has no splat unit: add a table [su], for instance \
-             [su] lanes = 1 tiles = 16, with vu.exp.pipelined = true"
-                .to_owned(),
-        ));
+        return Err(Failure::Usage(format!("--unit su: {NO_SPLAT_UNIT}")));
     }
     let hardware = match &args.for_scene {
         Some(name) => {

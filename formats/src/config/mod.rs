@@ -28,7 +28,7 @@ pub use gu::{
     WeightTrust,
 };
 pub use overlay::{Layer, overlay};
-pub use su::SuConfig;
+pub use su::{NO_SPLAT_UNIT, SuConfig};
 pub use vu::VuConfig;
 
 /// The paper's sizes, the default of every command.

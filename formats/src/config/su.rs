@@ -13,6 +13,10 @@ pub struct SuConfig {
     pub tiles: u32,
 }
 
+/// What to do where a configuration has no splat unit.
+pub const NO_SPLAT_UNIT: &str = "the configuration has no splat unit: add a table [su] with lanes and \
+     tiles, for instance [su] lanes = 1 tiles = 16, and [vu.exp] pipelined = true";
+
 impl Default for SuConfig {
     fn default() -> Self {
         Self {

@@ -11,6 +11,7 @@
 
 mod drain;
 mod formats;
+mod inputs;
 mod limits;
 mod live;
 mod near;
