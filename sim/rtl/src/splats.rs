@@ -1,8 +1,11 @@
 //! Drives the splat unit on any engine.
 
+use std::sync::Arc;
+
 use potamoi_cycles::splat_unit::{SplatBeat, SplatCounters, SplatModel, SplatPixel};
 use potamoi_cycles::{Plan, Stalls};
 use potamoi_formats::config::{Config, SuConfig};
+use potamoi_netlist::Module;
 use potamoi_reference::splat_unit::{SplatEntry, SplatSettings, TILE_PIXELS};
 use potamoi_units::splat_unit::splat_unit;
 
@@ -38,8 +41,21 @@ impl SplatUnit {
     /// # Errors
     /// A missing or failing tool.
     pub fn on(engine: EngineKind, config: &Config, su: &SuConfig) -> Result<Self, RtlError> {
+        Self::of_module(engine, config, su, &splat_unit(config, su)?)
+    }
+
+    /// A unit from another netlist with the same ports, such as a faulty one.
+    ///
+    /// # Errors
+    /// As [`SplatUnit::on`].
+    pub fn of_module(
+        engine: EngineKind,
+        config: &Config,
+        su: &SuConfig,
+        module: &Arc<Module>,
+    ) -> Result<Self, RtlError> {
         Ok(Self {
-            runner: Runner::new(engine, &splat_unit(config, su)?)?,
+            runner: Runner::new(engine, module)?,
             config: config.clone(),
             su: su.clone(),
         })

@@ -1,13 +1,17 @@
 //! The splat unit against its twin, bit by bit.
 
+use std::sync::Arc;
+
 use potamoi_cycles::splat_unit::SplatPixel;
 use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::{Config, SuConfig};
 use potamoi_formats::record::SplatRecord;
+use potamoi_netlist::{Change, Fault, Module};
 use potamoi_reference::splat_unit::{
     ReferenceSplatUnit, SplatEntry, SplatSettings, SplatUnitCounts, Thresholds,
 };
 use potamoi_rtl::{EngineKind, SplatRun, SplatUnit};
+use potamoi_units::splat_unit::splat_unit;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -82,8 +86,13 @@ fn expected(
     (jobs.iter().map(of).collect(), counts)
 }
 
-fn check(config: &Config, su: &SuConfig, jobs: &[Vec<SplatEntry>], stalls: Stalls) -> SplatRun {
-    let unit = SplatUnit::on(EngineKind::Verilator, config, su).unwrap();
+fn check(
+    engine: EngineKind,
+    (config, su): (&Config, &SuConfig),
+    jobs: &[Vec<SplatEntry>],
+    stalls: Stalls,
+) -> SplatRun {
+    let unit = SplatUnit::on(engine, config, su).unwrap();
     let own: Vec<&[SplatEntry]> = jobs.iter().map(Vec::as_slice).collect();
     let last = su.tiles as u16 - 1;
     let found = unit.check(&own, last, &SETTINGS, &stalls, 1).unwrap();
@@ -104,6 +113,18 @@ fn config(preset: &str) -> Config {
     Config::preset(preset).unwrap()
 }
 
+fn stalls() -> Stalls {
+    let some = StreamStalls {
+        per_mille: 400,
+        burst: 3,
+    };
+    Stalls {
+        rit: some,
+        sink: some,
+        ..Stalls::NONE
+    }
+}
+
 #[test]
 fn random_records_are_composited_bit_by_bit() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
@@ -112,16 +133,87 @@ fn random_records_are_composited_bit_by_bit() {
         let jobs: Vec<_> = [400, 0, 1, 60]
             .map(|count| entries(&mut random, tiles as u16, count))
             .to_vec();
-        check(&config(preset), &su, &jobs, Stalls::NONE);
-        let some = StreamStalls {
-            per_mille: 400,
-            burst: 3,
+        check(
+            EngineKind::Verilator,
+            (&config(preset), &su),
+            &jobs,
+            Stalls::NONE,
+        );
+        check(
+            EngineKind::Verilator,
+            (&config(preset), &su),
+            &jobs,
+            stalls(),
+        );
+    }
+}
+
+const SMALL: SuConfig = SuConfig { lanes: 3, tiles: 2 };
+
+/// Every engine has the pixels of the reference unit and the cycles of the cycle model.
+#[test]
+fn the_engines_agree_on_the_splat_unit() {
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let jobs = [14, 3].map(|count| entries(&mut random, 2, count));
+    let runs = [
+        EngineKind::Verilator,
+        EngineKind::Interpreter,
+        EngineKind::Icarus,
+    ]
+    .map(|engine| check(engine, (&config("small"), &SMALL), &jobs, stalls()));
+    assert_eq!(runs[0], runs[1]);
+    assert_eq!(runs[0], runs[2]);
+}
+
+/// A fault in a register of each part shows in a pixel, a handshake or a counter.
+#[test]
+fn faults_in_the_splat_unit_are_found() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    let jobs = [16, 6].map(|count| entries(&mut random, 2, count));
+    let jobs: Vec<&[SplatEntry]> = jobs.iter().map(Vec::as_slice).collect();
+    let config = config("small");
+    let unit = splat_unit(&config, &SMALL).unwrap();
+    let run = |module: &Arc<Module>| {
+        let own = SplatUnit::of_module(EngineKind::Interpreter, &config, &SMALL, module);
+        own.unwrap().check(&jobs, 1, &SETTINGS, &stalls(), 4)
+    };
+    run(&unit).unwrap();
+    for (module, register, bit) in [
+        ("splat_setup", "phase", 1),
+        ("splat_setup", "fresh_1", 0),
+        ("splat_setup", "p_sum", 40),
+        ("splat_setup", "limit", 9),
+        ("splat_setup", "settled", 0),
+        ("splat_rows", "rows_left", 3),
+        ("splat_rows", "entries_used", 0),
+        ("splat_rows", "p_1", 44),
+        ("splat_rows", "square_3", 11),
+        ("splat_rows", "index_7", 0),
+        ("splat_root", "root_4", 5),
+        ("splat_unit", "rows_held", 0),
+        ("splat_row_fifo", "write_pointer", 0),
+        ("splat_pixels", "left", 4),
+        ("splat_pixels", "q_square", 30),
+        ("splat_pixels", "power", 7),
+        ("splat_pixels", "info", 5),
+        ("splat_powers", "count", 0),
+        ("splat_powers", "infos", 2),
+        ("splat_powers", "in_flight", 0),
+        ("splat_tiles", "lane", 0),
+        ("splat_tiles", "alpha_2", 9),
+        ("splat_tiles", "product_4", 33),
+        ("splat_tiles", "pixel_4", 2),
+        ("splat_tiles", "added", 17),
+        ("splat_tiles", "drain_at", 6),
+        ("splat_unit", "ending", 0),
+        ("splat_unit", "job_open", 0),
+    ] {
+        let fault = Fault {
+            module: module.to_owned(),
+            register: register.to_owned(),
+            change: Change::Invert(bit),
         };
-        let stalls = Stalls {
-            rit: some,
-            sink: some,
-            ..Stalls::NONE
-        };
-        check(&config(preset), &su, &jobs, stalls);
+        let found = run(&fault.inject(&unit).unwrap());
+        assert!(found.is_err(), "{module}.{register}[{bit}]; again: {AGAIN}");
     }
 }

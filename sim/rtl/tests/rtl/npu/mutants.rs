@@ -26,15 +26,15 @@ const MUTANTS: &[[&str; 5]] = &[
     [
         "segments of the table not counted",
         "potamoi_npu_ext.v",
-        "s_axis_rit_tuser ? 7'd1 : cfg_segments",
-        "7'd1",
+        "s_axis_rit_tuser ? 7'd1 : cfg_segments)",
+        "7'd1)",
         "FAIL",
     ],
     [
         "tuser not counted",
         "potamoi_npu_ext.v",
-        "s_axis_rit_tuser ? 7'd1 : cfg_segments",
-        "cfg_segments",
+        "s_axis_rit_tuser ? 7'd1 : cfg_segments)",
+        "cfg_segments)",
         "FAIL",
     ],
     [
