@@ -211,7 +211,7 @@ fn totals(own: &UnitEstimate) {
             100.0 * estimate.work.busy,
             estimate.work.channels
         ),
-        UnitKind::Vector | UnitKind::ArrayMac => {
+        UnitKind::Vector | UnitKind::ArrayMac | UnitKind::Splat => {
             format!("busy {:.1} % of cycles", 100.0 * estimate.work.busy)
         }
     };

@@ -3,6 +3,7 @@
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
 use potamoi_explore::characterisation::{Characterisation, PaperMotivation};
+use potamoi_explore::splat_unit_run::SplatUnitRun;
 use potamoi_march::tiling::Halo;
 use potamoi_scene::characterise::{SplatPairs, Stages, Traffic};
 
@@ -129,6 +130,9 @@ pub(super) fn print(found: &Characterisation) {
     if let Some(pairs) = &found.pairs {
         pixel_pairs(pairs);
     }
+    if let Some(run) = &found.splat_unit {
+        splat_unit(run);
+    }
     streams(found);
 }
 
@@ -170,6 +174,22 @@ fn pixel_pairs(pairs: &SplatPairs) {
         table.add_row([what, &count.to_string(), &share.unwrap_or_default()]);
     }
     say!("{table}");
+}
+
+/// The frame on the splat unit.
+fn splat_unit(run: &SplatUnitRun) {
+    let own = &run.counters;
+    let counted = (own.drawn + own.stopped).max(1) as f64;
+    say!(
+        "splat unit, {} lanes, {} tiles in flight, streams without pauses (cycle model): {} cycles, {:.2} lane clocks \
+         for each pair that draws or stops a pixel, {:.3} square sums and {:.3} exponentials",
+        run.lanes,
+        run.tiles,
+        run.cycles,
+        run.lane_clocks_a_counted_pair,
+        own.square_sums as f64 / counted,
+        own.exponentials as f64 / counted
+    );
 }
 
 fn stored(paper: &PaperMotivation) -> String {

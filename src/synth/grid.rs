@@ -22,7 +22,7 @@ pub(super) fn run(
         let why = format!("{option} estimates power: name a scene instead of --activity none");
         return Err(Failure::Usage(why));
     }
-    let activity = args.power.activity();
+    let activity = args.power.activity(args.unit)?;
     let bar = progress::bar(0, "steps");
     let of = (args.node, &activity);
     let grid = synthesise_grid(points, args.jobs.into(), of, flow, path, &Shown(&bar));

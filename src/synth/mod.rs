@@ -12,7 +12,7 @@ use potamoi_base::outputs as files;
 use potamoi_explore::synthesis::{
     Activity, ActivityScenes, Flow, compare_variants, in_parallel, missed_clock, without_memories,
 };
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
 use potamoi_synth::grid::{design, forms};
 use potamoi_synth::{
     Cacti, Library, Memories, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport,
@@ -88,7 +88,9 @@ pub(crate) enum Units {
     Vu,
     /// A multiply-accumulate unit of the array, the same in every configuration
     Mac,
-    /// Both units and the one of the array
+    /// The splat unit, of a configuration with a table [su]; without power
+    Su,
+    /// The gathering and the vector unit, and the one of the array
     All,
 }
 
@@ -107,6 +109,11 @@ impl Units {
                  mac synthesises it"
                     .to_owned(),
             )),
+            Self::Su => Err(Failure::Usage(
+                "--unit su: no formulas and no placement of the splat unit; potamoi synth --unit su \
+                 synthesises it"
+                    .to_owned(),
+            )),
             Self::All => Ok(&[UnitKind::Gathering, UnitKind::Vector]),
             Self::Gu | Self::Vu => Ok(self.kinds()),
         }
@@ -117,6 +124,7 @@ impl Units {
             Self::Gu => &[UnitKind::Gathering],
             Self::Vu => &[UnitKind::Vector],
             Self::Mac => &[UnitKind::ArrayMac],
+            Self::Su => &[UnitKind::Splat],
             Self::All => &UnitKind::ALL,
         }
     }
@@ -134,7 +142,10 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     let expected = args.compare.as_deref().map(read_report).transpose()?;
     let path = args.liberty.clone().map_or_else(default_library, Ok)?;
     let library = Library::read(&path)?;
-    let activity = args.power.activity();
+    let activity = args.power.activity(args.unit)?;
+    if matches!(args.unit, Units::Su) && config.su.is_none() {
+        return Err(Failure::Usage(format!("--unit su: {NO_SPLAT_UNIT}")));
+    }
     let scenes = ActivityScenes::open(&activity, args.unit.kinds())?;
     scenes.scenes().for_each(crate::scene::note);
     let tools = Tools::find()?;

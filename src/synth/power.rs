@@ -4,6 +4,8 @@ use clap::Args;
 use potamoi_explore::synthesis::{Activity, ActivityScene};
 use potamoi_synth::{Power, PowerReport};
 
+use super::Units;
+use crate::failure::Failure;
 use crate::stdout::say;
 use crate::tables;
 
@@ -28,15 +30,29 @@ impl PowerArgs {
     }
 
     /// What power is estimated from.
-    pub(super) fn activity(&self) -> Activity {
-        Activity {
+    ///
+    /// # Errors
+    /// A scene for units of which no work is recorded.
+    pub(super) fn activity(&self, units: Units) -> Result<Activity, Failure> {
+        let has_work = !matches!(units, Units::Su);
+        if let Some(name) = self
+            .activity
+            .as_deref()
+            .filter(|own| !has_work && *own != NONE)
+        {
+            return Err(Failure::Usage(format!(
+                "--activity {name}: no work of the splat unit is recorded; leave it out with --unit su"
+            )));
+        }
+        Ok(Activity {
             scene: match self.activity.as_deref() {
+                None if !has_work => ActivityScene::None,
                 None => ActivityScene::Default,
                 Some(NONE) => ActivityScene::None,
                 Some(name) => ActivityScene::Named(name.to_owned()),
             },
             whole: self.whole,
-        }
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use potamoi_scene::characterise::{
 use serde::Serialize;
 
 use crate::ExploreError;
+use crate::splat_unit_run::{SplatUnitRun, splat_unit_run};
 
 /// Bytes of the buffer in the paper's figures.
 const BUFFER: u32 = 2 << 20;
@@ -50,6 +51,9 @@ pub struct Characterisation {
     /// Pairs of pixel and Gaussian, and how many of them count; splats only, where the configuration's
     /// exponential allows for it.
     pub pairs: Option<SplatPairs>,
+    /// The frame on the splat unit, by its cycle model; where the configuration has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splat_unit: Option<SplatUnitRun>,
     /// Items that the model's file does not determine.
     pub not_checked: Vec<String>,
 }
@@ -177,6 +181,7 @@ impl Characterisation {
             merging: merging(scene, config.mvoxel.rows),
             traffic: counted.traffic,
             pairs: counted.pairs,
+            splat_unit: splat_unit_run(scene, config)?,
             not_checked: scene.left_open(),
             tables: counted.accesses.tables,
         })

@@ -53,6 +53,7 @@ pub mod organisations;
 mod progress;
 pub mod rendering;
 mod setup;
+pub mod splat_unit_run;
 pub mod synthesis;
 pub mod system;
 pub mod verification;

@@ -101,7 +101,7 @@ impl Variant {
             return Config::from_toml(text, self.name);
         }
         let text = match self.unit {
-            UnitKind::Gathering | UnitKind::ArrayMac => self.text.to_owned(),
+            UnitKind::Gathering | UnitKind::ArrayMac | UnitKind::Splat => self.text.to_owned(),
             UnitKind::Vector => format!("[vu]\nops = [\"exp\"]\n[vu.exp]\n{}", self.text),
         };
         Config::from_toml(&text, self.name)

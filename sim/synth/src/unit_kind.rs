@@ -4,10 +4,11 @@ use std::fmt;
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
-use potamoi_formats::units::{ARRAY_MAC, GATHERING_UNIT, VECTOR_UNIT};
+use potamoi_formats::units::{ARRAY_MAC, GATHERING_UNIT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_netlist::{IrErrors, Module};
 use potamoi_units::array_mac::array_mac;
 use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::splat_unit::splat_unit;
 use potamoi_units::vector_unit::vector_unit;
 
 /// A unit that can be synthesised.
@@ -19,10 +20,12 @@ pub enum UnitKind {
     Vector,
     /// A multiply-accumulate unit of the array; the same in every configuration.
     ArrayMac,
+    /// The splat unit, of a configuration with one.
+    Splat,
 }
 
 impl UnitKind {
-    /// All units.
+    /// The units of every configuration.
     pub const ALL: [Self; 3] = [Self::Gathering, Self::Vector, Self::ArrayMac];
 
     /// Its top module.
@@ -32,6 +35,7 @@ impl UnitKind {
             Self::Gathering => GATHERING_UNIT,
             Self::Vector => VECTOR_UNIT,
             Self::ArrayMac => ARRAY_MAC,
+            Self::Splat => SPLAT_UNIT,
         }
     }
 
@@ -41,6 +45,7 @@ impl UnitKind {
             Self::Gathering => gathering_unit(config)?,
             Self::Vector => vector_unit(config)?,
             Self::ArrayMac => array_mac()?,
+            Self::Splat => splat_unit(config, &config.su.clone().unwrap_or_default())?,
         };
         Ok(Arc::new(module.without_reset_gates()))
     }

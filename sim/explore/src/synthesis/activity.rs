@@ -103,7 +103,7 @@ impl Activity {
     fn scene(&self, unit: UnitKind) -> Option<&str> {
         let default = match unit {
             UnitKind::Gathering | UnitKind::ArrayMac => SCENES[0],
-            UnitKind::Vector => SCENES[1],
+            UnitKind::Vector | UnitKind::Splat => SCENES[1],
         };
         match &self.scene {
             ActivityScene::Default => Some(default),

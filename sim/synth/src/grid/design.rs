@@ -77,7 +77,7 @@ impl Family {
             UnitKind::Gathering => Some(Self::Gathering),
             UnitKind::Vector if config.vu.exp.pipelined => Some(Self::VectorPipelined),
             UnitKind::Vector => Some(Self::Vector),
-            UnitKind::ArrayMac => None,
+            UnitKind::ArrayMac | UnitKind::Splat => None,
         }
     }
 
@@ -354,8 +354,11 @@ pub(crate) fn is_exponential(config: &Config) -> bool {
 /// Whether a field of a configuration affects a unit.
 fn matters(field: &str, unit: UnitKind) -> bool {
     match unit {
-        UnitKind::Gathering => !field.starts_with("vu.") && field != "clock_mhz",
+        UnitKind::Gathering => {
+            !["vu.", "su."].iter().any(|begin| field.starts_with(begin)) && field != "clock_mhz"
+        }
         UnitKind::Vector => field.starts_with("vu."),
+        UnitKind::Splat => field.starts_with("su.") || field.starts_with("vu.exp."),
         UnitKind::ArrayMac => false,
     }
 }

@@ -153,7 +153,7 @@ impl<'a> Order<'a> {
         match self.unit {
             UnitKind::Gathering => self.config.gu.banks,
             UnitKind::Vector => self.config.vu.lanes,
-            UnitKind::ArrayMac => 1,
+            UnitKind::ArrayMac | UnitKind::Splat => 1,
         }
     }
 
@@ -210,7 +210,7 @@ impl<'a> Order<'a> {
         match self.unit {
             UnitKind::Gathering => config.gu.banks = size,
             UnitKind::Vector => config.vu.lanes = size,
-            UnitKind::ArrayMac => {}
+            UnitKind::ArrayMac | UnitKind::Splat => {}
         }
         config
     }

@@ -124,7 +124,7 @@ impl Order<'_> {
         let name = match self.unit {
             UnitKind::Gathering => "bank",
             UnitKind::Vector => "lane",
-            UnitKind::ArrayMac => "unit",
+            UnitKind::ArrayMac | UnitKind::Splat => "unit",
         };
         let s = if size == 1 { "" } else { "s" };
         format!("{size} {name}{s}")
@@ -135,6 +135,7 @@ impl Order<'_> {
             UnitKind::Gathering => "sample",
             UnitKind::Vector => "exponential",
             UnitKind::ArrayMac => "product",
+            UnitKind::Splat => "pair",
         }
     }
 }

@@ -154,7 +154,7 @@ impl Periods<'_> {
         let beside = self.known.fit.slowest_ps(unit).zip(factors);
         let slower = match unit {
             UnitKind::Gathering => self.slower_by_memories(config).0,
-            UnitKind::Vector | UnitKind::ArrayMac => 1.0,
+            UnitKind::Vector | UnitKind::ArrayMac | UnitKind::Splat => 1.0,
         };
         let beside = beside.map(|(ps, factors)| ps * factors.delay * slower);
         let ps = reported.chain(beside).reduce(f64::max).ok_or(&why)?;
@@ -187,7 +187,7 @@ impl Periods<'_> {
         let estimate = estimate.map_err(|error| error.to_string())?;
         let (slower, beside) = match unit {
             UnitKind::Gathering => self.slower_by_memories(config),
-            UnitKind::Vector | UnitKind::ArrayMac => (1.0, String::new()),
+            UnitKind::Vector | UnitKind::ArrayMac | UnitKind::Splat => (1.0, String::new()),
         };
         let ps = estimate.period_ps * factors.delay * slower;
         let Ok(family) = fit.family(config, unit) else {
