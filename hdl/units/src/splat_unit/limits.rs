@@ -33,6 +33,8 @@ pub(super) struct Limit {
     pub(super) limit: Signal,
     /// The same with the fraction bits of the search.
     pub(super) search: Signal,
+    /// The same of the entry that is multiplied.
+    pub(super) early: Signal,
     /// Whether any power counts.
     pub(super) counts: Signal,
 }
@@ -116,27 +118,31 @@ impl Limit {
         let less = m.sub(stored.base, stored.less);
         let none = m.lit(0, less.ty());
         let next = m.mux(below, none, less);
+        // Known clocks before the entry leaves, so that its root is found meanwhile.
+        let early = m.data_reg("limit_early", next.ty());
+        m.set_next(early, next);
         let limit = m.data_reg("limit", next.ty());
-        m.set_next_if(limit, enable, next);
+        m.set_next_if(limit, enable, early);
         let counts = m.data_reg("counts", Ty::bit());
         m.set_next_if(counts, enable, stored.counts);
-        // 2 limit, of which the bits below the search's fraction are dropped.
-        let dropped = w.power_fraction - 2 * COMPARE;
-        let search = match dropped {
-            0 => m.shl_const(limit, 1),
-            _ => {
-                let bits = w.power - (dropped - 1);
-                m.slice(limit, dropped - 1, bits)
-            }
-        };
-        let search = match search.width() {
-            narrow if narrow < SEARCH_LIMIT => m.extend(search, SEARCH_LIMIT),
-            _ => m.slice(search, 0, SEARCH_LIMIT),
-        };
         Self {
             limit,
-            search,
+            search: search_of(m, w, limit),
+            early: search_of(m, w, early),
             counts,
         }
+    }
+}
+
+/// Twice a limit with the fraction bits of the search; those below are dropped.
+fn search_of(m: &mut ModuleBuilder, w: &Widths, limit: Signal) -> Signal {
+    let dropped = w.power_fraction - 2 * COMPARE;
+    let search = match dropped {
+        0 => m.shl_const(limit, 1),
+        _ => m.slice(limit, dropped - 1, w.power - (dropped - 1)),
+    };
+    match search.width() {
+        narrow if narrow < SEARCH_LIMIT => m.extend(search, SEARCH_LIMIT),
+        _ => m.slice(search, 0, SEARCH_LIMIT),
     }
 }

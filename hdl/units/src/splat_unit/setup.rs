@@ -13,8 +13,11 @@ use crate::circuits::{bits_for, is, plus_one};
 
 /// Factors times halves of offsets: three products of two halves.
 const PHASES: u32 = 6;
-/// Clocks from the limit to its root, and to the start values.
-const SETTLES: u32 = root::CLOCKS;
+/// Clocks after which the rows in reach are found: the start values are there, and the limit's root,
+/// which is begun in the last clock of the products.
+const SEARCHED: u32 = root::CLOCKS - 1;
+/// Clocks after which the entry is offered.
+const SETTLES: u32 = SEARCHED + 1;
 /// Clocks after which the sums of products are whole.
 const SUMMED: u32 = 2;
 /// Bits of an offset from the mean.
@@ -184,7 +187,7 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let colour = keep(m, "colour", fields.colour);
     let last = [0, 1].map(|i| keep(m, ["last_column", "last_row"][i], first_last[i]));
     let found = Limit::kept(m, w, stored, leaves);
-    let limit_root = m.instance("limit_root", &root()?, &[("square", found.search)]);
+    let limit_root = m.instance("limit_root", &root()?, &[("square", found.early)]);
     let always = m.lit(1, bit);
     m.connect(limit_root, "advance", always);
     let limit_root = m.out(limit_root, "root");
@@ -206,6 +209,10 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let links = [("start", first), ("step", factors[2]), ("root", limit_root)];
     let rows = m.instance("rows_near", &near()?, &links);
     let rows = m.out(rows, "near");
+    let are_found = is(m, settled, SEARCHED);
+    let register = m.data_reg("rows_in_reach", rows.ty());
+    m.set_next_if(register, are_found, rows);
+    let rows = register;
     let in_tile = up_to(m, last[1]);
     let rows = m.all_of(&[rows, in_tile, alive]);
     let rows = m.name(rows, "rows_found");

@@ -11,7 +11,7 @@ const PHASES: u32 = 6;
 /// Clocks from the last product to the rows.
 const SETTLES: u32 = 4;
 /// Stages from a row to its span.
-const STAGES: usize = 7;
+const STAGES: usize = 8;
 /// Records whose pixels are in flight before the exponential.
 const ENTRIES: usize = 8;
 /// Rows that wait for their pixels.
