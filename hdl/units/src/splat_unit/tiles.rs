@@ -2,12 +2,15 @@
 //!
 //! | stage | computes |
 //! |---|---|
+//! | 0 | a lane's exponential, with its opacity, pixel and colour |
 //! | 1 | opacity times exponential |
-//! | 2 | alpha; the transmittance is read, unless an earlier pair of the pixel is in stage 3 or 4 |
-//! | 3 | `T (65536 - alpha)` |
-//! | 4 | the stop test; the new transmittance is written; the pixel's live bit |
-//! | 5 | `T - T'` times the colour; the sums are read |
-//! | 6 | the sums are written |
+//! | 2 | alpha; the transmittance is read, unless an earlier pair of the pixel is in stages 3 to 5 |
+//! | 3 | the transmittance comes |
+//! | 4 | `T (65536 - alpha)` |
+//! | 5 | the stop test; the new transmittance is written; the pixel's live bit |
+//! | 6 | `T - T'` times the colour; the sums are read |
+//! | 7 | the sums come |
+//! | 8 | the sums are written |
 
 use std::sync::Arc;
 
@@ -94,12 +97,13 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let drain = Drain::build(m, w, drains, sink, last_slot);
 
     m.section("Pairs in stages");
-    let [one, two, three, four, five] = [1, 2, 3, 4, 5].map(|i| Pair::declare(m, w, i));
-    let busy_pixel = [three, four].map(|later| {
+    let stages = [0, 1, 2, 3, 4, 5, 6].map(|i| Pair::declare(m, w, i));
+    let [zero, one, two, three, four, five, six] = stages;
+    let busy_pixel = [three, four, five].map(|later| {
         let same = m.eq(two.pixel, later.pixel);
         m.and(later.valid, same)
     });
-    let waits = m.or(busy_pixel[0], busy_pixel[1]);
+    let waits = m.any_of(&busy_pixel);
     let waits = m.and(two.valid, waits);
     let waits = m.name(waits, "waits");
     let moves = m.not(waits);
@@ -134,7 +138,10 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
         pixel: m.slice(info, 0, w.pixel()),
         colour: m.slice(info, w.pixel(), 48),
     };
-    one.take(m, pair, pair.valid, moves);
+    zero.take(m, pair, pair.valid, moves);
+    let opacity = moved(m, "opacity_0", opacity, moves);
+    let result = moved(m, "result_0", result, moves);
+    one.take(m, zero, zero.valid, moves);
     let product = m.mul(opacity, result);
     let product = moved(m, "product_1", product, moves);
 
@@ -155,22 +162,25 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     three.take(m, two, reads, always);
     let alpha = moved(m, "alpha_3", alpha, always);
     let word = m.out(transmittance, "rdata");
+    four.take(m, three, three.valid, always);
+    let alpha = moved(m, "alpha_4", alpha, always);
+    let word = moved(m, "word_4", word, always);
     let has_stopped = m.bit(word, TRANSMITTANCE);
     let before = m.slice(word, 0, TRANSMITTANCE);
     let before = m.name(before, "earlier");
     let is_live = m.not(has_stopped);
-    let goes_on = m.and(three.valid, is_live);
+    let goes_on = m.and(four.valid, is_live);
     let whole = m.lit(FULL, Ty::u(ALPHA));
     let rest = m.sub(whole, alpha);
     let product = m.mul(before, rest);
-    four.take(m, three, goes_on, always);
-    let before = moved(m, "before_4", before, always);
-    let product = moved(m, "product_4", product, always);
+    five.take(m, four, goes_on, always);
+    let before = moved(m, "before_5", before, always);
+    let product = moved(m, "product_5", product, always);
     let below = m.lt(product, stop);
-    let stops = m.and(four.valid, below);
+    let stops = m.and(five.valid, below);
     let stops = m.name(stops, "stops");
     let goes_on = m.not(below);
-    let draws = m.and(four.valid, goes_on);
+    let draws = m.and(five.valid, goes_on);
     let draws = m.name(draws, "draws");
     let after = m.round(product, 16, Rounding::HalfUp);
     let after = m.slice(after, 0, TRANSMITTANCE);
@@ -180,39 +190,47 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let port = Port {
         reads,
         read_at: two.pixel,
-        writes: four.valid,
-        write_at: four.pixel,
+        writes: five.valid,
+        write_at: five.pixel,
         word: state,
     };
     drain.connect(m, transmittance, &port, 1 << (TRANSMITTANCE - 1));
 
     m.section("Live pixels");
-    let shown = live(m, w, &drain, [stops, four.pixel], [row, tile]);
+    let shown = live(m, w, &drain, [stops, five.pixel], [row, tile]);
 
     m.section("Colour");
-    five.take(m, four, draws, always);
-    let weight = moved(m, "weight_5", weight, always);
+    six.take(m, five, draws, always);
+    let weight = moved(m, "weight_6", weight, always);
     let channels = [2, 1, 0];
     let added = channels.map(|i| {
-        let channel = m.slice(five.colour, 16 * i, 16);
+        let channel = m.slice(six.colour, 16 * i, 16);
         let product = m.mul(weight, channel);
         m.slice(product, 0, COLOUR_SUM)
     });
     let added = m.cat(&added);
+    let added = moved(m, "added_7", added, always);
     let added = moved(m, "added", added, always);
-    let sixth = m.reg("valid_6", bit, 0);
-    m.set_next(sixth, five.valid);
-    let pixel = moved(m, "pixel_6", five.pixel, always);
-    let sums = m.out(colours, "rdata");
+    let read = m.out(colours, "rdata");
+    let sums = moved(m, "sums", read, always);
+    let (mut last_valid, mut pixel) = (six.valid, six.pixel);
+    let mut late = vec![];
+    for stage in [7, 8] {
+        let valid = m.reg(&format!("valid_{stage}"), bit, 0);
+        m.set_next(valid, last_valid);
+        last_valid = valid;
+        late.push(valid);
+        pixel = moved(m, &format!("pixel_{stage}"), pixel, always);
+    }
     let word = channels.map(|i| {
         let [sum, own] = [sums, added].map(|all| m.slice(all, COLOUR_SUM * i, COLOUR_SUM));
         m.add(sum, own)
     });
     let word = m.cat(&word);
     let port = Port {
-        reads: five.valid,
-        read_at: five.pixel,
-        writes: sixth,
+        reads: six.valid,
+        read_at: six.pixel,
+        writes: last_valid,
         write_at: pixel,
         word,
     };
@@ -220,15 +238,9 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
 
     m.section("Outputs");
     m.output("pop", pop, "takes the vector at the clock edge");
-    let stages = [
-        one.valid,
-        two.valid,
-        three.valid,
-        four.valid,
-        five.valid,
-        sixth,
-    ];
-    let busy = m.any_of(&stages);
+    let valid = stages.iter().map(|stage| stage.valid);
+    let valid: Vec<Signal> = valid.chain(late).collect();
+    let busy = m.any_of(&valid);
     m.output("busy", busy, "a pair is on its way");
     m.output("row_live", shown[0], "live pixels of the row");
     m.output("tile_alive", shown[1], "rows of the tile with live pixels");
@@ -239,7 +251,7 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.output("out_transmittance", left, "U1.20");
     m.output(
         "out_colour",
-        sums,
+        read,
         "three sums of 32 fraction bits, the first channel lowest",
     );
     m.output("out_last", drain.is_last, "the last pixel");

@@ -6,7 +6,9 @@ use super::lanes::Vector;
 use super::{Pair, SplatCounters, SplatPixel};
 
 /// Stages after that in which a pair reads its transmittance.
-const STAGES: usize = 4;
+const STAGES: usize = 6;
+/// Of these, the ones before the transmittance is written.
+const BEFORE_WRITE: usize = 3;
 
 /// Live pixels at the begin of a cycle.
 pub(super) struct Live(Vec<[u16; 16]>);
@@ -29,9 +31,10 @@ pub(super) struct Tiles {
     thresholds: Thresholds,
     lanes: usize,
     lane: usize,
+    lane_s: Option<Pair>,
     product: Option<Pair>,
     alpha: Option<Pair>,
-    /// Those after the read of the transmittance: 3 to 6.
+    /// Those after the read of the transmittance: 3 to 8.
     stages: [Option<Pair>; STAGES],
     last_slot: usize,
     runs: bool,
@@ -52,6 +55,7 @@ impl Tiles {
             thresholds,
             lanes,
             lane: 0,
+            lane_s: None,
             product: None,
             alpha: None,
             stages: [const { None }; STAGES],
@@ -69,7 +73,8 @@ impl Tiles {
 
     pub(super) fn is_busy(&self) -> bool {
         let flying = self.stages.iter().any(Option::is_some);
-        flying || self.product.is_some() || self.alpha.is_some()
+        let before = [&self.lane_s, &self.product, &self.alpha];
+        flying || before.into_iter().any(Option::is_some)
     }
 
     /// The pixel that is offered, and whether it is the last one.
@@ -98,7 +103,7 @@ impl Tiles {
         self.drain(drain, sink);
         let pixel = |pair: &Pair| (pair.entry.slot, pair.row, pair.column);
         let waits = self.alpha.as_ref().is_some_and(|own| {
-            let later = self.stages[..2].iter().flatten();
+            let later = self.stages[..BEFORE_WRITE].iter().flatten();
             later.map(pixel).any(|other| other == pixel(own))
         });
         self.composite(counters);
@@ -113,24 +118,25 @@ impl Tiles {
             alpha >= self.thresholds.alpha_min
         };
         self.alpha = self.product.take().filter(counts);
+        self.product = self.lane_s.take();
         let Some(vector) = vector else {
             return false;
         };
-        self.product.clone_from(&vector[self.lane]);
+        self.lane_s.clone_from(&vector[self.lane]);
         self.lane = (self.lane + 1) % self.lanes;
         self.lane == 0
     }
 
-    /// What a pair in stage 3 or 4 does. One of a pixel that has stopped leaves after stage 3, and one
-    /// that stops its pixel after stage 4.
+    /// What a pair in stage 4 or 5 does. One of a pixel that has stopped leaves after stage 4, and one
+    /// that stops its pixel after stage 5.
     fn composite(&mut self, counters: &mut SplatCounters) {
-        let [third, fourth, _, sixth] = &mut self.stages;
-        *sixth = None;
-        third.take_if(|pair| {
+        let [_, fourth, fifth, .., last] = &mut self.stages;
+        *last = None;
+        fourth.take_if(|pair| {
             let live = self.tiles[pair.entry.slot].live[pair.row];
             live >> pair.column & 1 == 0
         });
-        fourth.take_if(|pair| {
+        fifth.take_if(|pair| {
             let tile = &mut self.tiles[pair.entry.slot];
             let at = 16 * pair.row + pair.column;
             let alpha = pair.alpha().unwrap_or(0);
