@@ -45,7 +45,8 @@ pub(super) fn up_to(m: &mut ModuleBuilder, last: Signal) -> Signal {
 fn place() -> Result<Arc<Module>, IrErrors> {
     let mut builder = ModuleBuilder::new("splat_place");
     let m = &mut builder;
-    m.doc("whether a form is near enough at a place.");
+    m.doc("whether a form is near enough at a place: of the form of the clock before.");
+    let advance = m.input("advance", Ty::bit(), "takes over start and step");
     let start = m.input("start", Ty::s(START), "the form at place 0");
     let step = m.input("step", Ty::s(COARSE_STEP), "what it grows by a place");
     let place = m.input("place", Ty::u(PLACE), "");
@@ -57,7 +58,9 @@ fn place() -> Result<Arc<Module>, IrErrors> {
     let dropped = SEARCH - COMPARE;
     let at = m.slice(at, dropped, width - dropped);
     let at = m.as_signed(at);
-    let at = m.name(at, "form");
+    let register = m.data_reg("form", at.ty());
+    m.set_next_if(register, advance, at);
+    let at = register;
     let [lowest, highest] = bounds.map(|bound| m.extend(bound, at.width()));
     let (above, below) = (m.ge(at, lowest), m.le(at, highest));
     let near = m.and(above, below);
@@ -66,7 +69,7 @@ fn place() -> Result<Arc<Module>, IrErrors> {
 }
 
 /// Builds `splat_near`: the places 0 to 15 at which a form lies between the root, and its opposite less
-/// the slack.
+/// the slack. Start and step are those of the clock before, the root is that of this one.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -74,6 +77,7 @@ pub(super) fn near() -> Result<Arc<Module>, IrErrors> {
     let mut builder = ModuleBuilder::new("splat_near");
     let m = &mut builder;
     m.doc("the places at which a form is near enough.");
+    let advance = m.input("advance", Ty::bit(), "takes over start and step");
     let start = m.input("start", Ty::s(AT_ROW), "the exact form at place 0");
     let step = m.input("step", Ty::s(STEP), "what it grows by a place");
     let root = m.input("root", Ty::u(ROOT), "the largest that is near");
@@ -90,6 +94,7 @@ pub(super) fn near() -> Result<Arc<Module>, IrErrors> {
     let places: Vec<Signal> = (0..SIDE).rev().map(|i| m.lit(i, Ty::u(PLACE))).collect();
     let places = m.cat(&places);
     let links = [
+        ("advance", Feed::Shared(advance)),
         ("start", Feed::Shared(start)),
         ("step", Feed::Shared(step)),
         ("lowest", Feed::Shared(lowest)),

@@ -232,23 +232,31 @@ pub(super) fn rows(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let links = [("advance", room), ("square", rest)];
     let span_root = m.instance("span_root", &root()?, &links);
     let span_root = m.out(span_root, "root");
-    let p = shifted(m, "p_stages", p, clocks, room);
+    let p = shifted(m, "p_stages", p, clocks - 1, room);
+    let start = m.as_signed(p);
+    let p = shifted(m, "p_span", p, 2, room);
     let p = m.as_signed(p);
     let q = shifted(m, "q_stages", q, clocks + 1, room);
     let beyond = shifted(m, "beyond_stages", beyond, clocks + 1, room);
-    let tag = tag.shifted(m, clocks, room);
+    let tag = tag.shifted(m, clocks - 1, room);
     m.section("Pixels of the span, and then those that are live");
     let entry = entries.read(m, tag.index);
     let columns = up_to(m, entry.last_x);
-    let links = [("start", p), ("step", entry.l11), ("root", span_root)];
+    let columns = moved(m, "columns", columns, room);
+    let links = [
+        ("advance", room),
+        ("start", start),
+        ("step", entry.l11),
+        ("root", span_root),
+    ];
     let near = m.instance("span", &near()?, &links);
     let near = m.out(near, "near");
     let some = m.not(no_pixel);
     let some = m.repeat(some, 16);
     let span = m.all_of(&[near, columns, some]);
     let span = moved(m, "reach", span, room);
-    let slot = moved(m, "span_slot", entry.slot, room);
-    let p = moved(m, "p_span", p, room);
+    let slot = shifted(m, "span_slot", entry.slot, 2, room);
+    let tag = tag.moved(m, 2 + clocks, room);
     let tag = tag.moved(m, 3 + clocks, room);
     let address = m.cat(&[slot, tag.row]);
     let mask = m.and(span, live);

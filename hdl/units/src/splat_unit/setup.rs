@@ -197,6 +197,7 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let are_whole = is(m, settled, SUMMED);
     let are_whole = m.name(are_whole, "sums_are_whole");
     let start = p_and_q(m, [p, q]);
+    let first = m.extend(start.values[1], AT_ROW);
     let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| {
         let register = m.data_reg(name, value.ty());
         m.set_next_if(register, are_whole, value);
@@ -205,8 +206,12 @@ pub(super) fn setup(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let values = [0, 1].map(|i| hold(m, ["p_first", "q_first"][i], start.values[i]));
     let is_far = hold(m, "is_too_far", start.is_far);
     let start = Start { values, is_far };
-    let first = m.extend(start.values[1], AT_ROW);
-    let links = [("start", first), ("step", factors[2]), ("root", limit_root)];
+    let links = [
+        ("advance", are_whole),
+        ("start", first),
+        ("step", factors[2]),
+        ("root", limit_root),
+    ];
     let rows = m.instance("rows_near", &near()?, &links);
     let rows = m.out(rows, "near");
     let are_found = is(m, settled, SEARCHED);
