@@ -31,29 +31,46 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let info = m.input("entry_info", Ty::u(16 + 48 + w.slot), "likewise");
     let ready = m.input("out_ready", bit, "the power is taken");
 
-    m.section("Next pixel");
-    let begun = m.reg("begun", bit, 0);
+    m.section("Row whose pixels are walked");
+    let walks = m.reg("walks", bit, 0);
     let left = m.data_reg("left", Ty::u(16));
-    let now = m.mux(begun, left, mask);
-    let (place, rest) = lowest(m, now);
+    let (place, rest) = lowest(m, left);
     let place = m.name(place, "place");
-    let some = m.any(now);
+    let rest = m.name(rest, "left_after");
     let more = m.any(rest);
+    let no_more = m.not(more);
     let room = m.reg("kept", bit, 0);
     let not_kept = m.not(room);
     let moves = m.or(not_kept, ready);
     let moves = m.name(moves, "moves");
-    let step = m.and(valid, moves);
-    m.set_next_if(begun, step, more);
-    m.set_next_if(left, step, rest);
-    let no_more = m.not(more);
-    let pop = m.and(step, no_more);
-    let pop = m.name(pop, "next_row");
-    let ends = m.and(last, no_more);
+    let step = m.and(walks, moves);
+    let ends = m.and(step, no_more);
+    let ends = m.name(ends, "ends_row");
+    let rests = m.not(walks);
+    let free = m.or(rests, ends);
+    let pop = m.and(valid, free);
+    let pop = m.name(pop, "takes_row");
+    let not_ends = m.not(ends);
+    let still = m.and(walks, not_ends);
+    let next = m.or(pop, still);
+    m.set_next(walks, next);
+    let next = m.mux(pop, mask, rest);
+    let changes = m.or(pop, step);
+    m.set_next_if(left, changes, next);
+    let own = |m: &mut ModuleBuilder, name: &str, value| moved(m, name, value, pop);
+    let row = own(m, "walked_row", row);
+    let last = own(m, "walked_last", last);
+    let index = own(m, "walked_index", index);
+    let p = own(m, "walked_p", p);
+    let q = own(m, "walked_q", q);
+    let beyond = own(m, "walked_beyond", beyond);
+    let l11 = own(m, "walked_l11", l11);
+    let some = m.any(left);
+    let is_last = m.and(last, no_more);
     let pixel = m.cat(&[row, place]);
     let mut tag = Tag {
-        valid: m.and(valid, some),
-        ends: m.and(valid, ends),
+        valid: m.and(walks, some),
+        ends: m.and(walks, is_last),
         index,
         pixel,
     };

@@ -16,8 +16,8 @@ struct Step {
 /// Registers.
 #[derive(Default)]
 pub(super) struct Walk {
-    /// Pixels of the oldest row that are left, once some were walked.
-    left: Option<u16>,
+    /// The row whose pixels are walked, and those that are left.
+    walked: Option<(Row, u16)>,
     stages: [Option<Step>; STAGES],
     kept: Option<Pair>,
 }
@@ -48,31 +48,37 @@ impl Walk {
             released: false,
             summed: false,
         };
-        if self.kept.is_some() && !taken {
-            return walked;
+        if self.kept.is_none() || taken {
+            self.advance(&mut walked);
         }
-        let compared = self.stages[STAGES - 1].take();
+        if self.walked.is_none() {
+            self.walked = row.map(|row| (row.clone(), row.mask));
+            walked.takes_row = row.is_some();
+        }
+        walked
+    }
+
+    /// All stages move, and the row gives its next pixel.
+    fn advance(&mut self, walked: &mut Walked) {
         self.kept = None;
-        if let Some(Step { pair, is_last }) = compared {
+        if let Some(Step { pair, is_last }) = self.stages[STAGES - 1].take() {
             walked.released = is_last;
             walked.summed = pair.is_some();
             self.kept = pair.filter(|pair| pair.alpha().is_some());
         }
         self.stages.rotate_right(1);
-        self.stages[0] = row.map(|row| {
-            let left = self.left.unwrap_or(row.mask);
+        self.stages[0] = self.walked.take().map(|(row, left)| {
             let rest = left & left.wrapping_sub(1);
-            walked.takes_row = rest == 0;
-            self.left = (rest != 0).then_some(rest);
-            Step {
+            let step = Step {
                 pair: (left != 0).then(|| Pair {
                     entry: row.entry.clone(),
                     row: row.row,
                     column: left.trailing_zeros() as usize,
                 }),
                 is_last: row.is_last && rest == 0,
-            }
+            };
+            self.walked = (rest != 0).then_some((row, rest));
+            step
         });
-        walked
     }
 }
