@@ -88,7 +88,7 @@ pub(crate) enum Units {
     Vu,
     /// A multiply-accumulate unit of the array, the same in every configuration
     Mac,
-    /// The splat unit, of a configuration with a table [su]; without power
+    /// The splat unit, of a configuration with a table [su]
     Su,
     /// The gathering and the vector unit, and the one of the array
     All,

@@ -30,6 +30,7 @@ use potamoi_synth::{
 };
 use potamoi_units::array_mac::array_mac;
 use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::splat_unit::splat_unit;
 use potamoi_units::vector_unit::vector_unit;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -98,6 +99,7 @@ fn module(config: &Config, unit: UnitKind) -> Arc<Module> {
         UnitKind::Gathering => gathering_unit(config).unwrap(),
         UnitKind::Vector => vector_unit(config).unwrap(),
         UnitKind::ArrayMac => array_mac().unwrap(),
+        UnitKind::Splat => splat_unit(config, config.su.as_ref().unwrap()).unwrap(),
     }
 }
 
