@@ -45,7 +45,8 @@ impl ModuleBuilder {
     /// Sets the next value of a register, taken at clock edges with `enable` set.
     pub fn set_next_if(&mut self, reg: Signal, enable: Signal, value: Signal) {
         if enable.ty == Ty::bit() {
-            self.drive(reg, Some(enable.id), value);
+            let always = matches!(&self.module.nodes[enable.id].op, Op::Lit(v) if *v == 1.into());
+            self.drive(reg, (!always).then_some(enable.id), value);
         } else {
             let of = self.describe(enable);
             self.fail(
