@@ -49,6 +49,7 @@ impl Drain {
         let holds = m.reg("drain_holds", bit, 0);
         let silent = m.not(gives);
         let taken = m.or(silent, sink);
+        let taken = m.name(taken, "drain_taken");
         let empty = m.not(holds);
         let free = m.or(empty, taken);
         let fetches = m.and(runs, free);
@@ -58,6 +59,7 @@ impl Drain {
         let all = m.lit(ones(w.pixel()), Ty::u(w.pixel()));
         let end = m.mux(gives, asked, all);
         let is_end = m.eq(at, end);
+        let is_end = m.name(is_end, "drain_at_end");
         let more = plus_one(m, at);
         let none = m.lit(0, at.ty());
         let next = m.mux(is_end, none, more);

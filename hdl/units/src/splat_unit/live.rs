@@ -41,8 +41,10 @@ pub(super) fn live(
         let lowest = m.slice(drain.pixel, 0, low);
         let first = is(m, lowest, 0);
         let clears = m.and(drain.clears, first);
+        let clears = m.name(clears, &format!("{name}_clears"));
         let cleared = address(m, drain.pixel);
         let at = m.mux(clears, cleared, own);
+        let at = m.name(at, &format!("{name}_at"));
         let word = m.mux(clears, all, after);
         let writes = m.or(clears, stops);
         m.mem_write(memory, writes, at, word);

@@ -53,8 +53,10 @@ fn place() -> Result<Arc<Module>, IrErrors> {
     let bounds = ["lowest", "highest"].map(|name| m.input(name, Ty::s(BOUND), ""));
     let width = START + 1;
     let grown = times(m, step, place);
+    let grown = m.name(grown, "grown");
     let (grown, start) = (m.extend(grown, width), m.extend(start, width));
     let at = m.add(start, grown);
+    let at = m.name(at, "form_at_place");
     let dropped = SEARCH - COMPARE;
     let at = m.slice(at, dropped, width - dropped);
     let at = m.as_signed(at);
@@ -93,6 +95,7 @@ pub(super) fn near() -> Result<Arc<Module>, IrErrors> {
     let lowest = m.name(lowest, "lowest");
     let places: Vec<Signal> = (0..SIDE).rev().map(|i| m.lit(i, Ty::u(PLACE))).collect();
     let places = m.cat(&places);
+    let places = m.name(places, "places");
     let links = [
         ("advance", Feed::Shared(advance)),
         ("start", Feed::Shared(start)),

@@ -51,6 +51,7 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     let most = is(m, room, depth(&own));
     let has_room = m.not(most);
     let sends = m.and(full, has_room);
+    let sends = m.name(sends, "sends");
     let lit = |m: &mut ModuleBuilder, value: u64, bits: u32| m.lit(value, Ty::u(bits));
     let unit = vector_unit(&own)?.prefixed("splat_");
     let exponentials = m.instance("exponentials", &unit, &[]);
@@ -59,7 +60,9 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     let sent = m.name(sent, "sent");
     let not_full = m.not(full);
     let ready = m.or(not_full, sent);
+    let ready = m.name(ready, "is_ready");
     let accepts = m.and(valid, ready);
+    let accepts = m.name(accepts, "accepts");
     let not_valid = m.not(valid);
     let begun = m.any(count);
     let pads = m.all_of(&[flush, not_valid, begun, not_full]);
@@ -68,6 +71,7 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     let shifts = m.name(shifts, "shifts");
     let none = lit(m, 0, count.width());
     let held = m.mux(sent, none, count);
+    let held = m.name(held, "count_held");
     let more = plus_one(m, held);
     let next = m.mux(shifts, more, held);
     m.set_next(count, next);

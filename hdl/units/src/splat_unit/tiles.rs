@@ -113,7 +113,9 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.section("Lane of the vector");
     let lane = m.reg("lane", Ty::u(bits_for((w.lanes - 1).max(1))), 0);
     let steps = m.and(valid, moves);
+    let steps = m.name(steps, "steps");
     let last = is(m, lane, w.lanes - 1);
+    let last = m.name(last, "last_lane");
     let pop = m.and(steps, last);
     let pop = m.name(pop, "takes_vector");
     let end = m.lit(w.lanes - 1, lane.ty());
@@ -172,11 +174,13 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let goes_on = m.and(four.valid, is_live);
     let whole = m.lit(FULL, Ty::u(ALPHA));
     let rest = m.sub(whole, alpha);
+    let rest = m.name(rest, "passes");
     let product = m.mul(before, rest);
     five.take(m, four, goes_on, always);
     let before = moved(m, "before_5", before, always);
     let product = moved(m, "product_5", product, always);
     let below = m.lt(product, stop);
+    let below = m.name(below, "below_stop");
     let stops = m.and(five.valid, below);
     let stops = m.name(stops, "stops");
     let goes_on = m.not(below);
