@@ -19,6 +19,7 @@ mod model;
 mod render;
 mod rtl_out;
 mod rtl_tools;
+mod splat_unit;
 mod synth;
 mod verify;
 mod warp;

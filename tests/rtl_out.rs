@@ -151,7 +151,7 @@ fn simulates(folder: &Path, runs: &str, more: &[&str]) {
 }
 
 /// Lints emitted units as their Makefile does, without the checks in the text and with them.
-fn lints(folder: &Path) {
+pub(crate) fn lints(folder: &Path) {
     for more in ["CHECKS=", "CHECKS=1"] {
         let done = Command::new("make")
             .arg("-C")

@@ -181,9 +181,12 @@ fn splat_unit(run: &SplatUnitRun) {
     let own = &run.counters;
     let counted = (own.drawn + own.stopped).max(1) as f64;
     say!(
-        "splat unit, {} lanes, {} tiles in flight, streams without pauses (cycle model): {} cycles, {:.2} lane clocks \
+        "splat unit, {}, {} tiles in flight, streams without pauses (cycle model): {} cycles, {:.2} lane clocks \
          for each pair that draws or stops a pixel, {:.3} square sums and {:.3} exponentials",
-        run.lanes,
+        match run.lanes {
+            1 => "one lane".to_owned(),
+            lanes => format!("{lanes} lanes"),
+        },
         run.tiles,
         run.cycles,
         run.lane_clocks_a_counted_pair,
