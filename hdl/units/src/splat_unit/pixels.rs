@@ -39,8 +39,8 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let rest = m.name(rest, "left_after");
     let more = m.any(rest);
     let no_more = m.not(more);
-    let room = m.reg("kept", bit, 0);
-    let not_kept = m.not(room);
+    let kept_now = m.reg("kept", bit, 0);
+    let not_kept = m.not(kept_now);
     let moves = m.or(not_kept, ready);
     let moves = m.name(moves, "moves");
     let step = m.and(walks, moves);
@@ -115,7 +115,7 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.section("Cut");
     let below = m.le(power, limit);
     let kept = m.and(tag.valid, below);
-    m.set_next_if(room, moves, kept);
+    m.set_next_if(kept_now, moves, kept);
     let out = moved(m, "power", power, moves);
     let info = m.cat(&[info, tag.pixel]);
     let info = moved(m, "info", info, moves);
@@ -124,7 +124,7 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.section("Outputs");
     m.output("next_row", pop, "takes the row");
     m.output("limit_index", tag.index, "the entry whose limit is used");
-    m.output("out_valid", room, "a power that may count");
+    m.output("out_valid", kept_now, "a power that may count");
     m.output("out_power", out, "");
     m.output("out_info", info, "opacity, colour and pixel");
     m.output("entry_done", release, "the oldest entry has no more pixels");

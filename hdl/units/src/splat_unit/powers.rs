@@ -47,8 +47,8 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     let count = m.reg("count", Ty::u(bits_for(lanes)), 0);
     let full = is(m, count, lanes);
     let full = m.name(full, "full");
-    let room = m.reg("in_flight", Ty::u(bits_for(depth(&own))), 0);
-    let most = is(m, room, depth(&own));
+    let in_flight = m.reg("in_flight", Ty::u(bits_for(depth(&own))), 0);
+    let most = is(m, in_flight, depth(&own));
     let has_room = m.not(most);
     let sends = m.and(full, has_room);
     let sends = m.name(sends, "sends");
@@ -119,11 +119,11 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
         &words,
         &[("push", sent), ("push_data", infos), ("pop", pop)],
     );
-    let one = lit(m, 1, room.width());
-    let (more, less) = (m.add(room, one), m.sub(room, one));
+    let one = lit(m, 1, in_flight.width());
+    let (more, less) = (m.add(in_flight, one), m.sub(in_flight, one));
     let next = m.mux(sent, more, less);
     let changes = m.xor(sent, pop);
-    m.set_next_if(room, changes, next);
+    m.set_next_if(in_flight, changes, next);
 
     m.section("Outputs");
     m.output("ready", ready, "takes a power at the clock edge");
@@ -142,7 +142,7 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
         infos,
         "likewise; the highest bit of each says that it is a pair",
     );
-    let flying = m.any(room);
+    let flying = m.any(in_flight);
     let busy = m.or(begun, flying);
     m.output("busy", busy, "holds powers or results");
     builder.finish()

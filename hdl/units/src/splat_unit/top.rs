@@ -11,7 +11,7 @@ use super::inputs::{Inputs, RECORD, TILE, WORD};
 use super::limits::ADDRESS;
 use super::pixels::pixels;
 use super::powers::powers;
-use super::rows::{INDEX, rows};
+use super::rows::rows;
 use super::setup::setup;
 use super::tiles::tiles;
 use crate::circuits::{bits_for, counter, is};
@@ -351,5 +351,3 @@ fn link_out(m: &mut ModuleBuilder, tile: Instance) {
     let last = m.out(tile, "out_last");
     m.output("m_axis_pix_tlast", last, "the last pixel");
 }
-
-const _: () = assert!(INDEX == 3, "numbers of entries in flight");

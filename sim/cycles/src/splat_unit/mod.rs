@@ -13,7 +13,9 @@ mod walk;
 use std::rc::Rc;
 
 use potamoi_formats::config::{Config, SuConfig};
-use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry, SplatPairs, SplatSettings};
+use potamoi_reference::splat_unit::{
+    ReferenceSplatUnit, SplatEntry, SplatPairs, SplatSettings, TileState,
+};
 
 use self::front::Front;
 use self::lanes::Lanes;
@@ -50,6 +52,19 @@ pub struct SplatPixel {
     pub transmittance: u32,
     /// 32 fraction bits.
     pub colour: [u64; 3],
+}
+
+impl SplatPixel {
+    /// The pixels of tiles, row by row.
+    pub fn of_tiles(tiles: &[TileState]) -> impl Iterator<Item = Self> {
+        tiles.iter().flat_map(|tile| {
+            let both = tile.transmittance.iter().zip(tile.colour);
+            both.map(|(transmittance, colour)| Self {
+                transmittance: *transmittance,
+                colour,
+            })
+        })
+    }
 }
 
 /// Counters of the unit.

@@ -31,7 +31,8 @@ pub(super) struct Tiles {
     thresholds: Thresholds,
     lanes: usize,
     lane: usize,
-    lane_s: Option<Pair>,
+    /// The pair whose exponential was taken from the vector: stage 0.
+    operand: Option<Pair>,
     product: Option<Pair>,
     alpha: Option<Pair>,
     /// Those after the read of the transmittance: 3 to 8.
@@ -55,7 +56,7 @@ impl Tiles {
             thresholds,
             lanes,
             lane: 0,
-            lane_s: None,
+            operand: None,
             product: None,
             alpha: None,
             stages: [const { None }; STAGES],
@@ -73,7 +74,7 @@ impl Tiles {
 
     pub(super) fn is_busy(&self) -> bool {
         let flying = self.stages.iter().any(Option::is_some);
-        let before = [&self.lane_s, &self.product, &self.alpha];
+        let before = [&self.operand, &self.product, &self.alpha];
         flying || before.into_iter().any(Option::is_some)
     }
 
@@ -118,11 +119,11 @@ impl Tiles {
             alpha >= self.thresholds.alpha_min
         };
         self.alpha = self.product.take().filter(counts);
-        self.product = self.lane_s.take();
+        self.product = self.operand.take();
         let Some(vector) = vector else {
             return false;
         };
-        self.lane_s.clone_from(&vector[self.lane]);
+        self.operand.clone_from(&vector[self.lane]);
         self.lane = (self.lane + 1) % self.lanes;
         self.lane == 0
     }

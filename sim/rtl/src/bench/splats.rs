@@ -134,14 +134,7 @@ fn pixels(config: &Config, own: &Records) -> Vec<SplatPixel> {
     let slots = usize::from(own.last_slot) + 1;
     let mut twin = ReferenceSplatUnit::new(&config.vu.exp, slots, own.settings);
     own.entries.iter().for_each(|entry| twin.composite(entry));
-    let of_tile = twin.tiles().iter().flat_map(|tile| {
-        let both = tile.transmittance.iter().zip(tile.colour);
-        both.map(|(transmittance, colour)| SplatPixel {
-            transmittance: *transmittance,
-            colour,
-        })
-    });
-    of_tile.collect()
+    SplatPixel::of_tiles(twin.tiles()).collect()
 }
 
 /// Cycles and counters by the stepwise model.

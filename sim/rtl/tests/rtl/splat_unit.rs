@@ -74,14 +74,7 @@ fn expected(
         counts.exponentials += own.exponentials;
         counts.drawn += own.drawn;
         counts.stopped += own.stopped;
-        let pixels = twin.tiles().iter().flat_map(|tile| {
-            let both = tile.transmittance.iter().zip(tile.colour);
-            both.map(|(transmittance, colour)| SplatPixel {
-                transmittance: *transmittance,
-                colour,
-            })
-        });
-        pixels.collect()
+        SplatPixel::of_tiles(twin.tiles()).collect()
     };
     (jobs.iter().map(of).collect(), counts)
 }
