@@ -179,8 +179,9 @@ impl Job for Drive<'_> {
                 counters: wanted.counters,
             };
             if found != wanted {
+                let what = found.differing(&wanted);
                 let text = format!(
-                    "the splat unit differs from its cycle model in cycle {cycles}, at beat {next}: \
+                    "the splat unit differs from its cycle model in {what}, in cycle {cycles} at beat {next}: \
                      {found:?}, expected {wanted:?}"
                 );
                 return Err(RtlError::Usage(text));
@@ -240,6 +241,19 @@ struct Seen {
     idle: bool,
     pixel: Option<(SplatPixel, bool)>,
     counters: SplatCounters,
+}
+
+impl Seen {
+    /// What differs, the most telling first.
+    fn differing(&self, other: &Self) -> &'static str {
+        let all = [
+            ("a pixel", self.pixel != other.pixel),
+            ("tready", self.ready != other.ready),
+            ("a counter", self.counters != other.counters),
+        ];
+        let first = all.into_iter().find(|(_, differs)| *differs);
+        first.map_or("idle", |(name, _)| name)
+    }
 }
 
 fn counters_of<E: Engine>(

@@ -122,7 +122,7 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
     let mut all = vec![
         Records::new("two tiles", any(&mut draw, 2, 60)),
         Records::new("no record", vec![]),
-        Records::new("all on one pixel", vec![point(9_000); 24]),
+        Records::new("all on one pixel", vec![point(1_500); 24]),
         Records::new(
             "opaque ones, of which later ones find pixels that have ended",
             (0..12).map(|i| opaque(3 + i % 2, 6)).collect(),

@@ -210,3 +210,29 @@ fn faults_in_the_splat_unit_are_found() {
         assert!(found.is_err(), "{module}.{register}[{bit}]; again: {AGAIN}");
     }
 }
+
+/// A vector of pairs of one pixel, whose neighbours are below the threshold: each reads the transmittance and the colour that the one before wrote.
+#[test]
+fn pairs_of_one_pixel_wait_for_each_other() {
+    let su = SuConfig { lanes: 6, tiles: 2 };
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let entry = |_| SplatEntry {
+        slot: 0,
+        tile: [0, 0],
+        last: [15, 15],
+        record: SplatRecord {
+            mean: [5, 9].map(|at| at * 4096 + 2048),
+            factor: [i32::MAX, 0, i32::MAX],
+            opacity: random.random_range(600..1_800),
+            colour: [4096, 65_535, 9],
+            rank: 0,
+        },
+    };
+    let jobs = [(0..30).map(entry).collect()];
+    check(
+        EngineKind::Verilator,
+        (&config("small"), &su),
+        &jobs,
+        Stalls::NONE,
+    );
+}
