@@ -13,6 +13,8 @@
 //! The 0.3-pixel dilation bounds the factors by 1.826, so S1.30 never saturates
 //! on them.
 
+use serde::Serialize;
+
 use crate::fixed::Format;
 
 /// Channels of a record.
@@ -27,7 +29,7 @@ pub const OPACITY: Format = Format::unsigned(0, 16);
 pub const COLOUR: Format = Format::unsigned(4, 12);
 
 /// Codes of a record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub struct SplatRecord {
     /// Mean x, y, [`MEAN`] codes.
     pub mean: [i32; 2],

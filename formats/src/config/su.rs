@@ -11,6 +11,8 @@ pub struct SuConfig {
     pub lanes: u32,
     /// Tiles in flight, a power of two: the unit holds transmittance and colour of their pixels.
     pub tiles: u32,
+    /// Units side by side, which take the ray groups of a frame in turn; 1 to 64.
+    pub units: u32,
 }
 
 /// What to do where a configuration has no splat unit.
@@ -22,11 +24,23 @@ impl Default for SuConfig {
         Self {
             lanes: 12,
             tiles: 16,
+            units: 1,
         }
     }
 }
 
 impl SuConfig {
+    /// Columns and rows of the largest group of tiles that the unit holds, as square as a power of two
+    /// allows.
+    #[must_use]
+    pub const fn group_tiles(&self) -> [u32; 2] {
+        let order = match self.tiles.checked_ilog2() {
+            None => 0,
+            Some(order) => order,
+        };
+        [1 << order.div_ceil(2), 1 << (order / 2)]
+    }
+
     /// Bits of a tile's number in the unit.
     #[must_use]
     pub const fn slot_bits(&self) -> u32 {

@@ -28,6 +28,14 @@ pub(super) fn splats(config: &Config, out: &mut RuleBreaches) {
         su.tiles,
         "a power of two from 2 to 1024: tiles whose pixels the unit holds",
     );
+    out.range(
+        "su-units",
+        "su.units",
+        su.units,
+        1,
+        64,
+        "units side by side",
+    );
     let exp = &config.vu.exp;
     let fraction = exp.input.frac_bits();
     let plain = exp.base == ExpBase::E && exp.output == ExpOutput::Alpha;
