@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_reference::splat_unit::{Composited, SplatJob};
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
 
 /// Which operation, and how.
@@ -135,6 +136,10 @@ impl Units for ObviousUnits {
             }
             _ => self.twins.vector(op, a, b, out),
         }
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        self.twins.splats(job)
     }
 
     fn multiplied(&mut self, product: Product) {

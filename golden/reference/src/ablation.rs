@@ -4,6 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use crate::gathering_unit::Reducer;
+use crate::splat_unit::{Composited, SplatJob};
 use crate::{GatherTask, Product, UnitError, Units};
 use potamoi_base::effects::{Choices, Effect};
 
@@ -174,6 +175,18 @@ impl Units for AblatedUnits<'_> {
             *out = self.first_term(op.code, *a);
         }
         Ok(())
+    }
+
+    /// The splat unit's exponential is one operation with the cut, which takes the limits from it.
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        if self.choices.leaves_out(Effect::Exponential) {
+            return Err(
+                "the splat unit's exponential cannot be left out: its cut is derived from it; \
+                        use a configuration without the table [su]"
+                    .into(),
+            );
+        }
+        self.units.splats(job)
     }
 
     fn multiplied(&mut self, product: Product) {

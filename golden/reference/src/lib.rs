@@ -43,6 +43,8 @@ pub mod widths;
 use potamoi_formats::rit::{RitEntry, Vertices};
 use potamoi_formats::units::VectorOp;
 
+use splat_unit::{Composited, SplatJob};
+
 pub use ablation::AblatedUnits;
 pub use reference_units::{ReferenceUnits, UnitCounts};
 
@@ -82,7 +84,7 @@ impl Product {
 /// A unit refused its input or failed.
 pub type UnitError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Units that gather features and compute element by element. The twins are one implementation,
+/// Units that gather features, compute element by element, and composite splats. The twins are one implementation,
 /// the Verilated hardware another.
 ///
 /// No method has a default body: a wrapper that forgot one would silently drop or miscount its
@@ -113,6 +115,13 @@ pub trait Units {
         b: &[i32],
         out: &mut [i32],
     ) -> Result<(), UnitError>;
+
+    /// Composites the entries of a ray group on clear tiles.
+    ///
+    /// # Errors
+    /// The configuration has no splat unit, the job has more tiles than the unit holds, or the unit
+    /// failed.
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError>;
 
     /// Reports a product of the MAC array. Its results are computed by the renderer itself.
     fn multiplied(&mut self, product: Product);

@@ -25,6 +25,7 @@ use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
 
 use super::gathering_unit::Reducer;
+use super::splat_unit::{Composited, SplatJob};
 use super::{GatherTask, Product, UnitError, Units};
 
 /// A gather call, with `channels` results for every entry of every task, in order.
@@ -70,6 +71,15 @@ pub struct VectorCall<'c> {
     pub out: &'c [i32],
 }
 
+/// A job of the splat unit with its results.
+#[derive(Debug, Clone, Copy)]
+pub struct SplatCall<'c> {
+    /// The job.
+    pub job: &'c SplatJob<'c>,
+    /// Pixels and counts.
+    pub done: &'c Composited,
+}
+
 /// Receives every call of the units. No method has a default body: an observer states explicitly
 /// what it ignores.
 pub trait Observer {
@@ -84,6 +94,12 @@ pub trait Observer {
     /// # Errors
     /// As [`Observer::gathered`].
     fn computed(&mut self, call: &VectorCall<'_>) -> Result<(), UnitError>;
+
+    /// Called after the splat unit did a job.
+    ///
+    /// # Errors
+    /// As [`Observer::gathered`].
+    fn composited(&mut self, call: &SplatCall<'_>) -> Result<(), UnitError>;
 
     /// Called for each product of the MAC array.
     fn multiplied(&mut self, product: &Product);
@@ -161,6 +177,14 @@ impl Units for Observed<'_> {
         let call = VectorCall { op, a, b, out };
         let mut observers = self.observers.iter_mut();
         observers.try_for_each(|observer| observer.computed(&call))
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        let done = self.units.splats(job)?;
+        let call = SplatCall { job, done: &done };
+        let mut observers = self.observers.iter_mut();
+        observers.try_for_each(|observer| observer.composited(&call))?;
+        Ok(done)
     }
 
     fn multiplied(&mut self, product: Product) {
@@ -245,6 +269,10 @@ mod tests {
         }
 
         fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
+            Err("seen enough".into())
+        }
+
+        fn composited(&mut self, _: &SplatCall<'_>) -> Result<(), UnitError> {
             Err("seen enough".into())
         }
 

@@ -1,12 +1,13 @@
-//! Both reference units behind the [`Units`] trait, with counts of their work.
+//! All reference units behind the [`Units`] trait, with counts of their work.
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
 use potamoi_formats::units::{OpCode, VectorOp};
 use thiserror::Error;
 
 use super::gathering_unit::{GatherError, ReferenceGatheringUnit};
+use super::splat_unit::{Composited, ReferenceSplatUnit, SplatJob, SplatUnitCounts};
 use super::vector_unit::ReferenceVectorUnit;
 use super::{GatherTask, Product, UnitError, Units};
 
@@ -19,6 +20,12 @@ pub struct UnitCounts {
     pub feature_vectors: u64,
     /// Elements that each operation of the vector unit computed; unused operations are absent.
     pub elements: BTreeMap<OpCode, u64>,
+    /// Jobs of the splat unit, one a ray group.
+    pub splat_jobs: u64,
+    /// Pixels that the splat unit returned, 256 a tile.
+    pub splat_pixels: u64,
+    /// Work of the splat unit.
+    pub splats: SplatUnitCounts,
 }
 
 /// An error of one of several tasks.
@@ -30,11 +37,14 @@ struct TaskError {
     source: GatherError,
 }
 
-/// The reference gathering unit and the reference vector unit.
+/// The reference gathering unit, vector unit and splat unit.
 #[derive(Debug, Clone)]
 pub struct ReferenceUnits {
+    config: Config,
     gather: ReferenceGatheringUnit,
     vector: ReferenceVectorUnit,
+    /// Of the settings of the last job.
+    splat: Option<ReferenceSplatUnit>,
     counts: UnitCounts,
     flags: u8,
 }
@@ -45,6 +55,8 @@ impl ReferenceUnits {
     #[must_use]
     pub fn new(config: &Config) -> Self {
         Self {
+            config: config.clone(),
+            splat: None,
             gather: ReferenceGatheringUnit::new(config),
             vector: ReferenceVectorUnit::new(&config.vu),
             counts: UnitCounts::default(),
@@ -128,6 +140,26 @@ impl Units for ReferenceUnits {
         self.vector.slice(op, a, b, out)?;
         *self.counts.elements.entry(op.code).or_default() += out.len() as u64;
         Ok(())
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        let su = self.config.su.as_ref().ok_or(NO_SPLAT_UNIT)?;
+        if !(1..=su.tiles as usize).contains(&job.tiles) {
+            return Err(format!(
+                "a ray group of {} tiles: expected 1 to {}, which the splat unit holds (su.tiles)",
+                job.tiles, su.tiles
+            )
+            .into());
+        }
+        let own = self.splat.take_if(|own| *own.settings() == job.settings);
+        let mut unit =
+            own.unwrap_or_else(|| ReferenceSplatUnit::new(&self.config.vu.exp, 0, job.settings));
+        let done = unit.run(job);
+        self.splat = Some(unit);
+        self.counts.splat_jobs += 1;
+        self.counts.splat_pixels += done.pixels.len() as u64;
+        self.counts.splats += done.counts;
+        Ok(done)
     }
 
     /// Not counted.

@@ -2,7 +2,7 @@
 
 use potamoi_formats::units::VectorOp;
 
-use super::observer::{GatherCall, Observer, VectorCall};
+use super::observer::{GatherCall, Observer, SplatCall, VectorCall};
 use super::{GatherTask, Product, UnitError};
 
 /// A gathering task and its results.
@@ -93,6 +93,14 @@ impl Observer for Recorder {
             });
         }
         Ok(())
+    }
+
+    /// The trace has no line of a splat unit.
+    fn composited(&mut self, _: &SplatCall<'_>) -> Result<(), UnitError> {
+        Err(
+            "jobs of the splat unit cannot be recorded: use a configuration without the table [su]"
+                .into(),
+        )
     }
 
     /// Products are not recorded.

@@ -14,14 +14,16 @@
 //! The cut changes no bit: the comparison after the multiplication remains.
 
 mod affine_forms;
+mod job;
 mod power_limits;
 mod reference;
 mod spans;
 mod tile_state;
 
 pub use affine_forms::Forms;
+pub use job::{Composited, SplatEntry, SplatJob, SplatPixel, SplatSettings, SplatUnitCounts};
 pub use power_limits::{CoarseLimits, PowerLimits};
-pub use reference::{ReferenceSplatUnit, SplatEntry, SplatPairs, SplatSettings, SplatUnitCounts};
+pub use reference::{ReferenceSplatUnit, SplatPairs};
 pub use spans::{ROW_MASK, Span, Spans};
 pub use tile_state::{Outcome, Thresholds, TileState};
 

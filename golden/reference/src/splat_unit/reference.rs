@@ -1,48 +1,14 @@
 //! The reference splat unit: a job of entries, in order.
 
 use potamoi_formats::config::ExpConfig;
-use potamoi_formats::record::{MEAN, SplatRecord};
+use potamoi_formats::record::MEAN;
 
+use super::job::{Composited, SplatEntry, SplatJob, SplatPixel, SplatSettings, SplatUnitCounts};
 use super::power_limits::{CoarseLimits, PowerLimits};
 use super::spans::{ROW_MASK, Span, Spans};
-use super::tile_state::{Outcome, Thresholds, TileState};
+use super::tile_state::{Outcome, TileState};
 use super::{Forms, TILE};
 use crate::exponential::ReferenceExponential;
-
-/// A record in a tile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SplatEntry {
-    /// The tile's number in the unit.
-    pub slot: u16,
-    /// The tile's column and row in the picture.
-    pub tile: [u16; 2],
-    /// The last column and row of the tile that lie in the picture, 0 to 15.
-    pub last: [u8; 2],
-    /// The record.
-    pub record: SplatRecord,
-}
-
-/// Settings of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SplatSettings {
-    /// Thresholds of the rules.
-    pub thresholds: Thresholds,
-    /// Whether pixel centres lie at half a pixel, not at 0.
-    pub is_centred: bool,
-}
-
-/// Work of the unit.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
-pub struct SplatUnitCounts {
-    /// Square sums, one for each pair of pixel and Gaussian in a span.
-    pub square_sums: u64,
-    /// Exponentials, one for each pair that the cut keeps.
-    pub exponentials: u64,
-    /// Pairs that contribute to a pixel.
-    pub drawn: u64,
-    /// Pairs at which a pixel terminates early.
-    pub stopped: u64,
-}
 
 /// What an entry asks of the unit.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,6 +27,7 @@ pub struct ReferenceSplatUnit {
     exp: ReferenceExponential,
     power_bits: u32,
     exponential_bits: u32,
+    exact: PowerLimits,
     limits: CoarseLimits,
     settings: SplatSettings,
     tiles: Vec<TileState>,
@@ -72,15 +39,36 @@ impl ReferenceSplatUnit {
     /// or more fraction bits.
     #[must_use]
     pub fn new(exp: &ExpConfig, tiles: usize, settings: SplatSettings) -> Self {
-        let alpha_min = settings.thresholds.alpha_min as i32;
+        let exact = PowerLimits::new(exp, settings.thresholds.alpha_min as i32);
         Self {
             exp: ReferenceExponential::new(exp),
             power_bits: exp.input.frac_bits(),
             exponential_bits: exp.output_bits,
-            limits: CoarseLimits::new(&PowerLimits::new(exp, alpha_min)),
+            limits: CoarseLimits::new(&exact),
+            exact,
             settings,
             tiles: vec![TileState::CLEAR; tiles],
             counts: SplatUnitCounts::default(),
+        }
+    }
+
+    /// The settings.
+    #[must_use]
+    pub const fn settings(&self) -> &SplatSettings {
+        &self.settings
+    }
+
+    /// Composites a job on clear tiles.
+    pub fn run(&mut self, job: &SplatJob<'_>) -> Composited {
+        self.tiles.clear();
+        self.tiles.resize(job.tiles, TileState::CLEAR);
+        self.counts = SplatUnitCounts::default();
+        for entry in job.entries {
+            self.composite(entry);
+        }
+        Composited {
+            pixels: SplatPixel::of_tiles(&self.tiles).collect(),
+            counts: self.counts,
         }
     }
 
@@ -105,14 +93,21 @@ impl ReferenceSplatUnit {
         let Some((forms, limit)) = self.start(entry) else {
             return;
         };
+        let exact = self.exact.of(entry.record.opacity);
         for span in self.spans(entry, &forms, limit) {
             let mask = span.mask & live[span.row as usize];
             for x in (0..TILE).filter(|x| mask >> x & 1 == 1) {
                 self.counts.square_sums += 1;
-                let Some(alpha) = self.alpha(entry, forms.at(x, span.row), limit) else {
+                let power = self.power(forms.at(x, span.row));
+                if power > limit {
                     continue;
-                };
+                }
                 self.counts.exponentials += 1;
+                if exact.is_none_or(|exact| power > exact) {
+                    continue;
+                }
+                self.counts.within_exact_limit += 1;
+                let alpha = self.alpha(entry.record.opacity, power);
                 let pixel = (span.row * TILE + x) as usize;
                 let tile = &mut self.tiles[usize::from(entry.slot)];
                 let thresholds = &self.settings.thresholds;
@@ -139,7 +134,9 @@ impl ReferenceSplatUnit {
             pairs.rows |= 1 << row;
             pairs.spans[row] = span.mask;
             for x in (0..TILE).filter(|x| span.mask >> x & 1 == 1) {
-                pairs.alphas[row][x as usize] = self.alpha(entry, forms.at(x, span.row), limit);
+                let power = self.power(forms.at(x, span.row));
+                pairs.alphas[row][x as usize] =
+                    (power <= limit).then(|| self.alpha(entry.record.opacity, power));
             }
         }
         Some(pairs)
@@ -167,16 +164,11 @@ impl ReferenceSplatUnit {
         in_tile.collect()
     }
 
-    /// The product of opacity and exponential, U0.16; `None` if the cut drops the pair.
-    fn alpha(&self, entry: &SplatEntry, forms: [i32; 2], limit: u32) -> Option<u32> {
-        let power = self.power(forms);
-        if power > limit {
-            return None;
-        }
+    /// The product of an opacity and the exponential of a power, U0.16.
+    fn alpha(&self, opacity: u16, power: u32) -> u32 {
         let e = i64::from(self.exp.exp(power as i32));
         let bits = self.exponential_bits;
-        let alpha = (i64::from(entry.record.opacity) * e + (1 << (bits - 1))) >> bits;
-        Some(alpha as u32)
+        ((i64::from(opacity) * e + (1 << (bits - 1))) >> bits) as u32
     }
 
     /// Half the sum of the squares of two forms, a code of the exponential's input, saturating.

@@ -9,7 +9,7 @@ const CLEAR: u32 = 1 << 20;
 const FULL: u32 = 1 << 16;
 
 /// Thresholds of a set of rules, as codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Thresholds {
     /// Cap of alpha, U0.16.
     pub alpha_cap: u32,

@@ -4,6 +4,7 @@ use potamoi_formats::units::VectorOp;
 
 use super::*;
 use potamoi_reference::observer::Observed;
+use potamoi_reference::splat_unit::{Composited, SplatJob};
 use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_reference::{Product, UnitError};
 
@@ -106,6 +107,10 @@ impl Units for Broken {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.twins.vector(op, a, b, out)
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        self.twins.splats(job)
     }
 
     fn multiplied(&mut self, product: Product) {
