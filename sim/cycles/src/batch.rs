@@ -64,11 +64,32 @@ pub struct Batch {
     pub output_bytes: u64,
     /// Bytes of partial sums written and read again.
     pub partial_bytes: u64,
+    /// Jobs of splat units, one a ray group.
+    #[serde(default)]
+    pub splat_jobs: u64,
+    /// Cycles of all jobs, whichever unit did them, with streams always ready.
+    #[serde(default)]
+    pub splat_cycles: u64,
+    /// Cycles until all jobs are done on the units side by side.
+    #[serde(default)]
+    pub splat_elapsed: u64,
+    /// Records in tiles that splat units took.
+    #[serde(default)]
+    pub splat_records: u64,
+    /// Pairs of pixel and record that splat units evaluated.
+    #[serde(default)]
+    pub splat_square_sums: u64,
+    /// Pairs that drew or ended a pixel in splat units.
+    #[serde(default)]
+    pub splat_counted: u64,
+    /// Pixels that splat units returned, those beyond the picture included.
+    #[serde(default)]
+    pub splat_pixels: u64,
 }
 
 impl Batch {
     /// All counts.
-    fn counts(&mut self) -> [&mut u64; 23] {
+    fn counts(&mut self) -> [&mut u64; 30] {
         [
             &mut self.runs,
             &mut self.mvoxels,
@@ -93,6 +114,13 @@ impl Batch {
             &mut self.weight_bytes,
             &mut self.output_bytes,
             &mut self.partial_bytes,
+            &mut self.splat_jobs,
+            &mut self.splat_cycles,
+            &mut self.splat_elapsed,
+            &mut self.splat_records,
+            &mut self.splat_square_sums,
+            &mut self.splat_counted,
+            &mut self.splat_pixels,
         ]
     }
 
@@ -122,7 +150,7 @@ impl std::ops::AddAssign for Batch {
 /// the array. [`BatchEvents::priced`] adds that.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BatchEvents {
-    /// Counts of the gathering unit; those of vector unit and array are 0.
+    /// Counts of the gathering unit and of splat units; those of vector unit and array are 0.
     pub gathered: Batch,
     /// Vector operations, equal ones once.
     pub operations: Vec<Operations>,
@@ -238,7 +266,10 @@ impl BatchEvents {
     }
 
     pub(super) fn is_some(&self) -> bool {
-        self.gathered.runs > 0 || !self.operations.is_empty() || !self.products.is_empty()
+        self.gathered.runs > 0
+            || self.gathered.splat_jobs > 0
+            || !self.operations.is_empty()
+            || !self.products.is_empty()
     }
 }
 

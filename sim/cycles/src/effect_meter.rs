@@ -1,12 +1,13 @@
 //! Cycles of the units by rendering effect.
 
 use super::{ClosedVector, GatherWork, runs};
-use potamoi_formats::config::Config;
-use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
+use potamoi_reference::observer::{GatherCall, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 use serde::Serialize;
 
 use super::mac_array::MacArray;
+use super::splat_unit::SplatRunner;
 
 /// Cycles of a frame. The cycle models count them, which equal the RTL with streams always ready;
 /// each run and each operation starts from reset.
@@ -28,6 +29,8 @@ pub struct EffectCycles {
     pub entries: u64,
     /// Elements of exponentials and of operations on their results.
     pub powers: u64,
+    /// Cycles of splat units, all jobs one after the other.
+    pub splats: u64,
 }
 
 /// Counts cycles by effect while a frame is rendered.
@@ -36,6 +39,7 @@ pub struct EffectMeter {
     /// Set with the first operation.
     vector: Option<ClosedVector>,
     array: MacArray,
+    splats: Option<SplatRunner>,
     cycles: EffectCycles,
 }
 
@@ -47,6 +51,7 @@ impl EffectMeter {
             config: config.clone(),
             vector: None,
             array: MacArray::PAPER,
+            splats: SplatRunner::new(config),
             cycles: EffectCycles::default(),
         }
     }
@@ -90,6 +95,14 @@ impl Observer for EffectMeter {
             self.cycles.exponentials += found.elapsed;
             self.cycles.powers += call.a.len() as u64;
         }
+        Ok(())
+    }
+
+    fn composited(&mut self, call: &SplatCall<'_>) -> Result<(), UnitError> {
+        let unit = self.splats.as_mut().ok_or(NO_SPLAT_UNIT)?;
+        let run = unit.run(call.job)?;
+        self.cycles.splats += run.cycles;
+        self.cycles.powers += run.counters.exponentials;
         Ok(())
     }
 

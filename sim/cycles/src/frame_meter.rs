@@ -3,9 +3,10 @@
 use std::time::{Duration, Instant};
 
 use super::batch::{Batch, BatchEvents};
+use super::splat_unit::{SplatRunner, last_end};
 use super::{ClosedVector, GatherWork, runs};
-use potamoi_formats::config::{Config, RitPath};
-use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT, RitPath};
+use potamoi_reference::observer::{GatherCall, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 
 /// Bytes of a feature code or an activation.
@@ -19,6 +20,9 @@ pub struct FrameMeter {
     vector: Option<ClosedVector>,
     batches: Vec<BatchEvents>,
     is_computing: bool,
+    splats: Option<SplatRunner>,
+    /// Batch and cycles of each job of splat units, in order.
+    splat_jobs: Vec<(usize, u64)>,
     sums: GatherSums,
     /// Wall time of the cycle models.
     modelled: Duration,
@@ -50,6 +54,8 @@ impl FrameMeter {
             vector: None,
             batches: vec![BatchEvents::default()],
             is_computing: false,
+            splats: SplatRunner::new(config),
+            splat_jobs: vec![],
             sums: GatherSums::default(),
             modelled: Duration::ZERO,
         }
@@ -69,11 +75,26 @@ impl FrameMeter {
 
     /// The batches, in order.
     #[must_use]
-    pub fn into_events(self) -> Vec<BatchEvents> {
+    pub fn into_events(mut self) -> Vec<BatchEvents> {
+        self.place_splat_jobs();
         self.batches
             .into_iter()
             .filter(BatchEvents::is_some)
             .collect()
+    }
+
+    /// Gives each batch its part of the time in which the units side by side do all jobs, in
+    /// proportion to the cycles of its own.
+    fn place_splat_jobs(&mut self) {
+        let units = self.config.su.as_ref().map_or(1, |su| su.units);
+        let all: u64 = self.splat_jobs.iter().map(|(_, cycles)| cycles).sum();
+        let end = last_end(self.splat_jobs.iter().map(|(_, cycles)| *cycles), units);
+        let upto = |done: u64| (u128::from(done) * u128::from(end) / u128::from(all.max(1))) as u64;
+        let mut done = 0;
+        for (batch, cycles) in &self.splat_jobs {
+            self.batches[*batch].gathered.splat_elapsed += upto(done + cycles) - upto(done);
+            done += cycles;
+        }
     }
 
     fn batch(&mut self) -> &mut BatchEvents {
@@ -168,6 +189,26 @@ impl Observer for FrameMeter {
         };
         self.is_computing = true;
         self.batch().computed(op.code, a.len() as u64, cycles);
+        Ok(())
+    }
+
+    fn composited(&mut self, call: &SplatCall<'_>) -> Result<(), UnitError> {
+        let begun = Instant::now();
+        let unit = self.splats.as_mut().ok_or(NO_SPLAT_UNIT)?;
+        let run = unit.run(call.job)?;
+        self.modelled += begun.elapsed();
+        self.is_computing = true;
+        let counters = run.counters;
+        self.batch().gathered += Batch {
+            splat_jobs: 1,
+            splat_cycles: run.cycles,
+            splat_records: counters.records,
+            splat_square_sums: counters.square_sums,
+            splat_counted: counters.drawn + counters.stopped,
+            splat_pixels: call.done.pixels.len() as u64,
+            ..Batch::default()
+        };
+        self.splat_jobs.push((self.batches.len() - 1, run.cycles));
         Ok(())
     }
 

@@ -5,7 +5,7 @@ use potamoi_formats::config::{
     Config, EntryKind, ExtraPorts, Modes, Organisation, RitPath, Sums, rules,
 };
 use potamoi_formats::rit::Vertices;
-use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::observer::{GatherCall, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -259,6 +259,11 @@ impl Observer for Layouts {
 
     /// All organisations have the same vector unit.
     fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
+        Ok(())
+    }
+
+    /// All organisations have the same splat unit.
+    fn composited(&mut self, _: &SplatCall<'_>) -> Result<(), UnitError> {
         Ok(())
     }
 

@@ -14,7 +14,7 @@ use std::rc::Rc;
 
 use potamoi_formats::config::{Config, SuConfig};
 use potamoi_reference::splat_unit::{
-    ReferenceSplatUnit, SplatEntry, SplatPairs, SplatSettings, TileState,
+    ReferenceSplatUnit, SplatEntry, SplatJob, SplatPairs, SplatPixel, SplatSettings,
 };
 
 use self::front::Front;
@@ -43,28 +43,6 @@ pub struct SplatOutputs {
     pub idle: bool,
     /// Counters of the cycles before.
     pub counters: SplatCounters,
-}
-
-/// A pixel that the unit gives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SplatPixel {
-    /// U1.20.
-    pub transmittance: u32,
-    /// 32 fraction bits.
-    pub colour: [u64; 3],
-}
-
-impl SplatPixel {
-    /// The pixels of tiles, row by row.
-    pub fn of_tiles(tiles: &[TileState]) -> impl Iterator<Item = Self> {
-        tiles.iter().flat_map(|tile| {
-            let both = tile.transmittance.iter().zip(tile.colour);
-            both.map(|(transmittance, colour)| Self {
-                transmittance: *transmittance,
-                colour,
-            })
-        })
-    }
 }
 
 /// Counters of the unit.
@@ -108,7 +86,7 @@ impl Pair {
 
 /// The splat unit between two clock edges.
 pub struct SplatModel {
-    twin: ReferenceSplatUnit,
+    twin: Rc<ReferenceSplatUnit>,
     front: Front,
     walk: Walk,
     lanes: Lanes,
@@ -116,6 +94,94 @@ pub struct SplatModel {
     ending: bool,
     is_open: bool,
     counters: SplatCounters,
+}
+
+/// Cycles and counters of a job.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct SplatJobRun {
+    /// Cycles from the first beat to the last pixel, with streams that never pause.
+    pub cycles: u64,
+    /// Counters of the job.
+    pub counters: SplatCounters,
+}
+
+impl std::ops::AddAssign for SplatJobRun {
+    fn add_assign(&mut self, other: Self) {
+        self.cycles += other.cycles;
+        let (own, other) = (&mut self.counters, other.counters);
+        own.busy += other.busy;
+        own.records += other.records;
+        own.square_sums += other.square_sums;
+        own.exponentials += other.exponentials;
+        own.drawn += other.drawn;
+        own.stopped += other.stopped;
+    }
+}
+
+/// The cycle in which the last of several units side by side is done, which take jobs of these cycles in
+/// order, each the unit that is free first.
+#[must_use]
+pub fn last_end(jobs: impl Iterator<Item = u64>, units: u32) -> u64 {
+    let mut ends = vec![0; units.max(1) as usize];
+    for cycles in jobs {
+        if let Some(first) = ends.iter_mut().min() {
+            *first += cycles;
+        }
+    }
+    ends.into_iter().max().unwrap_or(0)
+}
+
+/// Runs jobs on the cycle model, each on a unit whose pixels are clear and whose limits are written: both
+/// happen once after a reset.
+#[derive(Debug)]
+pub struct SplatRunner {
+    config: Config,
+    su: SuConfig,
+    /// Of the settings of the last job.
+    twin: Option<Rc<ReferenceSplatUnit>>,
+}
+
+impl SplatRunner {
+    /// The splat unit of a configuration; `None` if it has none.
+    #[must_use]
+    pub fn new(config: &Config) -> Option<Self> {
+        Some(Self {
+            config: config.clone(),
+            su: config.su.clone()?,
+            twin: None,
+        })
+    }
+
+    /// Runs a job with streams that never pause.
+    ///
+    /// # Errors
+    /// A configuration that breaks its rules.
+    pub fn run(&mut self, job: &SplatJob<'_>) -> Result<SplatJobRun, WorkError> {
+        let own = self.twin.take_if(|own| *own.settings() == job.settings);
+        let exp = &self.config.vu.exp;
+        let twin = own.unwrap_or_else(|| Rc::new(ReferenceSplatUnit::new(exp, 0, job.settings)));
+        self.twin = Some(Rc::clone(&twin));
+        let last_slot = job.tiles.saturating_sub(1);
+        let mut model = SplatModel::with(twin, &self.config, &self.su, last_slot)?;
+        model.tiles.skip_clearing();
+        let count = job.entries.len().max(1);
+        let (mut next, mut cycles) = (0, 0);
+        loop {
+            let is_last = next + 1 == count;
+            let beat = (next < count).then(|| match job.entries.get(next) {
+                Some(entry) => SplatBeat::Record(entry, is_last),
+                None => SplatBeat::Other(is_last),
+            });
+            let outputs = model.step(beat, true);
+            next += usize::from(beat.is_some() && outputs.ready);
+            cycles += 1;
+            if outputs.pixel.is_some_and(|(_, is_last)| is_last) {
+                break;
+            }
+        }
+        let counters = model.step(None, true).counters;
+        Ok(SplatJobRun { cycles, counters })
+    }
 }
 
 impl SplatModel {
@@ -129,9 +195,19 @@ impl SplatModel {
         settings: SplatSettings,
         last_slot: usize,
     ) -> Result<Self, WorkError> {
-        let tiles = su.tiles as usize;
+        let twin = ReferenceSplatUnit::new(&config.vu.exp, 0, settings);
+        Self::with(Rc::new(twin), config, su, last_slot)
+    }
+
+    fn with(
+        twin: Rc<ReferenceSplatUnit>,
+        config: &Config,
+        su: &SuConfig,
+        last_slot: usize,
+    ) -> Result<Self, WorkError> {
+        let (tiles, settings) = (su.tiles as usize, *twin.settings());
         Ok(Self {
-            twin: ReferenceSplatUnit::new(&config.vu.exp, 0, settings),
+            twin,
             front: Front::default(),
             walk: Walk::default(),
             lanes: Lanes::new(config, su)?,
@@ -202,5 +278,20 @@ impl SplatModel {
             colour: own.record.colour,
             pairs: self.twin.pairs(own).unwrap_or(none),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unit_that_is_free_first_takes_the_next_job() {
+        let jobs = [5, 3, 1, 4, 2];
+        assert_eq!(last_end(jobs.into_iter(), 1), 15);
+        // 5 and 2 beside 3, 1 and 4.
+        assert_eq!(last_end(jobs.into_iter(), 2), 8);
+        assert_eq!(last_end(jobs.into_iter(), 9), 5);
+        assert_eq!(last_end([].into_iter(), 3), 0);
     }
 }

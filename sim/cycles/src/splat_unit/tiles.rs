@@ -1,9 +1,9 @@
 //! Transmittance and colour of the tiles' pixels, pair by pair, and the pass that gives and clears them.
 
-use potamoi_reference::splat_unit::{Outcome, TILE_PIXELS, Thresholds, TileState};
+use potamoi_reference::splat_unit::{Outcome, SplatPixel, TILE_PIXELS, Thresholds, TileState};
 
 use super::lanes::Vector;
-use super::{Pair, SplatCounters, SplatPixel};
+use super::{Pair, SplatCounters};
 
 /// Stages after that in which a pair reads its transmittance.
 const STAGES: usize = 6;
@@ -66,6 +66,11 @@ impl Tiles {
             at: 0,
             holds: None,
         }
+    }
+
+    /// As after the pass that clears the pixels of all tiles.
+    pub(super) const fn skip_clearing(&mut self) {
+        self.runs = false;
     }
 
     pub(super) fn is_draining(&self) -> bool {
