@@ -78,6 +78,18 @@ pub enum RitPath {
     Direct,
 }
 
+/// The (tile, Gaussian) pairs of splats that the table lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RitPairs {
+    /// All pairs of the profile.
+    #[default]
+    All,
+    /// Those in whose tile a pixel may count, by a test of the GPU for each pair. No bit of the
+    /// picture depends on the others.
+    ThatMayCount,
+}
+
 /// The ray index table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -93,6 +105,8 @@ pub struct RitConfig {
     pub entry: EntryKind,
     /// Path of the table to the unit.
     pub path: RitPath,
+    /// The (tile, Gaussian) pairs of splats that the GPU lists and sorts. No hardware depends on it.
+    pub pairs: RitPairs,
 }
 
 impl Default for RitConfig {
@@ -103,6 +117,7 @@ impl Default for RitConfig {
             slot_bits: 16,
             entry: EntryKind::Paper,
             path: RitPath::Dram,
+            pairs: RitPairs::All,
         }
     }
 }

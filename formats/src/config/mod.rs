@@ -24,8 +24,8 @@ use crate::document;
 pub use breaches::{RuleBreach, RuleBreaches};
 pub use exponential::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput, Offers, PieceWidths};
 pub use gu::{
-    EntryKind, ExtraPorts, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPath, Sums,
-    WeightTrust,
+    EntryKind, ExtraPorts, GuConfig, Modes, MvoxelConfig, Organisation, RitConfig, RitPairs,
+    RitPath, Sums, WeightTrust,
 };
 pub use overlay::{Layer, overlay};
 pub use su::{NO_SPLAT_UNIT, SuConfig};

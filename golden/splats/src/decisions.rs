@@ -37,6 +37,29 @@ impl Decisions {
         }
     }
 
+    /// Sets the decisions of a tile: the entry that stopped each pixel, and the pixels that each entry
+    /// drew. `places` are those of the entries among all of the tile's, where some were left out.
+    pub(crate) fn set(
+        &mut self,
+        tile: usize,
+        stop: &[u32; TILE_PIXELS],
+        drawn: &[[u64; TILE_PIXELS / 64]],
+        places: Option<&[u32]>,
+    ) {
+        let place = |entry: u32| match places {
+            // `u32::MAX` is no entry.
+            Some(places) => places.get(entry as usize).copied().unwrap_or(u32::MAX),
+            None => entry,
+        };
+        self.stop[tile] = stop.map(place);
+        let own = &mut self.drawn[self.first[tile]..self.first[tile + 1]];
+        for (entry, drawn) in (0..).zip(drawn) {
+            if let Some(to) = own.get_mut(place(entry) as usize) {
+                *to = *drawn;
+            }
+        }
+    }
+
     /// Counts the differences; `None` if the two are not of the same view.
     #[must_use]
     pub fn flips(&self, other: &Self) -> Option<Flips> {

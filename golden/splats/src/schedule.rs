@@ -4,8 +4,12 @@
 //! A Gaussian belongs to the MVoxel of its centre, wherever its extent reaches. Entries are per
 //! (tile, Gaussian), so rays outside the cell still find it. In memory an MVoxel is the records of
 //! its visible Gaussians by rank, the same for every ray group. A ray group is a set of whole
-//! tiles. It visits MVoxels by increasing minimum rank of the records that it uses, and loads
-//! their records by [`Load`].
+//! tiles. It visits MVoxels by increasing minimum rank of the records in its tiles, and loads the
+//! records that it uses by [`Load`].
+//!
+//! With [`ScheduleOptions::limits`], pairs in whose tile no pixel can count have no entry. The order of
+//! MVoxels is still that of the profile's own list, so that the approximate order composites the
+//! others as without limits, bit for bit.
 
 use std::collections::HashMap;
 
@@ -17,7 +21,8 @@ use super::error::RenderError;
 use super::octree::Octree;
 use super::partition::{Cells, Partition};
 use super::profile::Profile;
-use super::records::{Saturations, record};
+use super::records::Saturations;
+use super::tile_test::{TileLimits, kept};
 use super::view::View;
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
@@ -63,7 +68,8 @@ pub struct MVoxel {
     /// Its cell of the partition, the lowest of merged ones. A cell with more visible Gaussians
     /// than rows becomes several MVoxels.
     pub cell: [u32; 3],
-    /// The smallest rank among the records that the group uses.
+    /// The smallest rank among the records that the group uses from here on, in this MVoxel and all
+    /// later ones.
     pub min_rank: u32,
     /// The way in which its records are loaded.
     pub load: Load,
@@ -100,6 +106,9 @@ pub struct ScheduleOptions {
     pub group_tiles: Option<[u32; 2]>,
     /// The division of the cloud into MVoxels.
     pub cells: Cells,
+    /// Limits by which (tile, Gaussian) pairs are left out in whose tile no pixel can count. `None`, or
+    /// limits of rules with a higher alpha threshold: all pairs have entries.
+    pub limits: Option<TileLimits>,
 }
 
 impl Default for ScheduleOptions {
@@ -108,6 +117,7 @@ impl Default for ScheduleOptions {
             rows: 512,
             group_tiles: None,
             cells: Cells::MERGED,
+            limits: None,
         }
     }
 }
@@ -121,8 +131,27 @@ pub struct Schedule {
     partition: Partition,
     saturations: Saturations,
     tiles: Vec<Vec<u32>>,
-    /// (rank, slot) of each entry, group after group, by rank.
-    entries: Vec<Vec<(u32, u16)>>,
+    /// Pairs of the profile's list, group after group, by rank.
+    entries: Vec<Vec<Listed>>,
+    test: Option<PairTest>,
+}
+
+/// (tile, Gaussian) pairs that were tested, in tiles that are wanted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct PairTest {
+    /// Pairs of the profile's list.
+    pub pairs: u64,
+    /// Those in whose tile no pixel can count: they have no entry.
+    pub left_out: u64,
+}
+
+/// A pair of the profile's list, in a tile that is wanted.
+#[derive(Debug, Clone, Copy)]
+struct Listed {
+    rank: u32,
+    slot: u16,
+    /// Whether it has an entry.
+    is_kept: bool,
 }
 
 /// An MVoxel as laid out in memory.
@@ -170,6 +199,7 @@ fn store(cells: impl Iterator<Item = [u32; 3]>, rows: usize) -> (Vec<Stored>, Ve
 /// The part of one MVoxel that a ray group uses.
 struct Used {
     mvoxel: usize,
+    /// The smallest rank that has entries.
     min_rank: u32,
     /// Rows in memory, increasing.
     rows: Vec<u16>,
@@ -238,11 +268,26 @@ impl Schedule {
         let wanted: Vec<bool> = (0..view.tile_count())
             .map(|tile| only.is_none_or(|mask| view.shows(tile, mask)))
             .collect();
+        let mut saturations = Saturations::default();
+        let records = view.records(&mut saturations);
+        let limits = (options.limits).filter(|limits| limits.hold_for(view.rules()));
+        let kept = limits.map(|limits| kept(view, &records, &limits));
+        let mut kept = kept.iter().flatten();
         let mut entries = vec![Vec::new(); count];
-        for rank in 0..view.splats().len() {
-            for tile in view.tiles_of(rank).iter().filter(|t| wanted[**t as usize]) {
-                let (group, slot) = place(*tile);
-                entries[group].push((rank as u32, slot));
+        let mut test = PairTest::default();
+        for rank in 0..records.len() {
+            for tile in view.tiles_of(rank) {
+                let is_kept = limits.is_none() || kept.next().copied().unwrap_or(true);
+                if wanted[*tile as usize] {
+                    test.pairs += 1;
+                    test.left_out += u64::from(!is_kept);
+                    let (group, slot) = place(*tile);
+                    entries[group].push(Listed {
+                        rank: rank as u32,
+                        slot,
+                        is_kept,
+                    });
+                }
             }
         }
         let partition = Partition::halved(cloud, options.rows, options.cells.halvings);
@@ -255,21 +300,39 @@ impl Schedule {
             tree.as_ref().map_or(cell, |tree| tree.owner(cell))
         });
         let (stored, places) = store(cells, options.rows);
-        let mut saturations = Saturations::default();
         Ok(Self {
-            records: view
-                .splats()
-                .iter()
-                .enumerate()
-                .map(|(rank, s)| record(s, rank as u32, view.rules().conic_bits, &mut saturations))
-                .collect(),
+            records,
             stored,
             places,
             partition,
             saturations,
             tiles,
             entries,
+            test: limits.map(|_| test),
         })
+    }
+
+    /// Pairs that were tested, and left out; `None` without limits.
+    #[must_use]
+    pub fn test(&self) -> Option<PairTest> {
+        self.test
+    }
+
+    /// For each slot of a group, the place of each of its entries in the profile's list of that tile;
+    /// `None` where no pair is left out.
+    pub(crate) fn profile_places(&self, group: usize) -> Option<Vec<Vec<u32>>> {
+        self.test.filter(|test| test.left_out > 0)?;
+        let slots = self.tiles.get(group)?.len();
+        let mut places = vec![Vec::new(); slots];
+        let mut met = vec![0; slots];
+        for pair in &self.entries[group] {
+            let slot = usize::from(pair.slot);
+            if pair.is_kept {
+                places[slot].push(met[slot]);
+            }
+            met[slot] += 1;
+        }
+        Some(places)
     }
 
     /// Number of ray groups.
@@ -300,11 +363,11 @@ impl Schedule {
     #[must_use]
     pub fn group(&self, group: usize) -> Option<Group> {
         let tiles = self.tiles.get(group)?.clone();
-        // Entries come by rank, so that MVoxels appear by minimum rank.
+        // Pairs come by rank, so that MVoxels appear by minimum rank.
         let mut visits: Vec<Used> = Vec::new();
         let mut seen: HashMap<usize, usize> = HashMap::new();
-        for run in self.entries[group].chunk_by(|a, b| a.0 == b.0) {
-            let rank = run[0].0;
+        for run in self.entries[group].chunk_by(|a, b| a.rank == b.rank) {
+            let rank = run[0].rank;
             let RecordLocation { mvoxel, row } = self.places[rank as usize];
             let at = *seen.entry(mvoxel).or_insert_with(|| {
                 visits.push(Used {
@@ -318,9 +381,19 @@ impl Schedule {
             });
             let used = &mut visits[at];
             let at = used.rows.len() as u16;
-            used.rows.push(row);
-            used.last = row;
-            used.entries.extend(run.iter().map(|(_, slot)| (at, *slot)));
+            let kept = run.iter().filter(|pair| pair.is_kept);
+            used.entries.extend(kept.map(|pair| (at, pair.slot)));
+            if run.iter().any(|pair| pair.is_kept) {
+                used.min_rank = if at == 0 { rank } else { used.min_rank };
+                used.rows.push(row);
+                used.last = row;
+            }
+        }
+        visits.retain(|used| !used.rows.is_empty());
+        let mut later = u32::MAX;
+        for used in visits.iter_mut().rev() {
+            later = later.min(used.min_rank);
+            used.min_rank = later;
         }
         let (tasks, mvoxels) = visits.iter().map(|used| self.load(used)).unzip();
         Some(Group {

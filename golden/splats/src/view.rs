@@ -8,10 +8,12 @@ use super::depth;
 use super::error::RenderError;
 use super::profile::{Profile, Rules};
 use super::project::{Projected, Projection};
+use super::records::{Saturations, record};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::precision::Precision;
 use potamoi_base::sh;
+use potamoi_formats::record::SplatRecord;
 
 pub use potamoi_reference::splat_unit::TILE;
 pub(crate) use potamoi_reference::splat_unit::TILE_PIXELS;
@@ -168,6 +170,32 @@ impl View {
             first,
             tiles,
         })
+    }
+
+    /// The same view with some of its (tile, Gaussian) pairs, told rank after rank. Ranks stay as they are,
+    /// so that some may have no tile.
+    pub(crate) fn with_pairs(mut self, kept: &[bool]) -> Self {
+        let before = self.first.clone();
+        let counts = before.windows(2).map(|own| {
+            let own = &kept[own[0]..own[1]];
+            own.iter().filter(|kept| **kept).count()
+        });
+        let mut sum = 0;
+        for (next, count) in self.first[1..].iter_mut().zip(counts) {
+            sum += count;
+            *next = sum;
+        }
+        let mut kept = kept.iter();
+        self.tiles.retain(|_| kept.next().copied().unwrap_or(true));
+        self
+    }
+
+    /// The records of the Gaussians, by rank.
+    pub(crate) fn records(&self, saturations: &mut Saturations) -> Vec<SplatRecord> {
+        let splats = (0..).zip(&self.splats);
+        splats
+            .map(|(rank, s)| record(s, rank, self.rules.conic_bits, saturations))
+            .collect()
     }
 
     /// The rules of the view.
