@@ -108,6 +108,7 @@ impl Hardware {
         own.leave_out_modes(&uses, what);
         own.leave_out_segments(&uses, what);
         own.leave_out_operations(&uses, what);
+        own.leave_out_splat_unit(scene, what);
         for (unit, is_used) in [
             ("gathering_unit", own.gathers),
             ("vector_unit", own.computes),
@@ -198,6 +199,15 @@ impl Hardware {
             self.config.gu.segments = wanted;
             let reason = format!("{what} has {} channels at most", uses.channels);
             self.note("gu.segments", asked.to_string(), wanted.to_string(), reason);
+        }
+    }
+
+    /// Removes the splat unit if there are no Gaussians.
+    fn leave_out_splat_unit(&mut self, scene: &Scene, what: &str) {
+        if self.config.su.is_some() && !scene.model().is_splats() {
+            self.config.su = None;
+            let reason = format!("{what} has no Gaussians");
+            self.note("su", "a splat unit", "none", reason);
         }
     }
 

@@ -212,7 +212,11 @@ impl Scene {
     /// The scene cannot be rendered with this configuration.
     pub fn operations(&self, config: &Config) -> Result<Vec<OpCode>, SceneError> {
         let of = |head: &dyn Head| [head.operations(), vec![OpCode::Multiply]].concat();
-        let splats = vec![OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
+        // The splat unit computes what it composites.
+        let splats = match self.splat_unit(config) {
+            None => vec![OpCode::SquareSum, OpCode::Exp, OpCode::Multiply],
+            Some(_) => vec![],
+        };
         let found = match self.model() {
             Model::Splats(_) => Ok(splats),
             Model::Compact(_) => Ok([splats, vec![OpCode::Relu]].concat()),

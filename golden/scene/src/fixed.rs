@@ -1,17 +1,18 @@
 //! Fixed-point rendering of any scene through the units.
 
-use potamoi_formats::config::{Config, ExpBase, ExpOutput};
+use potamoi_formats::config::{Config, ExpBase, ExpOutput, RitPairs, SuConfig};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 
 use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
+use potamoi_base::effects::Effect;
 use potamoi_base::mask::Mask;
 use potamoi_fields::{self as fields, Field, FixedField, WithEarlyTermination};
 use potamoi_march::streams::UnitStreams;
 use potamoi_reference::AblatedUnits;
 use potamoi_reference::Units;
-use potamoi_splats::{self as splats, Cells, Cloud};
+use potamoi_splats::{self as splats, Cells, Cloud, TileLimits};
 
 impl Scene {
     /// Renders in the hardware's formats: every gather and every vector operation goes through
@@ -96,22 +97,62 @@ impl Scene {
         }
     }
 
+    /// The splat unit that composites frames of splats; `None` where the vector unit does. Without its
+    /// exponential there is no cut, so that the vector unit composites.
+    pub(super) fn splat_unit<'c>(&self, config: &'c Config) -> Option<&'c SuConfig> {
+        let su = config.su.as_ref();
+        su.filter(|_| !self.choices.leaves_out(Effect::Exponential))
+    }
+
+    /// Limits by which (tile, Gaussian) pairs are left out, if the configuration asks for it and its
+    /// exponential allows for it. Nothing is left out where the arithmetic is not the configuration's.
+    pub(super) fn tile_limits(&self, config: &Config) -> Option<TileLimits> {
+        let asked = config.rit.pairs == RitPairs::ThatMayCount;
+        if !asked || AblatedUnits::is_asked_for(self.choices) {
+            return None;
+        }
+        let rules = self.profile.rules().with(&self.precision);
+        TileLimits::new(&config.vu.exp, &rules)
+    }
+
+    /// Why no (tile, Gaussian) pair of splats is left out although the configuration asks for it; `None`
+    /// where it does not ask, or pairs are left out.
+    #[must_use]
+    pub fn keeps_all_pairs(&self, config: &Config) -> Option<&'static str> {
+        let asked = config.rit.pairs == RitPairs::ThatMayCount && self.cloud().is_some();
+        if !asked || self.tile_limits(config).is_some() {
+            return None;
+        }
+        Some(if AblatedUnits::is_asked_for(self.choices) {
+            "an effect of the arithmetic is left out or forced, so that other pixels count"
+        } else {
+            "of this exponential no power is known to count nowhere: vu.exp needs base = \"e\", \
+             output = \"alpha\" and an input of at most 20 bits"
+        })
+    }
+
     /// Options of the splat renderer for a configuration.
     #[must_use]
     pub fn splat_options(&self, config: &Config) -> splats::FixedOptions {
         let rows = config.mvoxel_capacity(Vertices::One, RECORD_CHANNELS) as usize;
+        let su = self.splat_unit(config);
         splats::FixedOptions {
             schedule: splats::ScheduleOptions {
                 rows,
-                group_tiles: self.group_tiles,
+                group_tiles: self.group_tiles.or(su.map(SuConfig::group_tiles)),
                 cells: Cells {
                     merge: self.merges_cells(rows),
                     ..self.cells
                 },
+                limits: self.tile_limits(config),
             },
             background: self.background,
             order: self.order,
             unit_streams: UnitStreams::of(config),
+            unit: match su {
+                Some(_) => splats::CompositingUnit::SplatUnit,
+                None => splats::CompositingUnit::VectorUnit,
+            },
             log_decisions: true,
             widths: splats::Widths {
                 power: config.vu.exp.input.frac_bits(),
@@ -154,6 +195,10 @@ impl Scene {
         let options = self.splat_options(config);
         let (camera, profile) = (&self.camera, self.profile);
         let frame = splats::render_fixed_masked(cloud, camera, profile, &options, only, units)?;
+        let within = match options.unit {
+            splats::CompositingUnit::SplatUnit => Some(frame.stats.splat_unit.within_exact_limit),
+            splats::CompositingUnit::VectorUnit => None,
+        };
         let clear = 1 << splats::TRANSMITTANCE.frac_bits();
         let covered: Vec<bool> = frame.transmittance.iter().map(|t| *t < clear).collect();
         Ok(Rendered {
@@ -171,7 +216,10 @@ impl Scene {
                     gaussians: cloud.len() as u64,
                     visible: frame.stats.visible,
                     pairs: frame.stats.gathers,
+                    pair_test: frame.stats.pair_test,
                     pairs_evaluated: frame.stats.evaluated,
+                    exponentials: frame.stats.exponentials,
+                    within_exact_limit: within,
                     pairs_drawn: frame.stats.drawn,
                     pairs_stopped: frame.stats.stopped,
                     records_held: frame.stats.hold.occupancy,
@@ -219,6 +267,15 @@ impl Scene {
         if !(8..=24).contains(&exp.output_bits) {
             let expected = "8 to 24 bits of opacity".to_owned();
             return refuse("vu.exp.output_bits", exp.output_bits.to_string(), expected);
+        }
+        if let (Some(su), Some([columns, rows])) = (&config.su, self.group_tiles)
+            && u64::from(columns) * u64::from(rows) > su.tiles.into()
+        {
+            let expected = format!(
+                "{} or more, for render.group_tiles = [{columns}, {rows}]; or smaller ray groups",
+                (u64::from(columns) * u64::from(rows)).next_power_of_two()
+            );
+            return refuse("su.tiles", su.tiles.to_string(), expected);
         }
         let segments = config.segments(RECORD_CHANNELS);
         if segments > config.gu.segments as usize {

@@ -55,11 +55,17 @@ impl Scene {
     }
 
     /// Reads of feature vectors of a frame, or of a mask's pixels, in pixel-centric order through
-    /// a buffer of `capacity` bytes with oracle replacement.
+    /// a buffer of `capacity` bytes with oracle replacement. Of splats, the configuration decides which
+    /// (tile, Gaussian) pairs are listed.
     ///
     /// # Errors
     /// Those of [`Scene::render_float`], or the mask does not have the camera's size.
-    pub fn accesses(&self, capacity: u32, only: Option<&Mask>) -> Result<Accesses, SceneError> {
+    pub fn accesses(
+        &self,
+        config: &Config,
+        capacity: u32,
+        only: Option<&Mask>,
+    ) -> Result<Accesses, SceneError> {
         let field = |field: &dyn Field| -> Result<Accesses, SceneError> {
             let field = self.stopping(field);
             let stops = RayLengths::masked(&field, &self.camera, only)?;
@@ -67,7 +73,7 @@ impl Scene {
         };
         match self.model.kind() {
             Kind::Splats(cloud) => {
-                let view = View::new(cloud, &self.camera, self.profile)?;
+                let view = self.listed(View::new(cloud, &self.camera, self.profile)?, config);
                 let colour = match self.model() {
                     Model::Compact(model) => Some(&**model),
                     _ => None,
@@ -75,6 +81,14 @@ impl Scene {
                 Ok(splat_accesses(cloud, colour, None, &view, only, capacity)?)
             }
             Kind::Field(own) => field(own),
+        }
+    }
+
+    /// The view with the pairs that the configuration lists.
+    fn listed(&self, view: View, config: &Config) -> View {
+        match self.tile_limits(config) {
+            Some(limits) => view.that_may_count(&limits),
+            None => view,
         }
     }
 
@@ -132,8 +146,9 @@ impl Scene {
             _ => None,
         };
         let options = self.splat_options(config);
+        let listed = self.listed(view.clone(), config);
         let (accesses, traffic) = join(
-            || splat_accesses(cloud, colour, full, &view, None, capacity),
+            || splat_accesses(cloud, colour, full, &listed, None, capacity),
             || splat_traffic(cloud, &view, &options, sides),
         );
         let mut traffic = traffic?;

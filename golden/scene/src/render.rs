@@ -12,7 +12,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
 use potamoi_march::streams::Streams;
-use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, Partition};
+use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, PairTest, Partition};
 
 /// Maximum number of pixels in a picture.
 const MAX_PIXELS: u64 = 1 << 26;
@@ -50,10 +50,20 @@ pub struct SplatCounts {
     pub gaussians: u64,
     /// Gaussians that touch a tile.
     pub visible: u64,
-    /// (tile, Gaussian) pairs.
+    /// (tile, Gaussian) pairs that are listed.
     pub pairs: u64,
-    /// (pixel, Gaussian) pairs that are evaluated, whether they count or not.
+    /// Pairs of the profile's list that were tested, and those that were left out; `None` where none is
+    /// tested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pair_test: Option<PairTest>,
+    /// (pixel, Gaussian) pairs whose power is computed, whether they count or not.
     pub pairs_evaluated: u64,
+    /// (pixel, Gaussian) pairs whose exponential is computed: all of them without a splat unit, those
+    /// that the stored limits keep with one.
+    pub exponentials: u64,
+    /// With a splat unit, the pairs within the exact limit of their opacity: those that draw or stop
+    /// a pixel, and no others, if the exponential never rises.
+    pub within_exact_limit: Option<u64>,
     /// (pixel, Gaussian) pairs that contribute to a pixel.
     pub pairs_drawn: u64,
     /// (pixel, Gaussian) pairs at which a pixel terminates early: they count, and are not drawn.

@@ -58,4 +58,12 @@ pub enum RenderError {
         /// Channels of all entries together.
         expected: usize,
     },
+    /// The splat unit returned a wrong number of pixels.
+    #[error("the splat unit returned {found} pixels, expected {expected}")]
+    Pixels {
+        /// Pixels that it returned.
+        found: usize,
+        /// Pixels of all tiles of the job.
+        expected: usize,
+    },
 }

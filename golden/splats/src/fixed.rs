@@ -1,101 +1,30 @@
 //! The fixed-point renderer: every gather and every vector operation of a frame goes through the
 //! units.
 
-use std::collections::BTreeMap;
-
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::record::{COLOUR, RECORD_CHANNELS, SplatRecord};
 use potamoi_formats::units::OpCode;
 
 use super::cloud::Cloud;
-use super::composite::{Compositor, Widths};
+use super::compositing::Compositing;
 use super::decisions::Decisions;
 use super::error::RenderError;
+use super::fixed_options::{CompositingUnit, FixedOptions};
+use super::fixed_stats::FixedStats;
 use super::float::mask_fits;
 use super::profile::Profile;
-use super::records::Saturations;
-use super::schedule::{Group, Schedule, ScheduleOptions};
+use super::schedule::{Group, Schedule};
 use super::transmittance::TRANSMITTANCE;
-use super::view::{TILE, View, Work};
-use crate::reorder_buffer::{Hold, HoldStats, Order};
+use super::view::{TILE, View};
+use crate::reorder_buffer::{Hold, Order};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
-use potamoi_march::streams::{Streams, UnitStreams, Visit};
+use potamoi_march::streams::{UnitStreams, Visit};
 use potamoi_reference::{GatherTask, Units};
 
 /// Number of gathered or waiting entries that starts compositing.
 const BATCH_ENTRIES: usize = 1 << 18;
-
-/// Options of the fixed-point renderer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FixedOptions {
-    /// MVoxels and ray groups.
-    pub schedule: ScheduleOptions,
-    /// The order in which records are composited.
-    pub order: Order,
-    /// Capacity of the on-chip reorder buffer in records; more records spill.
-    pub hold_records: usize,
-    /// Reads of the ray index table.
-    pub unit_streams: UnitStreams,
-    /// Background, linear RGB, rounded to U4.12.
-    pub background: [f32; 3],
-    /// Whether to keep [`FixedFrame::decisions`] (exact order only).
-    pub log_decisions: bool,
-    /// Fraction bits of the exponential unit.
-    pub widths: Widths,
-    /// Optional parts of the work.
-    pub work: Work,
-}
-
-impl Default for FixedOptions {
-    fn default() -> Self {
-        Self {
-            schedule: ScheduleOptions::default(),
-            order: Order::Exact,
-            hold_records: 8192,
-            unit_streams: UnitStreams::default(),
-            background: [0.0; 3],
-            log_decisions: false,
-            widths: Widths::PAPER,
-            work: Work::ALL,
-        }
-    }
-}
-
-/// Work and traffic of a frame.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct FixedStats {
-    /// Gaussians that touch a tile.
-    pub visible: u64,
-    /// Feature vectors that the gathering unit returned, one an entry.
-    pub gathers: u64,
-    /// MVoxels gathered, over all ray groups.
-    pub tasks: u64,
-    /// Bytes by stream.
-    pub streams: Streams,
-    /// Bytes of records fetched one by one, a part of the MVoxel bytes.
-    pub scattered_bytes: u64,
-    /// Elements that the vector unit returned, by operation.
-    pub vector_elements: BTreeMap<OpCode, u64>,
-    /// Exponentials: one for each (pixel, entry) whose pixel had not stopped.
-    pub exponentials: u64,
-    /// Affine forms that the MAC array computed, two for each exponential; each takes two passes
-    /// of 16-bit multipliers.
-    pub affine_forms: u64,
-    /// (pixel, entry) pairs whose pixel had not stopped.
-    pub evaluated: u64,
-    /// (pixel, entry) pairs that contributed to a pixel.
-    pub drawn: u64,
-    /// Pixels that terminated early.
-    pub stopped: u64,
-    /// Record values that saturated.
-    pub saturations: Saturations,
-    /// Statistics of the reorder buffer; zero in approximate order.
-    pub hold: HoldStats,
-    /// Entries that reached their tile after one of a higher rank; zero in exact order.
-    pub inversions: u64,
-}
 
 /// A rendered frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,17 +76,21 @@ pub fn render_fixed_masked(
         mask_fits(&view, mask)?;
     }
     let schedule = Schedule::masked(cloud, &view, &options.schedule, only)?;
-    let exact = options.order == Order::Exact;
+    let logs = options.log_decisions
+        && options.order == Order::Exact
+        && options.unit == CompositingUnit::VectorUnit;
     let mut frame = Frame::new(&view, options);
     frame.stats.visible = view.splats().len() as u64;
     frame.stats.saturations = schedule.saturations();
-    if options.log_decisions && exact {
+    frame.stats.pair_test = schedule.test();
+    if logs {
         frame.decisions = Some(Decisions::new(view.by_tile().0));
     }
     for index in 0..schedule.groups() {
         if let Some(group) = schedule.group(index) {
             let done = render_group(&view, &group, options, only, units, &mut frame.stats)?;
-            frame.place(&view, &group, &done);
+            let places = (frame.decisions.as_ref()).and_then(|_| schedule.profile_places(index));
+            frame.place(&view, &group, (&done, only), places.as_deref());
         }
     }
     let stats = &mut frame.stats;
@@ -174,13 +107,8 @@ fn render_group(
     only: Option<&Mask>,
     units: &mut dyn Units,
     stats: &mut FixedStats,
-) -> Result<Compositor, RenderError> {
-    let places = group.tiles.iter().map(|t| view.tile_pixels(*t as usize));
-    let keep = options.log_decisions && options.order == Order::Exact;
-    let mut compositor = Compositor::new(view.rules(), options.widths, places, keep);
-    if let Some(mask) = only {
-        compositor.leave_out(|[x, y]| mask.has((y * view.size()[0] + x) as usize));
-    }
+) -> Result<Compositing, RenderError> {
+    let mut compositor = Compositing::new(view, group, options, only)?;
     let mut hold = Hold::new(options.hold_records);
     let mut highest = vec![0u32; group.tiles.len()];
     let mut features = Vec::new();
@@ -214,13 +142,9 @@ fn render_group(
         }
         start = end;
     }
-    compositor.run(units)?;
+    compositor.finish(units, stats)?;
     stats.scattered_bytes += group.scattered_bytes();
     stats.hold = stats.hold.and(hold.stats());
-    stats.drawn += compositor.drawn;
-    for (code, count) in &compositor.elements {
-        *stats.vector_elements.entry(*code).or_default() += count;
-    }
     Ok(compositor)
 }
 
@@ -285,32 +209,35 @@ impl Frame {
         }
     }
 
-    fn place(&mut self, view: &View, group: &Group, done: &Compositor) {
-        for (number, tile) in group.tiles.iter().zip(&done.tiles) {
+    fn place(
+        &mut self,
+        view: &View,
+        group: &Group,
+        (done, only): (&Compositing, Option<&Mask>),
+        profile_places: Option<&[Vec<u32>]>,
+    ) {
+        for (slot, number) in group.tiles.iter().enumerate() {
             let [[x0, y0], [columns, rows]] = view.tile_pixels(*number as usize);
             for y in 0..rows {
                 for x in 0..columns {
-                    let from = (y * TILE + x) as usize;
                     let to = ((y0 + y) * self.picture.width + x0 + x) as usize;
-                    // Never negative, at most 1.
-                    let left = tile.transmittance[from] as u32;
+                    let wanted = only.is_none_or(|mask| mask.has(to));
+                    let (left, colour) = match wanted {
+                        true => done.pixel(slot, (y * TILE + x) as usize),
+                        false => (1 << TRANSMITTANCE.frac_bits(), [0; 3]),
+                    };
                     self.transmittance[to] = left;
                     for c in 0..3 {
-                        let sum = tile.colour[from][c] + u64::from(left) * self.background[c];
+                        let sum = colour[c] + u64::from(left) * self.background[c];
                         let bits = TRANSMITTANCE.frac_bits() + COLOUR.frac_bits();
                         self.picture.rgb[to][c] = (sum as f64 / (1u64 << bits) as f64) as f32;
                     }
                 }
             }
-            let stopped = tile.stop.iter().filter(|s| **s != u32::MAX).count();
-            self.stats.stopped += stopped as u64;
-            if let Some(d) = &mut self.decisions {
-                let tile_number = *number as usize;
-                d.stop[tile_number] = tile.stop;
-                let range = d.first[tile_number]..d.first[tile_number + 1];
-                for (to, from) in d.drawn[range].iter_mut().zip(&tile.drawn) {
-                    *to = *from;
-                }
+            if let (Some(d), Compositing::VectorUnit(done)) = (&mut self.decisions, done) {
+                let tile = &done.tiles[slot];
+                let places = profile_places.map(|all| all[slot].as_slice());
+                d.set(*number as usize, &tile.stop, &tile.drawn, places);
             }
         }
     }
@@ -320,6 +247,8 @@ impl Frame {
         [self.stats.evaluated, self.stats.exponentials] =
             [OpCode::SquareSum, OpCode::Exp].map(elements);
         self.stats.affine_forms = 2 * self.stats.exponentials;
+        self.stats.evaluated += self.stats.splat_unit.square_sums;
+        self.stats.exponentials += self.stats.splat_unit.exponentials;
         FixedFrame {
             picture: self.picture,
             transmittance: self.transmittance,

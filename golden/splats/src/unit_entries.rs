@@ -30,13 +30,19 @@ pub fn unit_entries(view: &View, group: &Group, each: &mut dyn FnMut(&SplatEntry
         }
         let next = group.mvoxels.get(t + 1).map(|m| m.min_rank);
         hold.retire(next, |(slot, record)| {
-            let [first, size] = view.tile_pixels(group.tiles[usize::from(slot)] as usize);
-            each(&SplatEntry {
-                slot,
-                tile: first.map(|at| (at / TILE) as u16),
-                last: size.map(|pixels| pixels as u8 - 1),
-                record,
-            });
+            let place = view.tile_pixels(group.tiles[usize::from(slot)] as usize);
+            each(&entry_of(slot, place, record));
         });
+    }
+}
+
+/// A record in the tile of a slot. `place` is the tile's first pixel, and its columns and rows in the
+/// picture.
+pub(crate) fn entry_of(slot: u16, [first, size]: [[u32; 2]; 2], record: SplatRecord) -> SplatEntry {
+    SplatEntry {
+        slot,
+        tile: first.map(|at| (at / TILE) as u16),
+        last: size.map(|pixels| pixels as u8 - 1),
+        record,
     }
 }

@@ -3,7 +3,8 @@
 use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput};
 use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry};
 use potamoi_splats::{
-    Cloud, FixedOptions, RenderError, Schedule, View, unit_entries, unit_settings,
+    Cloud, FixedOptions, RenderError, Schedule, ScheduleOptions, TileLimits, View, unit_entries,
+    unit_settings,
 };
 use serde::Serialize;
 
@@ -15,8 +16,11 @@ const MOST_INPUT: u32 = 20;
 /// Pairs of a frame, each kind a part of the one before.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct SplatPairs {
-    /// (tile, Gaussian) pairs.
+    /// (tile, Gaussian) pairs of the profile's list.
     pub tile_pairs: u64,
+    /// Those in whose tile a pixel may count, by the test of tiles: what `rit.pairs = "that-may-count"`
+    /// lists.
+    pub tile_pairs_that_may_count: u64,
     /// Those of a tile in which a pixel counts that has not stopped.
     pub tile_pairs_that_count: u64,
     /// (pixel, Gaussian) pairs whose pixel has not stopped: each takes a square sum, an exponential
@@ -34,7 +38,7 @@ pub struct SplatPairs {
     pub stopped: u64,
 }
 
-/// Counts the pairs of a frame in exact order. `None` if the exponential is not one that pairs can be
+/// Counts the pairs of a frame in exact order, from *evaluated* on of what the options list. `None` if the exponential is not one that pairs can be
 /// left out of: powers of two, mantissa and exponent, a signed input, or one of too few or many bits.
 ///
 /// # Errors
@@ -48,8 +52,18 @@ pub fn splat_pairs(
     if !can_leave_out(exp) {
         return Ok(None);
     }
+    let tested = ScheduleOptions {
+        limits: TileLimits::new(exp, view.rules()),
+        ..options.schedule
+    };
+    let test = Schedule::new(cloud, view, &tested)?.test();
+    let test = test.unwrap_or_default();
     let schedule = Schedule::new(cloud, view, &options.schedule)?;
-    let mut found = SplatPairs::default();
+    let mut found = SplatPairs {
+        tile_pairs: test.pairs,
+        tile_pairs_that_may_count: test.pairs - test.left_out,
+        ..SplatPairs::default()
+    };
     for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
         let mut unit = unit_of(view, exp, group.tiles.len());
         unit_entries(view, &group, &mut |entry| found.add(&mut unit, entry));
@@ -84,7 +98,6 @@ impl SplatPairs {
         unit.composite(entry);
         let after = unit.counts();
         let counted = after.drawn + after.stopped - before.drawn - before.stopped;
-        self.tile_pairs += 1;
         self.tile_pairs_that_count += u64::from(counted > 0);
         self.evaluated += u64::from(live);
         self.in_spans += after.square_sums - before.square_sums;
@@ -159,7 +172,19 @@ mod tests {
                 kept < 1.01 * counted && in_spans < 1.1 * counted,
                 "{pairs:?}"
             );
-            assert!(pairs.tile_pairs_that_count < pairs.tile_pairs);
+            let may_count = pairs.tile_pairs_that_may_count;
+            assert!(pairs.tile_pairs_that_count <= may_count && may_count < pairs.tile_pairs);
+            // Where pairs are left out, those that are left hold all that is drawn.
+            options.schedule.limits = TileLimits::new(&config.vu.exp, view.rules());
+            let fewer = splat_pairs(cloud, &view, &options, &config.vu.exp);
+            let fewer = fewer.unwrap().unwrap();
+            let evaluated = (pairs.evaluated - fewer.evaluated) as f64;
+            assert!(
+                evaluated > 0.1 * pairs.evaluated as f64,
+                "{pairs:?} {fewer:?}"
+            );
+            let evaluated = pairs.evaluated;
+            assert_eq!(SplatPairs { evaluated, ..fewer }, pairs);
         }
     }
 

@@ -6,6 +6,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
 
 use super::super::*;
+use potamoi_reference::splat_unit::{Composited, SplatJob};
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
 
 #[test]
@@ -231,6 +232,10 @@ impl Units for Entries {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.0.vector(op, a, b, out)
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        self.0.splats(job)
     }
 
     fn multiplied(&mut self, product: Product) {

@@ -3,6 +3,7 @@
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
+use potamoi_reference::splat_unit::{Composited, SplatJob};
 use potamoi_reference::{Product, ReferenceUnits, UnitCounts, UnitError, Units};
 
 use potamoi_reference::GatherTask;
@@ -43,6 +44,10 @@ impl Units for Told {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.twins.vector(op, a, b, out)
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        self.twins.splats(job)
     }
 
     fn multiplied(&mut self, product: Product) {

@@ -2,12 +2,14 @@
 
 mod analytic;
 mod described;
+mod empty_pairs;
 mod fields;
 mod masked;
 mod precision;
 mod recorded_motion;
 mod shared_cases;
 mod splat_bounds;
+mod splat_unit;
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use potamoi_formats::fixed::round_shift;
 use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_reference::splat_unit::{Composited, SplatJob};
 use potamoi_reference::{GatherTask, Product, UnitError, Units};
 
 /// The folder of shared data, where there is one.
@@ -71,6 +72,10 @@ impl Units for PlainUnits {
             *out = rounded.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i32;
         }
         Ok(())
+    }
+
+    fn splats(&mut self, _: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        Err("the vector unit composites".into())
     }
 
     fn multiplied(&mut self, _: Product) {}

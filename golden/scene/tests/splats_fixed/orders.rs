@@ -36,6 +36,7 @@ fn the_picture_depends_on_neither_groups_nor_mvoxels() {
                 rows,
                 group_tiles,
                 cells,
+                limits: None,
             },
             hold_records: 10,
             ..LOG
@@ -120,6 +121,7 @@ fn the_approximate_order_is_counted_and_shows() {
             rows: 65536,
             group_tiles: None,
             cells: Cells::MERGED,
+            limits: None,
         },
         ..options
     };
@@ -134,6 +136,7 @@ fn tasks_alone_are_what_rendering_gathers() {
         rows: 100,
         group_tiles: Some([3, 2]),
         cells: Cells::MERGED,
+        limits: None,
     };
     let groups = tasks(&cloud, &camera, Profile::Inria, &options).unwrap();
     let mut units = PlainUnits::default();
@@ -206,6 +209,13 @@ fn units_that_return_too_little_are_found_out() {
             out: &mut [i32],
         ) -> Result<(), potamoi_reference::UnitError> {
             self.0.vector(op, a, b, out)
+        }
+        fn splats(
+            &mut self,
+            job: &potamoi_reference::splat_unit::SplatJob<'_>,
+        ) -> Result<potamoi_reference::splat_unit::Composited, potamoi_reference::UnitError>
+        {
+            self.0.splats(job)
         }
         fn multiplied(&mut self, product: potamoi_reference::Product) {
             self.0.multiplied(product);

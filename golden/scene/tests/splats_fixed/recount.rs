@@ -182,6 +182,7 @@ fn mvoxels_and_spills_are_those_counted_anew() {
                     rows,
                     group_tiles,
                     cells,
+                    limits: None,
                 },
                 order,
                 hold_records,
