@@ -29,6 +29,8 @@ pub(super) trait Engine {
     fn unknown(&self, _: Self::Port) -> Option<&[u32]> {
         None
     }
+    /// Called once before the first beat of a job's work, for engines that measure it.
+    fn work_begins(&mut self) {}
     fn settle(&mut self) -> Result<(), RtlError>;
     fn edge(&mut self) -> Result<(), RtlError>;
 

@@ -2,16 +2,18 @@
 //! engine.
 
 use potamoi_cycles::{Exponents, GatherWork, Plan, Stalls};
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
 use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_gates::{Simulator, Watch};
 use potamoi_reference::GatherTask;
+use potamoi_reference::splat_unit::{SplatEntry, SplatSettings};
 
 use super::compare::flags;
-use super::engine::{Engine, Job};
+use super::engine::{Engine, Job, pass_on};
 use super::gather_check::GatherCheck;
 use super::gather_drive::{Drive, GatherTotals};
 use super::model::RtlError;
+use super::splats::{self, SplatRun};
 use super::vector_check::VectorCheck;
 use super::vector_drive::{self, VectorBatch, VectorTotals, Vectors};
 
@@ -81,6 +83,33 @@ impl<W: Watch> Engine for GateEngine<W> {
     }
 }
 
+/// A netlist whose observer sees nothing before the work begins.
+struct FromWork<'e, W> {
+    inner: &'e mut GateEngine<W>,
+}
+
+impl<W: Watch> Engine for FromWork<'_, W> {
+    pass_on!(usize);
+
+    fn work_begins(&mut self) {
+        self.inner.simulator.is_watched = true;
+    }
+
+    fn settle(&mut self) -> Result<(), RtlError> {
+        self.inner.settle()
+    }
+
+    fn edge(&mut self) -> Result<(), RtlError> {
+        self.inner.edge()
+    }
+
+    fn reset(&mut self) -> Result<(), RtlError> {
+        self.inner.reset()?;
+        self.inner.simulator.is_watched = false;
+        Ok(())
+    }
+}
+
 impl<W: Watch> GateEngine<W> {
     /// Runs tasks through a gathering unit from reset with streams always ready. Compares every
     /// cycle with the stepwise cycle model and every beat with `features`, as
@@ -132,6 +161,25 @@ impl<W: Watch> GateEngine<W> {
         let totals = drive.run(self)?;
         flags(VECTOR_UNIT, totals.errors, 0, totals.cycles)?;
         Ok(totals)
+    }
+
+    /// Composites a job in a splat unit from reset with streams always ready. Compares every cycle with
+    /// the stepwise cycle model. The observer sees the cycles from the first record on: neither the
+    /// pass that clears the pixels nor the words of the limits, which come once.
+    ///
+    /// # Errors
+    /// As [`GateEngine::gather`].
+    pub fn composite(
+        &mut self,
+        config: &Config,
+        (entries, settings): (&[SplatEntry], &SplatSettings),
+        last_slot: u16,
+    ) -> Result<SplatRun, RtlError> {
+        let su = config.su.as_ref();
+        let su = su.ok_or_else(|| RtlError::Usage(NO_SPLAT_UNIT.to_owned()))?;
+        let jobs = [entries];
+        let drive = splats::Drive::ready((config, su), &jobs, last_slot, settings)?;
+        drive.run(&mut FromWork { inner: self })
     }
 
     /// Idle cycles that continue from the current state; of the inputs in `valid`, those that exist

@@ -1,18 +1,23 @@
 //! Drives the splat unit on any engine.
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
-use potamoi_cycles::splat_unit::{SplatBeat, SplatCounters, SplatModel, SplatPixel};
+use potamoi_cycles::splat_unit::{SplatBeat, SplatCounters, SplatModel};
 use potamoi_cycles::{Plan, Stalls};
 use potamoi_formats::config::{Config, SuConfig};
+use potamoi_formats::units::SPLAT_UNIT;
 use potamoi_netlist::Module;
-use potamoi_reference::splat_unit::{SplatEntry, SplatSettings, TILE_PIXELS};
+use potamoi_reference::splat_unit::{SplatEntry, SplatPixel, SplatSettings, TILE_PIXELS};
 use potamoi_units::splat_unit::splat_unit;
 
 use super::engine::{Engine, EngineKind, Job};
+use super::mismatch::Mismatch;
 use super::model::RtlError;
 use super::runner::Runner;
 use super::splat_beats::{data_of, limit_words, user_of};
+use super::wave_dump::{AFTER, Window};
 
 /// Cycles without a handshake after which the unit counts as hanging.
 const PATIENCE: u64 = 100_000;
@@ -61,11 +66,29 @@ impl SplatUnit {
         })
     }
 
+    /// A unit from other Verilog files with the same ports, such as its gate-level netlist.
+    ///
+    /// # Errors
+    /// As [`SplatUnit::on`]; the interpreter runs none.
+    pub fn of_files(
+        engine: EngineKind,
+        config: &Config,
+        su: &SuConfig,
+        files: &BTreeMap<String, String>,
+    ) -> Result<Self, RtlError> {
+        Ok(Self {
+            runner: Runner::of_files(engine, &splat_unit(config, su)?, files)?,
+            config: config.clone(),
+            su: su.clone(),
+        })
+    }
+
     /// Composites jobs, one after the other, of tiles 0 to `last_slot`, from reset, and holds every
     /// cycle to the cycle model: handshakes, pixels, `idle` and counters.
     ///
     /// # Errors
-    /// A unit that differs from the model, raises a flag, or hangs.
+    /// [`RtlError::Mismatch`] at the first difference from the model; a unit that raises a flag or
+    /// hangs.
     pub fn check(
         &self,
         jobs: &[&[SplatEntry]],
@@ -75,23 +98,81 @@ impl SplatUnit {
         seed: u64,
     ) -> Result<SplatRun, RtlError> {
         let drive = Drive {
-            unit: self,
+            config: &self.config,
+            su: &self.su,
             jobs,
             last_slot,
             settings,
             plan: Plan::new(seed, stalls)?,
+            after: 0,
         };
         self.runner.run(seed, drive)
+    }
+
+    /// Repeats a run that differs in `cycle`, and dumps the window around it. Returns the time of the
+    /// cycle in the file.
+    ///
+    /// # Errors
+    /// The file cannot be written, or the run does not differ.
+    pub fn excerpt(
+        &self,
+        (jobs, last_slot, settings): (&[&[SplatEntry]], u16, &SplatSettings),
+        (stalls, seed): (&Stalls, u64),
+        cycle: u64,
+        path: &Path,
+    ) -> Result<u64, RtlError> {
+        let drive = Drive {
+            config: &self.config,
+            su: &self.su,
+            jobs,
+            last_slot,
+            settings,
+            plan: Plan::new(seed, stalls)?,
+            after: AFTER,
+        };
+        let window = Window::around(cycle, path);
+        let time = window.time();
+        match self.runner.run_dumped(seed, window, drive) {
+            Err(RtlError::Mismatch(_)) => Ok(time),
+            Err(other) => Err(other),
+            Ok(_) => Err(RtlError::Usage("the run did not differ again".to_owned())),
+        }
     }
 }
 
 /// One run on any engine.
-struct Drive<'a> {
-    unit: &'a SplatUnit,
+pub(super) struct Drive<'a> {
+    config: &'a Config,
+    su: &'a SuConfig,
     jobs: &'a [&'a [SplatEntry]],
     last_slot: u16,
     settings: &'a SplatSettings,
     plan: Plan,
+    /// Cycles that the run goes on after a difference, for a dump.
+    after: u64,
+}
+
+impl<'a> Drive<'a> {
+    /// A run with streams that are always ready.
+    ///
+    /// # Errors
+    /// Never: such streams have a plan.
+    pub(super) fn ready(
+        (config, su): (&'a Config, &'a SuConfig),
+        jobs: &'a [&'a [SplatEntry]],
+        last_slot: u16,
+        settings: &'a SplatSettings,
+    ) -> Result<Self, RtlError> {
+        Ok(Self {
+            config,
+            su,
+            jobs,
+            last_slot,
+            settings,
+            plan: Plan::new(0, &Stalls::NONE)?,
+            after: 0,
+        })
+    }
 }
 
 impl Drive<'_> {
@@ -129,16 +210,16 @@ impl Job for Drive<'_> {
         let (given, sink, pixel, end) = (given?, sink?, pixel?, end?);
         self.configure(engine)?;
         engine.reset()?;
-        let unit = self.unit;
-        let limits = limit_words(&unit.config, self.settings);
+        let limits = limit_words(self.config, self.settings);
         let limits = limits.into_iter().map(Beat::Limit);
         let jobs = self.jobs.iter().flat_map(|job| beats_of(job));
         let beats: Vec<Beat<'_>> = limits.chain(jobs).collect();
         let last_slot = usize::from(self.last_slot);
-        let mut model = SplatModel::new(&unit.config, &unit.su, *self.settings, last_slot)?;
+        let mut model = SplatModel::new(self.config, self.su, *self.settings, last_slot)?;
         // The clocks of the reset clear no pixel; the model begins after them.
         let mut next = 0;
         let (mut offered, mut quiet, mut cycles) = (false, 0, 0);
+        let (mut differs, mut has_begun) = (None, false);
         let mut jobs = vec![vec![]; self.jobs.len()];
         let mut done = 0;
         let mut words = vec![0; engine.words(pixel)];
@@ -150,12 +231,16 @@ impl Job for Drive<'_> {
             engine.set(valid, u64::from(offered))?;
             let beat = beats.get(next).filter(|_| offered);
             if let Some(beat) = beat {
+                if !has_begun && !matches!(beat, Beat::Limit(_)) {
+                    has_begun = true;
+                    engine.work_begins();
+                }
                 let (words, kept, ends) = beat.words();
                 engine.set_words(data, &words)?;
                 engine.set(keep, (1u64 << kept) - 1)?;
                 engine.set(last, u64::from(ends))?;
                 let entry = beat.entry();
-                engine.set(user, entry.map_or(0, |own| user_of(&unit.su, own)))?;
+                engine.set(user, entry.map_or(0, |own| user_of(self.su, own)))?;
             }
             engine.set(sink, u64::from(willing.sink))?;
             engine.settle()?;
@@ -178,14 +263,14 @@ impl Job for Drive<'_> {
                 pixel: wanted.pixel,
                 counters: wanted.counters,
             };
-            if found != wanted {
-                let what = found.differing(&wanted);
-                let text = format!(
-                    "the splat unit differs from its cycle model in {what}, in cycle {cycles} at beat {next}: \
-                     {found:?}, expected {wanted:?}"
-                );
-                return Err(RtlError::Usage(text));
+            if found != wanted && differs.is_none() {
+                let place = format!("beat {next} of {}, pixels of job {done}", beats.len());
+                differs = Some(found.differing(&wanted, cycles, place));
             }
+            if let Some(mismatch) = differs.take_if(|_| self.after == 0) {
+                return Err(RtlError::Mismatch(Box::new(mismatch)));
+            }
+            self.after -= u64::from(differs.is_some());
             quiet += 1;
             if offered && found.ready {
                 next += 1;
@@ -202,6 +287,9 @@ impl Job for Drive<'_> {
             }
             engine.edge()?;
             cycles += 1;
+        }
+        if let Some(mismatch) = differs {
+            return Err(RtlError::Mismatch(Box::new(mismatch)));
         }
         engine.set(sink, 0)?;
         engine.settle()?;
@@ -245,14 +333,32 @@ struct Seen {
 
 impl Seen {
     /// What differs, the most telling first.
-    fn differing(&self, other: &Self) -> &'static str {
+    fn differing(&self, wanted: &Self, cycle: u64, place: String) -> Mismatch {
         let all = [
-            ("a pixel", self.pixel != other.pixel),
-            ("tready", self.ready != other.ready),
-            ("a counter", self.counters != other.counters),
+            (
+                "m_axis_pix",
+                [self, wanted].map(|own| format!("{:?}", own.pixel)),
+            ),
+            (
+                "s_axis_spl_tready",
+                [self, wanted].map(|own| own.ready.to_string()),
+            ),
+            (
+                "stat_*",
+                [self, wanted].map(|own| format!("{:?}", own.counters)),
+            ),
+            ("idle", [self, wanted].map(|own| own.idle.to_string())),
         ];
-        let first = all.into_iter().find(|(_, differs)| *differs);
-        first.map_or("idle", |(name, _)| name)
+        let differs = |(_, [found, expected]): &(_, [String; 2])| found != expected;
+        let (signal, [found, expected]) = all.into_iter().find(differs).unwrap_or_default();
+        Mismatch {
+            module: SPLAT_UNIT,
+            cycle,
+            signal: signal.to_owned(),
+            expected,
+            found,
+            place,
+        }
     }
 }
 

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 
 use potamoi_cycles::{Stalls, runs};
-use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT, Sums};
 use potamoi_formats::units::VectorOp;
 use potamoi_reference::gathering_unit::Reducer;
+use potamoi_reference::splat_unit::{Composited, SplatJob, SplatUnitCounts};
 use potamoi_reference::{GatherTask, Product, UnitCounts, UnitError, Units};
 
 use super::engine::EngineKind;
 use super::gather::GatherUnit;
 use super::model::RtlError;
+use super::splats::SplatUnit;
 use super::vector::VectorUnit;
 use super::vector_drive::VectorBatch;
 
@@ -21,14 +23,17 @@ pub struct RtlCycles {
     pub gather: u64,
     /// Vector unit.
     pub vector: u64,
+    /// Splat unit, from the first word of its limits to the last pixel.
+    pub splat: u64,
 }
 
-/// Both units on an engine, each built at its first call.
+/// The units on an engine, each built at its first call.
 pub struct RtlUnits {
     config: Config,
     engine: EngineKind,
     gather: Option<GatherUnit>,
     vector: Option<VectorUnit>,
+    splat: Option<SplatUnit>,
     counts: UnitCounts,
     cycles: RtlCycles,
     flags: u64,
@@ -49,6 +54,7 @@ impl RtlUnits {
             engine,
             gather: None,
             vector: None,
+            splat: None,
             counts: UnitCounts::default(),
             cycles: RtlCycles::default(),
             flags: 0,
@@ -68,7 +74,7 @@ impl RtlUnits {
         Ok(self)
     }
 
-    /// Builds both units now.
+    /// Builds gathering unit and vector unit now, and the splat unit of a configuration with one.
     ///
     /// # Errors
     /// A missing or failing tool.
@@ -79,13 +85,20 @@ impl RtlUnits {
         if self.vector.is_none() {
             self.vector = Some(VectorUnit::on(self.engine, &self.config)?);
         }
+        if let Some(su) = self.config.su.as_ref().filter(|_| self.splat.is_none()) {
+            self.splat = Some(SplatUnit::on(self.engine, &self.config, su)?);
+        }
         Ok(())
     }
 
-    /// Whether the gathering unit and the vector unit were built.
+    /// Whether the gathering unit, the vector unit and the splat unit were built.
     #[must_use]
-    pub const fn instantiated(&self) -> [bool; 2] {
-        [self.gather.is_some(), self.vector.is_some()]
+    pub const fn instantiated(&self) -> [bool; 3] {
+        [
+            self.gather.is_some(),
+            self.vector.is_some(),
+            self.splat.is_some(),
+        ]
     }
 
     /// Feature vectors and elements that the units returned.
@@ -151,6 +164,37 @@ impl RtlUnits {
     }
 }
 
+impl RtlUnits {
+    fn composited(&mut self, job: &SplatJob<'_>) -> Result<Composited, RtlError> {
+        let usage = |text: &str| RtlError::Usage(text.to_owned());
+        let su = self
+            .config
+            .su
+            .as_ref()
+            .ok_or_else(|| usage(NO_SPLAT_UNIT))?;
+        let unit = match &mut self.splat {
+            Some(unit) => unit,
+            none => none.insert(SplatUnit::on(self.engine, &self.config, su)?),
+        };
+        let last = u16::try_from(job.tiles.saturating_sub(1)).unwrap_or(u16::MAX);
+        let mut run = unit.check(&[job.entries], last, &job.settings, &Stalls::NONE, 0)?;
+        let counters = run.counters;
+        let counts = SplatUnitCounts {
+            square_sums: counters.square_sums,
+            exponentials: counters.exponentials,
+            within_exact_limit: counters.drawn + counters.stopped,
+            drawn: counters.drawn,
+            stopped: counters.stopped,
+        };
+        self.cycles.splat += run.cycles;
+        self.counts.splat_jobs += 1;
+        self.counts.splats += counts;
+        let pixels = run.jobs.pop().unwrap_or_default();
+        self.counts.splat_pixels += pixels.len() as u64;
+        Ok(Composited { pixels, counts })
+    }
+}
+
 fn elements(map: &mut BTreeMap<potamoi_formats::units::OpCode, u64>, op: VectorOp) -> &mut u64 {
     map.entry(op.code).or_default()
 }
@@ -184,6 +228,10 @@ impl Units for RtlUnits {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         Ok(self.computed(op, a, b, out)?)
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        Ok(self.composited(job)?)
     }
 
     /// Computed in Rust: no unit does it.

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_cycles::splat_unit::{SplatBeat, SplatModel, SplatPixel};
+use potamoi_cycles::splat_unit::{SplatBeat, SplatModel};
 use potamoi_formats::config::{Config, SuConfig};
-use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry, TILE_PIXELS};
+use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry, SplatPixel, TILE_PIXELS};
 
 use super::beat::Beat;
 use super::garbage::Garbage;

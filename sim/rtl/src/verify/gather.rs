@@ -157,7 +157,7 @@ impl Verifier<'_> {
             let files = rtl.files(gathering_unit(&self.config)?.as_ref())?;
             return GatherUnit::of_files(engine, &self.config, &files);
         }
-        let own = self.settings.inject.filter(|i| !i.is_of_vector_unit());
+        let own = self.settings.inject.filter(|i| i.is_of_gathering_unit());
         let Some(injection) = own else {
             return GatherUnit::on(engine, &self.config);
         };

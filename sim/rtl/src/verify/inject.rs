@@ -28,6 +28,8 @@ pub enum Injection {
     /// One bit of a constant of the exponential engines is inverted: ln(1 + 2^-1), or in the
     /// pipelined form a constant of the first stage, or an entry of the piece table.
     Exp,
+    /// The lowest bit of the splat unit's alphas is inverted.
+    Alpha,
 }
 
 impl Injection {
@@ -39,6 +41,7 @@ impl Injection {
         let high = exp.engine().constant_bits.saturating_sub(3);
         let first_factor = format!("sr_sub[{}]", exp.engine().digits);
         let (module, register, change) = match self {
+            Self::Alpha => ("splat_tiles", "alpha_2", Change::Invert(0)),
             Self::Bit if gu.modes == Modes::Unstructured => {
                 ("feature_register", "held0", Change::Invert(0))
             }
@@ -82,7 +85,19 @@ impl Injection {
         }
     }
 
-    /// Whether the fault is in the vector unit; otherwise it is in the gathering unit.
+    /// Whether the fault is in the splat unit.
+    #[must_use]
+    pub const fn is_of_splat_unit(self) -> bool {
+        matches!(self, Self::Alpha)
+    }
+
+    /// Whether the fault is in the gathering unit.
+    #[must_use]
+    pub const fn is_of_gathering_unit(self) -> bool {
+        !self.is_of_vector_unit() && !self.is_of_splat_unit()
+    }
+
+    /// Whether the fault is in the vector unit.
     #[must_use]
     pub const fn is_of_vector_unit(self) -> bool {
         matches!(self, Self::Exp)
@@ -106,6 +121,7 @@ impl std::fmt::Display for Injection {
             Self::Grant => "grant",
             Self::Crossbar => "crossbar",
             Self::Exp => "exp",
+            Self::Alpha => "alpha",
         })
     }
 }

@@ -7,6 +7,7 @@
 mod gather;
 mod inject;
 mod report;
+mod splat;
 mod vector;
 
 use std::path::{Path, PathBuf};
@@ -16,6 +17,7 @@ use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::units::VectorOp;
 use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
+use potamoi_reference::splat_unit::{Composited, ReferenceSplatUnit, SplatJob};
 use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_reference::{GatherTask, Product, UnitError, Units};
 use rand::{Rng, SeedableRng};
@@ -23,10 +25,10 @@ use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::{EngineKind, ForeignRtl, GatherUnit, Mismatch, RtlError, VectorUnit};
+use crate::{EngineKind, ForeignRtl, GatherUnit, Mismatch, RtlError, SplatUnit, VectorUnit};
 
 pub use inject::Injection;
-pub use report::{GatherReport, VectorReport};
+pub use report::{GatherReport, SplatReport, VectorReport};
 
 /// Extent and conditions of a verification.
 #[derive(Debug, Clone)]
@@ -39,6 +41,8 @@ pub struct Settings {
     pub gather_every: u64,
     /// One of so many blocks of a vector operation is verified; at least 1.
     pub vector_every: u64,
+    /// One of so many jobs of the splat unit is verified; at least 1.
+    pub splat_every: u64,
     /// Fault to inject.
     pub inject: Option<Injection>,
     /// Verilog to verify instead of the emitted one.
@@ -82,10 +86,14 @@ pub struct Verifier<'p> {
     settings: Settings,
     gather_twin: ReferenceGatheringUnit,
     vector_twin: ReferenceVectorUnit,
+    /// Of the settings of the last job.
+    splat_twin: Option<ReferenceSplatUnit>,
     gather_unit: Option<GatherUnit>,
     vector_unit: Option<VectorUnit>,
+    splat_unit: Option<SplatUnit>,
     gather: GatherReport,
     vector: VectorReport,
+    splat: SplatReport,
     failure: Option<Failure>,
     /// Blocks of vectors seen.
     blocks: u64,
@@ -95,7 +103,7 @@ pub struct Verifier<'p> {
 /// Progress of a verification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// Entries and elements so far, verified or skipped.
+    /// Entries, elements and pixels of the splat unit so far, verified or skipped.
     pub done: u64,
     /// Cycles compared so far.
     pub cycles: u64,
@@ -110,10 +118,13 @@ impl<'p> Verifier<'p> {
             settings,
             gather_twin: ReferenceGatheringUnit::new(config),
             vector_twin: ReferenceVectorUnit::new(&config.vu),
+            splat_twin: None,
             gather_unit: None,
             vector_unit: None,
+            splat_unit: None,
             gather: GatherReport::default(),
             vector: VectorReport::default(),
+            splat: SplatReport::default(),
             failure: None,
             blocks: 0,
             progress,
@@ -132,6 +143,12 @@ impl<'p> Verifier<'p> {
         &self.vector
     }
 
+    /// Counts of the splat unit.
+    #[must_use]
+    pub const fn splat_report(&self) -> &SplatReport {
+        &self.splat
+    }
+
     /// The first difference, if there was one.
     #[must_use]
     pub const fn failure(&self) -> Option<&Failure> {
@@ -140,8 +157,10 @@ impl<'p> Verifier<'p> {
 
     fn progress(&self) -> Progress {
         Progress {
-            done: self.gather.samples_total + self.vector.elements_total,
-            cycles: self.gather.cycles_compared + self.vector.cycles_compared,
+            done: self.gather.samples_total + self.vector.elements_total + self.splat.pixels_total,
+            cycles: self.gather.cycles_compared
+                + self.vector.cycles_compared
+                + self.splat.cycles_compared,
         }
     }
 
@@ -152,7 +171,8 @@ impl<'p> Verifier<'p> {
 
     /// Stalls and seed of a run; every run has a new seed.
     fn stalls(&self, stalled: bool) -> (Stalls, u64) {
-        let number = 2 * (self.gather.runs + self.vector.runs) + u64::from(stalled);
+        let number =
+            2 * (self.gather.runs + self.vector.runs + self.splat.runs) + u64::from(stalled);
         let seed = self.settings.seed.wrapping_add(number);
         if !stalled {
             return (Stalls::NONE, seed);
@@ -273,6 +293,20 @@ impl Units for Verifier<'_> {
         self.verify_vector(op, a, b, out)?;
         self.show_progress();
         Ok(())
+    }
+
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        self.stopped()?;
+        let own = self
+            .splat_twin
+            .take_if(|own| *own.settings() == job.settings);
+        let exp = &self.config.vu.exp;
+        let mut twin = own.unwrap_or_else(|| ReferenceSplatUnit::new(exp, 0, job.settings));
+        let done = twin.run(job);
+        self.splat_twin = Some(twin);
+        self.verify_splats(job, &done)?;
+        self.show_progress();
+        Ok(done)
     }
 
     /// Computed in Rust: no unit does it.

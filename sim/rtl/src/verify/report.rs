@@ -63,3 +63,36 @@ pub struct VectorReport {
     /// Cycles compared under random stalls on both streams.
     pub cycles_stalled: u64,
 }
+
+/// Counts for the splat unit.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct SplatReport {
+    /// Runs from reset, each without stalls and again with them.
+    pub runs: u64,
+    /// Jobs compared, one a ray group.
+    pub jobs: u64,
+    /// Jobs of the work.
+    pub jobs_total: u64,
+    /// Pixels compared, 256 a tile.
+    pub pixels: u64,
+    /// Pixels of the work.
+    pub pixels_total: u64,
+    /// Records in tiles, by the unit's counter, without stalls; likewise the next four.
+    pub records: u64,
+    /// Pairs of pixel and record whose power was computed.
+    pub square_sums: u64,
+    /// Pairs whose exponential was computed.
+    pub exponentials: u64,
+    /// Pairs that contributed to a pixel.
+    pub drawn: u64,
+    /// Pairs that ended a pixel.
+    pub stopped: u64,
+    /// Cycles from the first beat to the last pixel, without stalls. The cycle model has the same.
+    pub cycles: u64,
+    /// Cycles in which the unit was not idle, by its counter, without stalls.
+    pub busy: u64,
+    /// Cycles compared, with and without stalls, in every handshake, counter and pixel.
+    pub cycles_compared: u64,
+    /// Cycles compared under random stalls on both streams.
+    pub cycles_stalled: u64,
+}

@@ -167,6 +167,7 @@ fn settings(engine: EngineKind, vector_every: u64, inject: Option<Injection>) ->
         seed: 3,
         gather_every: 1000,
         vector_every,
+        splat_every: 1,
         inject,
         rtl: None,
         excerpt: None,

@@ -43,6 +43,7 @@ fn verify_of(
         seed: 3,
         gather_every: 9,
         vector_every: 40,
+        splat_every: 1,
         inject: None,
         rtl: Some(ForeignRtl::read(folder, prefix).unwrap()),
         excerpt: Some(folder.join("around.vcd")),

@@ -81,7 +81,11 @@ fn rendered(
 }
 
 fn unit(preset: &str, lanes: u32) -> (Config, SuConfig) {
-    let su = SuConfig { lanes, tiles: 16 };
+    let su = SuConfig {
+        lanes,
+        tiles: 16,
+        units: 1,
+    };
     (Config::preset(preset).unwrap(), su)
 }
 

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use potamoi_cycles::splat_unit::SplatPixel;
 use potamoi_cycles::{Stalls, StreamStalls};
 use potamoi_formats::config::{Config, SuConfig};
 use potamoi_formats::record::SplatRecord;
 use potamoi_netlist::{Change, Fault, Module};
 use potamoi_reference::splat_unit::{
-    ReferenceSplatUnit, SplatEntry, SplatSettings, SplatUnitCounts, Thresholds,
+    ReferenceSplatUnit, SplatEntry, SplatPixel, SplatSettings, SplatUnitCounts, Thresholds,
 };
 use potamoi_rtl::{EngineKind, SplatRun, SplatUnit};
 use potamoi_units::splat_unit::splat_unit;
@@ -122,7 +121,11 @@ fn stalls() -> Stalls {
 fn random_records_are_composited_bit_by_bit() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     for (preset, lanes, tiles) in [("pipelined", 1, 4), ("small", 12, 4)] {
-        let su = SuConfig { lanes, tiles };
+        let su = SuConfig {
+            lanes,
+            tiles,
+            units: 1,
+        };
         let jobs: Vec<_> = [400, 0, 1, 60]
             .map(|count| entries(&mut random, tiles as u16, count))
             .to_vec();
@@ -141,7 +144,11 @@ fn random_records_are_composited_bit_by_bit() {
     }
 }
 
-const SMALL: SuConfig = SuConfig { lanes: 3, tiles: 2 };
+const SMALL: SuConfig = SuConfig {
+    lanes: 3,
+    tiles: 2,
+    units: 1,
+};
 
 /// Every engine has the pixels of the reference unit and the cycles of the cycle model.
 #[test]
@@ -214,7 +221,11 @@ fn faults_in_the_splat_unit_are_found() {
 /// A vector of pairs of one pixel, whose neighbours are below the threshold: each reads the transmittance and the colour that the one before wrote.
 #[test]
 fn pairs_of_one_pixel_wait_for_each_other() {
-    let su = SuConfig { lanes: 6, tiles: 2 };
+    let su = SuConfig {
+        lanes: 6,
+        tiles: 2,
+        units: 1,
+    };
     let mut random = Pcg64Mcg::seed_from_u64(4);
     let entry = |_| SplatEntry {
         slot: 0,

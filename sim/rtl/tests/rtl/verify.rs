@@ -5,6 +5,7 @@ use std::path::Path;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
+use potamoi_scene::Scene;
 use potamoi_units::gathering_unit::gathering_unit;
 
 use crate::scenes_common::{garden_through, lantern_through};
@@ -17,6 +18,7 @@ fn settings(engine: EngineKind) -> Settings {
         seed: SEED,
         gather_every: 1,
         vector_every: 1,
+        splat_every: 1,
         inject: None,
         rtl: None,
         excerpt: None,
@@ -276,4 +278,59 @@ fn an_impossible_fault_is_refused() {
         let error = injection.fault(&config);
         assert!(error.inject(&gathering_unit(&config).unwrap()).is_err());
     }
+}
+
+/// The garden through a verifier of a configuration with a splat unit; the error of a unit, if any.
+fn garden_on_splat_unit(verifier: &mut Verifier<'_>, config: &Config) -> Result<(), String> {
+    let mut garden = Scene::open("garden").unwrap();
+    garden.set_size(Some(40), Some(24)).unwrap();
+    let done = garden.render_fixed(config, verifier);
+    done.map(|_| ()).map_err(|error| error.to_string())
+}
+
+const WITH_SPLAT_UNIT: &str = "[vu.exp]\npipelined = true\n[su]\nlanes = 1\ntiles = 4\n";
+
+/// Every pixel and every cycle of each job, with and without stalls, and nothing for the vector unit.
+#[test]
+fn the_splat_unit_passes_on_the_garden() {
+    let config = config(WITH_SPLAT_UNIT);
+    let mut none = |_| {};
+    let mut verifier = Verifier::new(&config, settings(EngineKind::Verilator), &mut none);
+    garden_on_splat_unit(&mut verifier, &config).unwrap();
+    let (s, v) = (verifier.splat_report(), verifier.vector_report());
+    assert_eq!((s.jobs, s.jobs_total), (2, 2));
+    assert_eq!((s.pixels, s.pixels_total), (6 * 256, 6 * 256));
+    assert!(
+        s.drawn > 1_000 && s.exponentials >= s.drawn + s.stopped,
+        "{s:?}"
+    );
+    assert!(
+        s.cycles_stalled > s.cycles && s.cycles > s.exponentials,
+        "{s:?}"
+    );
+    assert_eq!(s.cycles_compared, s.cycles + s.cycles_stalled);
+    assert_eq!(v.elements_total, 0);
+}
+
+/// One bit of an alpha is found, named, and shown in a dump.
+#[test]
+fn a_fault_of_the_splat_unit_is_found() {
+    let config = config(WITH_SPLAT_UNIT);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alpha.vcd");
+    let faulty = Settings {
+        inject: Some(Injection::Alpha),
+        excerpt: Some(path.clone()),
+        ..settings(EngineKind::Interpreter)
+    };
+    let mut none = |_| {};
+    let mut verifier = Verifier::new(&config, faulty, &mut none);
+    let error = garden_on_splat_unit(&mut verifier, &config).unwrap_err();
+    let failure = verifier.failure().expect(&error);
+    let m = &failure.mismatch;
+    assert_eq!(m.module, "splat_unit");
+    assert!(error.contains(&m.to_string()), "{error}");
+    let excerpt = failure.excerpt.as_ref().unwrap();
+    let clock = changes(&path, "clk");
+    assert!(clock.iter().any(|(time, _)| *time == excerpt.time), "{m}");
 }
