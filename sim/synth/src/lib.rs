@@ -76,8 +76,8 @@ pub use netlist_digests::NetlistDigests;
 pub use parameters::Synthesised;
 pub use path_ends::{PathEnd, path_ends};
 pub use power::{
-    Estimated, Extent, GatherWindow, Order, POWER_STEPS, Sampler, VectorWindow, Verified, estimate,
-    verify_netlist,
+    Estimated, Extent, GatherWindow, Order, POWER_STEPS, Sampler, SplatWindow, VectorWindow,
+    Verified, Windows, estimate, verify_netlist,
 };
 pub use power_report::{Activity, Figures as PowerFigures, ModulePower, Power, PowerReport};
 pub use report::{

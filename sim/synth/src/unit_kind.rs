@@ -28,6 +28,10 @@ impl UnitKind {
     /// The units of every configuration.
     pub const ALL: [Self; 3] = [Self::Gathering, Self::Vector, Self::ArrayMac];
 
+    /// The units of a configuration with a splat unit.
+    pub const WITH_SPLAT_UNIT: [Self; 4] =
+        [Self::Gathering, Self::Vector, Self::ArrayMac, Self::Splat];
+
     /// Its top module.
     #[must_use]
     pub const fn top(self) -> &'static str {

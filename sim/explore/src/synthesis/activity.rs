@@ -7,7 +7,8 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_synth::{
-    Extent, Order, POWER_STEPS, STEPS, Sampler, SynthError, SynthesisedUnit, UnitKind, estimate,
+    Extent, Order, POWER_STEPS, STEPS, Sampler, SynthError, SynthesisedUnit, UnitKind, Windows,
+    estimate,
 };
 
 use super::flow::Flow;
@@ -72,21 +73,41 @@ impl ActivityScenes {
                 config.vu.ops.push(op);
             }
         }
-        let config = &config;
-        let mut work = BTreeMap::new();
-        for (name, scene) in self.0 {
+        // The vector unit's work on splats is what it is without a splat unit.
+        let plain = Config {
+            su: None,
+            ..config.clone()
+        };
+        let sampled = |scene: &Scene, config: &Config| -> Result<Sampler, ExploreError> {
             let mut sampler = Sampler::new(config);
             let mut twins = ReferenceUnits::new(config);
             let mut units = Observed::new(&mut twins, config).by(&mut sampler);
             scene.render_fixed(config, &mut units)?;
-            work.insert(name, sampler);
+            Ok(sampler)
+        };
+        let mut work = BTreeMap::new();
+        for (name, scene) in self.0 {
+            let splats = match config.su.is_some() && scene.model().is_splats() {
+                true => Some(sampled(&scene, &config)?),
+                false => None,
+            };
+            let others = sampled(&scene, &plain)?;
+            work.insert(name, SampledScene { others, splats });
         }
         Ok(ActivityWork(work))
     }
 }
 
 /// Rendered work, by scene.
-pub struct ActivityWork(BTreeMap<String, Sampler>);
+pub struct ActivityWork(BTreeMap<String, SampledScene>);
+
+/// Sampled work of a scene.
+struct SampledScene {
+    /// Of gathering unit and vector unit.
+    others: Sampler,
+    /// Of the splat unit.
+    splats: Option<Sampler>,
+}
 
 impl Activity {
     /// Steps of a unit: synthesis, and power where it is estimated.
@@ -127,11 +148,10 @@ impl Activity {
         let Some(scene) = self.scene(unit) else {
             return Ok(());
         };
-        let sampler = work.0.get(scene);
-        let windows = (
-            sampler.and_then(Sampler::gather_window),
-            sampler.and_then(Sampler::vector_window),
-        );
+        let sampled = work.0.get(scene);
+        let gather = sampled.and_then(|own| own.others.gather_window());
+        let vector = sampled.and_then(|own| own.others.vector_window());
+        let splat = sampled.and_then(|own| own.splats.as_ref()?.splat_window());
         let order = Order {
             config,
             unit,
@@ -139,7 +159,11 @@ impl Activity {
             tools: flow.tools,
             made,
             scene,
-            windows: (windows.0.as_ref(), windows.1.as_ref()),
+            windows: Windows {
+                gather: gather.as_ref(),
+                vector: vector.as_ref(),
+                splat: splat.as_ref(),
+            },
             extent: match self.whole {
                 true => Extent::Whole,
                 false => Extent::Slices,

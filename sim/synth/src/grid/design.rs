@@ -358,7 +358,10 @@ fn matters(field: &str, unit: UnitKind) -> bool {
             !["vu.", "su."].iter().any(|begin| field.starts_with(begin)) && field != "clock_mhz"
         }
         UnitKind::Vector => field.starts_with("vu."),
-        UnitKind::Splat => field.starts_with("su.") || field.starts_with("vu.exp."),
+        // Units side by side are each the same.
+        UnitKind::Splat => {
+            field.starts_with("vu.exp.") || field.starts_with("su.") && field != "su.units"
+        }
         UnitKind::ArrayMac => false,
     }
 }

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use potamoi_formats::config::{Config, Organisation};
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::observer::{GatherCall, Observer, SplatCall, VectorCall};
+use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry, SplatJob, SplatSettings};
 use potamoi_reference::{GatherTask, Product, UnitError};
 
 /// MVoxels in a share: those with the most entries.
@@ -15,6 +16,8 @@ const ISSUES: usize = 512;
 /// Runs of neighbouring elements in a share, and vectors of each.
 const RUNS: usize = 4;
 const VECTORS: usize = 16;
+/// Records of a share of the splat unit's work.
+const RECORDS: usize = 400;
 /// Largest number of stored elements of an operation.
 const ELEMENTS: usize = 1 << 20;
 
@@ -34,6 +37,17 @@ pub struct VectorWindow {
     pub(super) runs: Vec<[Vec<i32>; 3]>,
 }
 
+/// A share of a scene's jobs for the splat unit: records in the tiles of a ray group.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct SplatWindow {
+    pub(super) settings: SplatSettings,
+    /// Tiles of the job.
+    pub(super) tiles: usize,
+    pub(super) entries: Vec<SplatEntry>,
+    /// Pairs that draw or stop a pixel.
+    pub(super) counted: u64,
+}
+
 /// Tasks of one kind.
 #[derive(Default)]
 struct Gathered {
@@ -49,6 +63,8 @@ pub struct Sampler {
     /// By vertices and channels.
     gathered: BTreeMap<(Vertices, usize), Gathered>,
     computed: BTreeMap<OpCode, (VectorOp, [Vec<i32>; 3])>,
+    /// Begin of the longest job.
+    composited: Option<(usize, SplatWindow)>,
 }
 
 impl Sampler {
@@ -59,6 +75,7 @@ impl Sampler {
             config: config.clone(),
             gathered: BTreeMap::new(),
             computed: BTreeMap::new(),
+            composited: None,
         }
     }
 
@@ -78,6 +95,23 @@ impl Sampler {
             window.features.extend(&features[..count * channels]);
         }
         Some(window)
+    }
+
+    /// The begin of the longest job of the splat unit; `None` without any.
+    #[must_use]
+    pub fn splat_window(&self) -> Option<SplatWindow> {
+        let (_, window) = self.composited.as_ref()?;
+        let mut twin = ReferenceSplatUnit::new(&self.config.vu.exp, 0, window.settings);
+        let job = SplatJob {
+            settings: window.settings,
+            tiles: window.tiles,
+            entries: &window.entries,
+        };
+        let counts = twin.run(&job).counts;
+        Some(SplatWindow {
+            counted: counts.drawn + counts.stopped,
+            ..window.clone()
+        })
     }
 
     /// The share of the most frequent exponential; `None` without any.
@@ -129,6 +163,26 @@ impl Observer for Sampler {
             for (kept, part) in all.iter_mut().zip([a, b, out]) {
                 kept.extend(&part[..room]);
             }
+        }
+        Ok(())
+    }
+
+    fn composited(&mut self, call: &SplatCall<'_>) -> Result<(), UnitError> {
+        let (settings, tiles) = (call.job.settings, call.job.tiles);
+        let length = call.job.entries.len();
+        if self
+            .composited
+            .as_ref()
+            .is_none_or(|(most, _)| length > *most)
+        {
+            let entries = call.job.entries.iter().take(RECORDS);
+            let window = SplatWindow {
+                settings,
+                tiles,
+                entries: entries.copied().collect(),
+                counted: 0,
+            };
+            self.composited = Some((length, window));
         }
         Ok(())
     }

@@ -48,17 +48,19 @@ pub struct Estimated {
 /// A program fails, files cannot be written, the library is corrupt, or the netlist differs from
 /// the golden model.
 pub fn estimate(order: &Order<'_>, cache: &Path) -> Result<Estimated, SynthError> {
-    let work = match (order.unit, order.windows) {
-        (UnitKind::Gathering, (Some(window), _)) => Work::Gather(window.clone()),
-        (UnitKind::Vector, (_, Some(window))) => Work::Vector(window.clone()),
-        (UnitKind::ArrayMac, (Some(window), _)) => Work::Multiply(MultiplyWindow::of(window)),
-        _ => {
-            let absent = format!("the scene {} has too little work for it", order.scene);
-            return Ok(Estimated {
-                power: Power::Absent { absent },
-                remade: None,
-            });
-        }
+    let windows = &order.windows;
+    let work = match order.unit {
+        UnitKind::Gathering => windows.gather.cloned().map(Work::Gather),
+        UnitKind::Vector => windows.vector.cloned().map(Work::Vector),
+        UnitKind::ArrayMac => (windows.gather).map(|own| Work::Multiply(MultiplyWindow::of(own))),
+        UnitKind::Splat => windows.splat.cloned().map(Work::Splat),
+    };
+    let Some(work) = work else {
+        let absent = format!("the scene {} has too little work for it", order.scene);
+        return Ok(Estimated {
+            power: Power::Absent { absent },
+            remade: None,
+        });
     };
     let planned = order.parts(&work, cache)?;
     let kept = order.inputs(&planned).key().file(cache, "json");
@@ -164,7 +166,7 @@ impl<'a> Order<'a> {
             Work::Gather(window) => (BANKS, window.can_be_sliced(self.config)),
             // The slowest lane decides when a vector is done.
             Work::Vector(_) => (LANES, !self.config.vu.exp.early_out),
-            Work::Multiply(_) => ([1, 1], false),
+            Work::Multiply(_) | Work::Splat(_) => ([1, 1], false),
         };
         let configs = sizes.map(|size| self.slice(size));
         let is_whole = self.extent == Extent::Whole
@@ -189,7 +191,7 @@ impl<'a> Order<'a> {
                     Work::Gather(w) => Work::Gather(w.of_banks(self.config, &set)),
                     Work::Vector(w) => Work::Vector(w.of_lanes(all as usize, &set)),
                     // Never in slices.
-                    Work::Multiply(w) => Work::Multiply(w.clone()),
+                    Work::Multiply(_) | Work::Splat(_) => work.clone(),
                 };
                 (share, work)
             };

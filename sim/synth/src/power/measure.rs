@@ -6,7 +6,7 @@ use potamoi_formats::config::Config;
 use potamoi_gates::Watch;
 use potamoi_rtl::{GateEngine, RtlError, VectorBatch};
 
-use super::activity::{GatherWindow, VectorWindow};
+use super::activity::{GatherWindow, SplatWindow, VectorWindow};
 use super::count::{Counter, Energies};
 use super::multiply::MultiplyWindow;
 use super::static_data::StaticData;
@@ -21,6 +21,7 @@ pub(super) enum Work {
     Gather(GatherWindow),
     Vector(VectorWindow),
     Multiply(MultiplyWindow),
+    Splat(SplatWindow),
 }
 
 impl Work {
@@ -48,6 +49,12 @@ impl Work {
                 Ok(done.map_err(wrong)?.busy)
             }
             Self::Multiply(window) => engine.multiply(&window.runs).map_err(wrong),
+            Self::Splat(window) => {
+                let last = u16::try_from(window.tiles.saturating_sub(1)).unwrap_or(u16::MAX);
+                let work = (&window.entries[..], &window.settings);
+                let done = engine.composite(config, work, last);
+                Ok(done.map_err(wrong)?.counters.busy)
+            }
         }
     }
 
@@ -56,7 +63,7 @@ impl Work {
     pub(super) fn kinds(&self, all: usize) -> Vec<(f64, Range<usize>)> {
         let full = match self {
             Self::Gather(window) => window.banks_of_last_segment(all),
-            Self::Vector(_) | Self::Multiply(_) => all,
+            Self::Vector(_) | Self::Multiply(_) | Self::Splat(_) => all,
         };
         let kinds = [0..full, full..all];
         let kinds = kinds.into_iter().filter(|range| !range.is_empty());
@@ -65,12 +72,13 @@ impl Work {
             .collect()
     }
 
-    /// Number of samples or exponentials.
+    /// Number of samples, exponentials, products, or pairs that draw or stop a pixel.
     pub(super) fn items(&self) -> u64 {
         match self {
             Self::Gather(window) => window.entries(),
             Self::Vector(window) => window.elements(),
             Self::Multiply(window) => window.products(),
+            Self::Splat(window) => window.counted,
         }
     }
 }
@@ -115,6 +123,7 @@ pub(super) fn measure(
         "s_axis_rit_tvalid",
         "s_axis_mft_tvalid",
         "s_axis_vec_tvalid",
+        "s_axis_spl_tvalid",
     ];
     let rested = engine.rest(&inputs, REST);
     rested.map_err(|e| SynthError::Rtl(Box::new(e)))?;

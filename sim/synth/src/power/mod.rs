@@ -28,8 +28,8 @@ mod total;
 mod unavailable;
 mod verify;
 
-pub use activity::{GatherWindow, Sampler, VectorWindow};
+pub use activity::{GatherWindow, Sampler, SplatWindow, VectorWindow};
 pub use estimate::{Estimated, POWER_STEPS, estimate};
 pub(super) use library::usual_transition_ps;
-pub use order::{Extent, Order};
+pub use order::{Extent, Order, Windows};
 pub use verify::{Verified, verify_netlist};

@@ -2,7 +2,7 @@
 
 use potamoi_formats::config::Config;
 
-use super::activity::{GatherWindow, VectorWindow};
+use super::activity::{GatherWindow, SplatWindow, VectorWindow};
 use crate::{Library, SynthesisedUnit, Tools, UnitKind};
 
 /// Simulated part of a unit.
@@ -13,6 +13,17 @@ pub enum Extent {
     Slices,
     /// The whole unit.
     Whole,
+}
+
+/// Work of the units that the scene has.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Windows<'a> {
+    /// Of the gathering unit.
+    pub gather: Option<&'a GatherWindow>,
+    /// Of the vector unit.
+    pub vector: Option<&'a VectorWindow>,
+    /// Of the splat unit.
+    pub splat: Option<&'a SplatWindow>,
 }
 
 /// Order of a power estimate.
@@ -30,8 +41,8 @@ pub struct Order<'a> {
     pub made: &'a SynthesisedUnit,
     /// Name of the scene.
     pub scene: &'a str,
-    /// Work of the gathering unit, and of the vector unit.
-    pub windows: (Option<&'a GatherWindow>, Option<&'a VectorWindow>),
+    /// Work of the units.
+    pub windows: Windows<'a>,
     /// Simulated part.
     pub extent: Extent,
     /// Called after each step: a slice mapped, or a netlist simulated without or with delays.

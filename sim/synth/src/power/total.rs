@@ -146,7 +146,7 @@ type Whole = BTreeMap<String, (Energies, f64)>;
 fn channels(work: &Work) -> u64 {
     match work {
         Work::Gather(window) => window.tasks.first().map_or(0, |t| t.channels as u64),
-        Work::Vector(_) | Work::Multiply(_) => 0,
+        Work::Vector(_) | Work::Multiply(_) | Work::Splat(_) => 0,
     }
 }
 
@@ -174,6 +174,11 @@ fn describe(work: &Work) -> String {
             window.products(),
             window.runs.len()
         ),
+        Work::Splat(window) => format!(
+            "{} records in {} tiles, the begin of the longest ray group, and the pixels of these tiles",
+            window.entries.len(),
+            window.tiles
+        ),
     }
 }
 
@@ -184,7 +189,7 @@ mod tests {
     use crate::netlist::ModuleArea;
     use crate::power::activity::VectorWindow;
     use crate::power::estimate::Part;
-    use crate::power::order::Extent;
+    use crate::power::order::{Extent, Windows};
     use crate::{Library, SynthReport, SynthesisedUnit, Tools, UnitKind, UnitReport};
     use potamoi_formats::config::Config;
     use std::path::Path;
@@ -284,7 +289,7 @@ mod tests {
             tools: &tools,
             made: &made,
             scene: "garden",
-            windows: (None, None),
+            windows: Windows::default(),
             extent: Extent::Slices,
             step: &|| (),
         };

@@ -50,7 +50,7 @@ pub fn verify_netlist(
             let gathered = sampler.gather_window();
             gathered.map(|own| Work::Multiply(MultiplyWindow::of(&own)))
         }
-        UnitKind::Splat => None,
+        UnitKind::Splat => sampler.splat_window().map(Work::Splat),
     };
     let work = work.ok_or_else(|| wrong("there is no work for it".to_owned()))?;
     let cells = PowerLibrary::read(library)?;
