@@ -18,6 +18,54 @@ const DEPTH_BITS: f64 = 32.0;
 /// Clocks of an entry for one warp alone, in order: two loads of shared memory, the quadratic
 /// form, an exponential and the product wait for each other.
 const ENTRY_CLOCKS: f64 = 110.0;
+/// Pairs of the longest lane of a warp over the mean, where a lane takes all pairs of its Gaussian.
+const LONGEST_LANE: f64 = 4.0;
+
+/// Test of a (tile, Gaussian) pair, derived from its steps in `golden/splats/src/tile_test.rs`: is the
+/// smallest `p^2 + q^2` over the tile's pixels within the opacity's limit?
+///
+/// | step | FMA pipe | ALU pipe |
+/// |---|---|---|
+/// | sides x0, x1, y0, y1: two places, two held within the picture | 4 | 2 |
+/// | x and y of the rectangle nearest to the mean: two of min and max each | | 4 |
+/// | nearest place on each of the two sides: a product, min and max | 2 | 4 |
+/// | p, q and `p^2 + q^2` at both: two products and a multiply-add, a product and a multiply-add | 10 | |
+/// | the smaller, and whether it is within the limit | | 2 |
+const TEST: Instructions = Instructions {
+    fp32: 16.0,
+    int: 12.0,
+    sfu: 0.0,
+};
+/// Loop over the tiles of a Gaussian that counts them: two increments, a comparison and a branch.
+const COUNTING: f64 = 4.0;
+/// Values of a Gaussian for its tests: limit of the opacity from two words of 80 (10), its square root
+/// and what rounding adds (16), two slopes with a division of about 10 each (23), and floats from codes
+/// (15).
+const TESTED_GAUSSIAN: Instructions = Instructions {
+    fp32: 40.0,
+    int: 15.0,
+    sfu: 9.0,
+};
+
+/// Instructions of a thread, by pipe.
+struct Instructions {
+    fp32: f64,
+    int: f64,
+    sfu: f64,
+}
+
+impl Instructions {
+    /// A kernel with `warps` times these instructions besides its own.
+    fn times(&self, warps: f64, own: Kernel) -> Kernel {
+        Kernel {
+            instructions: own.instructions + warps * (self.fp32 + self.int + self.sfu),
+            fp32: own.fp32 + warps * self.fp32,
+            int: own.int + warps * self.int,
+            sfu: own.sfu + warps * self.sfu,
+            ..own
+        }
+    }
+}
 
 /// Who calls the rasterizer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +89,9 @@ pub struct Splatting {
     pub visible: f64,
     /// Pairs of a Gaussian and a tile: entries that are sorted.
     pub pairs: f64,
+    /// Pairs that are tested before, of which [`Splatting::pairs`] are left; 0 in the published program,
+    /// which tests none.
+    pub tested: f64,
     /// Width of the picture in pixels.
     pub width: f64,
     /// Height of the picture in pixels.
@@ -62,6 +113,7 @@ impl Splatting {
             gaussians: 0.0,
             visible: 0.0,
             pairs: 0.0,
+            tested: 0.0,
             width: 0.0,
             height: 0.0,
             walked: 0.0,
@@ -123,7 +175,7 @@ impl Splatting {
         // Read up to the covariance: a quarter more than touch a tile.
         let projected = gaussians.min(1.25 * visible);
         let warps = gaussians / WARP;
-        Kernel {
+        let own = Kernel {
             instructions: warps * 420.0,
             fp32: warps * 260.0,
             int: warps * 70.0,
@@ -133,7 +185,22 @@ impl Splatting {
             // 12 position, 8 radius and count; 52 scale, rotation, opacity; 239 harmonics, results.
             dram_bytes: gaussians * 20.0 + projected * 52.0 + visible * 239.0,
             ..Kernel::new("preprocess")
+        };
+        let counting = self.tested * LONGEST_LANE / WARP * COUNTING;
+        self.testing(Kernel {
+            instructions: own.instructions + counting,
+            int: own.int + counting,
+            ..own
+        })
+    }
+
+    /// The kernel with a test of each pair, if pairs are tested. A lane tests the pairs of its Gaussian.
+    fn testing(&self, own: Kernel) -> Kernel {
+        if self.tested == 0.0 {
+            return own;
         }
+        let own = TESTED_GAUSSIAN.times(self.gaussians / WARP, own);
+        TEST.times(self.tested * LONGEST_LANE / WARP, own)
     }
 
     /// `InclusiveSum` of tiles touched; the host reads the number of pairs.
@@ -151,18 +218,22 @@ impl Splatting {
     }
 
     /// `duplicateWithKeys`: a lane writes its own run of pairs, so that a warp takes as long as
-    /// its longest lane, about four times the mean. 18 instructions a pair.
+    /// its longest lane, about four times the mean. 18 instructions a pair. Where pairs are tested, a
+    /// warp takes them for each that is tested: some lane keeps its own. Factors and opacity, 16 bytes,
+    /// are then read too.
     fn duplicate(&self) -> Kernel {
         let (pairs, gaussians) = (self.pairs, self.gaussians);
-        Kernel {
-            instructions: pairs * 4.0 / WARP * 18.0 + gaussians / WARP * 40.0,
-            int: pairs * 4.0 / WARP * 10.0,
-            l1_lines: 2.0 * pairs + gaussians * 28.0 / LINE,
+        let walked = pairs.max(self.tested) * LONGEST_LANE / WARP;
+        let conics = if self.tested > 0.0 { 16.0 } else { 0.0 };
+        self.testing(Kernel {
+            instructions: walked * 18.0 + gaussians / WARP * 40.0,
+            int: walked * 10.0,
+            l1_lines: 2.0 * pairs + gaussians * (28.0 + conics) / LINE,
             // Runs start anywhere: a pair of 12 bytes takes two sectors.
-            l2_bytes: pairs * 64.0 + gaussians * 28.0,
-            dram_bytes: pairs * 12.0 + self.visible * 24.0,
+            l2_bytes: pairs * 64.0 + gaussians * (28.0 + conics),
+            dram_bytes: pairs * 12.0 + self.visible * (24.0 + conics),
             ..Kernel::new("duplicate with keys")
-        }
+        })
     }
 
     /// `cub::DeviceRadixSort::SortPairs` of a key of 8 bytes and an index of 4: a histogram, then

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::Term;
 use crate::device::{Better, FIELDS};
+use crate::{Kernel, Term};
 
 /// Plausible counts of each program.
 fn typical(own: &Registered) -> Counts {
@@ -168,4 +168,43 @@ fn render_activates_all_parameters() {
     };
     let more = (bytes("3dgs-render") - bytes("3dgs-viewer")) / 3e6;
     assert!((560.0..580.0).contains(&more), "{more}");
+}
+
+/// A test that leaves nothing out costs its instructions and nothing else of sorting; one that leaves
+/// out nearly half sorts that much less.
+#[test]
+fn tested_pairs_cost_instructions_and_what_is_left_out_is_not_sorted() {
+    let of = |tested: f64, pairs: f64| {
+        let splats = super::Splatting {
+            gaussians: 1000.0,
+            visible: 800.0,
+            pairs,
+            tested,
+            width: 400.0,
+            height: 400.0,
+            ..super::Splatting::blank(super::Host::Viewer)
+        };
+        splats.preparation()
+    };
+    let sum = |kernels: &[Kernel], of: fn(&Kernel) -> f64| kernels.iter().map(of).sum::<f64>();
+    let [plain, tested, fewer] = [of(0.0, 3200.0), of(3200.0, 3200.0), of(3200.0, 1760.0)];
+    // A warp walks four times the mean: 32 instructions to count, 28 more to write; 64 a Gaussian.
+    let added = sum(&tested, |k| k.instructions) - sum(&plain, |k| k.instructions);
+    assert!(
+        (added - (400.0 * 60.0 + 2.0 * 64.0 * 1000.0 / 32.0)).abs() < 1e-6,
+        "{added}"
+    );
+    let pipes = |kernel: &Kernel| kernel.fp32 + kernel.int + kernel.sfu;
+    assert!((sum(&tested, pipes) - sum(&plain, pipes) - added).abs() < 1e-6);
+    assert_eq!(plain[3..], tested[3..]);
+    for (all, fewer) in tested[3..].iter().zip(&fewer[3..]) {
+        assert!(
+            (fewer.dram_bytes - 0.55 * all.dram_bytes).abs() < 1e-6,
+            "{fewer:?}"
+        );
+        assert!(
+            (fewer.instructions - 0.55 * all.instructions).abs() < 1e-6,
+            "{fewer:?}"
+        );
+    }
 }
