@@ -9,6 +9,7 @@ use std::collections::{HashMap, VecDeque};
 use common::agree;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::VectorOp;
+use potamoi_reference::splat_unit::{Composited, SplatJob};
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError, Units};
 use potamoi_scene::Scene;
 use potamoi_system::system_model::dram::Access;
@@ -70,6 +71,10 @@ impl Units for Loads {
         self.twins.vector(op, a, b, out)
     }
 
+    fn splats(&mut self, job: &SplatJob<'_>) -> Result<Composited, UnitError> {
+        self.twins.splats(job)
+    }
+
     fn multiplied(&mut self, product: Product) {
         self.twins.multiplied(product);
     }
@@ -91,7 +96,7 @@ fn accesses_of_scenes() {
         units.accesses.truncate(MOST);
         agree(&format!("{name}, MVoxels"), &units.accesses, WITHIN);
 
-        let misses = scene.accesses(1 << 16, None).unwrap().first_misses;
+        let misses = scene.accesses(&config, 1 << 16, None).unwrap().first_misses;
         let bursts = misses.iter().flat_map(|(address, bytes)| {
             let last = address + u64::from(*bytes) - 1;
             (address / BURST..=last / BURST).map(|burst| Access {

@@ -54,6 +54,10 @@ pub struct Characterisation {
     /// The frame on the splat unit, by its cycle model; where the configuration has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub splat_unit: Option<SplatUnitRun>,
+    /// Why all (tile, Gaussian) pairs are listed although the configuration asks for fewer; `None` where
+    /// it does not ask, or pairs are left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keeps_all_pairs: Option<&'static str>,
     /// Items that the model's file does not determine.
     pub not_checked: Vec<String>,
 }
@@ -182,6 +186,7 @@ impl Characterisation {
             traffic: counted.traffic,
             pairs: counted.pairs,
             splat_unit: splat_unit_run(scene, config)?,
+            keeps_all_pairs: scene.keeps_all_pairs(config),
             not_checked: scene.left_open(),
             tables: counted.accesses.tables,
         })

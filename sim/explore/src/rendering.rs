@@ -33,8 +33,8 @@ pub struct Shot {
     pub units: Option<UnitCounts>,
     /// Clock cycles of the Verilated units with streams always ready.
     pub cycles: Option<RtlCycles>,
-    /// Whether the Verilated gathering unit and vector unit were built.
-    pub instantiated: Option<[bool; 2]>,
+    /// Whether the Verilated gathering unit, vector unit and splat unit were built.
+    pub instantiated: Option<[bool; 3]>,
 }
 
 impl Shot {

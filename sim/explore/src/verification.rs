@@ -48,22 +48,22 @@ impl Work {
         }
     }
 
-    /// Total feature vectors and elements of vector operations.
+    /// Total feature vectors, elements of vector operations, and pixels of the splat unit.
     ///
     /// # Errors
     /// A scene that the configuration cannot render.
-    pub fn counts(&self, config: &Config) -> Result<[u64; 2], ExploreError> {
+    pub fn counts(&self, config: &Config) -> Result<[u64; 3], ExploreError> {
         match self {
             Self::Scene(scene) => {
-                let frame = scene
-                    .render_fixed(config, &mut ReferenceUnits::new(config))?
-                    .counts;
-                Ok([frame.feature_vectors, frame.elements.values().sum()])
+                let mut twins = ReferenceUnits::new(config);
+                let frame = scene.render_fixed(config, &mut twins)?.counts;
+                let elements = frame.elements.values().sum();
+                Ok([frame.feature_vectors, elements, twins.counts().splat_pixels])
             }
             Self::Trace(_, trace) => {
                 let entries = trace.gathered.iter().map(|g| g.task.entries.len() as u64);
                 let elements = trace.computed.iter().map(|c| c.a.len() as u64);
-                Ok([entries.sum(), elements.sum()])
+                Ok([entries.sum(), elements.sum(), 0])
             }
         }
     }
@@ -124,20 +124,21 @@ fn replay(path: &Path, trace: &Trace, units: &mut dyn Units) -> Result<(), Explo
 /// Extent of verification within a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// About this many feature vectors and elements, spread evenly over the frame.
-    Share([u64; 2]),
+    /// About this many feature vectors, elements and pixels of the splat unit, spread evenly over the
+    /// frame.
+    Share([u64; 3]),
     /// The whole frame.
     Full,
 }
 
 impl Extent {
-    /// Sampling intervals for feature vectors and elements: each how many-th is verified, for these
-    /// totals.
+    /// Sampling intervals for feature vectors, elements and pixels of the splat unit: each how many-th
+    /// is verified, for these totals.
     #[must_use]
-    pub fn every(self, total: [u64; 2]) -> [u64; 2] {
+    pub fn every(self, total: [u64; 3]) -> [u64; 3] {
         match self {
-            Self::Full => [1, 1],
-            Self::Share(aim) => [0, 1].map(|i| total[i].div_ceil(aim[i]).max(1)),
+            Self::Full => [1; 3],
+            Self::Share(aim) => [0, 1, 2].map(|i| total[i].div_ceil(aim[i]).max(1)),
         }
     }
 }
@@ -149,15 +150,21 @@ mod tests {
     /// A share never exceeds its aim, and small totals are verified in full.
     #[test]
     fn a_share_is_no_more_than_its_aim() {
-        let aim = Extent::Share([100, 10]);
-        for total in [[0, 0], [99, 9], [100, 11], [101, 1000], [12_345, 67]] {
+        let aim = Extent::Share([100, 10, 4]);
+        for total in [
+            [0, 0, 0],
+            [99, 9, 3],
+            [100, 11, 5],
+            [101, 1000, 9],
+            [12_345, 67, 1],
+        ] {
             let every = aim.every(total);
-            for i in 0..2 {
+            for i in 0..3 {
                 let taken = total[i].div_ceil(every[i]);
-                assert!(taken <= [100, 10][i], "{total:?} {every:?}");
-                assert!(taken >= total[i].min([50, 5][i]), "{total:?} {every:?}");
+                assert!(taken <= [100, 10, 4][i], "{total:?} {every:?}");
+                assert!(taken >= total[i].min([50, 5, 2][i]), "{total:?} {every:?}");
             }
         }
-        assert_eq!(Extent::Full.every([12_345, 67]), [1, 1]);
+        assert_eq!(Extent::Full.every([12_345, 67, 8]), [1; 3]);
     }
 }

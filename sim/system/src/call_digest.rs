@@ -1,6 +1,6 @@
 //! Digest of a trace that is too long to keep.
 
-use potamoi_reference::observer::{GatherCall, Observer, VectorCall};
+use potamoi_reference::observer::{GatherCall, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 
 /// Digests all calls of the units with their results. Two frames have the same digest where their
@@ -58,6 +58,40 @@ impl Observer for CallDigest {
         self.state.update(&call.op.field().to_le_bytes());
         for words in [call.a, call.b, call.out] {
             self.words(words.iter().copied());
+        }
+        Ok(())
+    }
+
+    fn composited(&mut self, call: &SplatCall<'_>) -> Result<(), UnitError> {
+        let settings = &call.job.settings;
+        let thresholds = &settings.thresholds;
+        for number in [
+            u64::from(thresholds.alpha_cap),
+            thresholds.alpha_min.into(),
+            thresholds.stop,
+            thresholds.spare.into(),
+            settings.is_centred.into(),
+            call.job.tiles as u64,
+        ] {
+            self.state.update(&number.to_le_bytes());
+        }
+        self.number(call.job.entries.len());
+        for entry in call.job.entries {
+            self.state.update(&entry.slot.to_le_bytes());
+            for at in entry.tile {
+                self.state.update(&at.to_le_bytes());
+            }
+            self.state.update(&entry.last);
+            for channel in entry.record.to_channels() {
+                self.state.update(&channel.to_le_bytes());
+            }
+        }
+        self.number(call.done.pixels.len());
+        for pixel in &call.done.pixels {
+            self.state.update(&pixel.transmittance.to_le_bytes());
+            for sum in pixel.colour {
+                self.state.update(&sum.to_le_bytes());
+            }
         }
         Ok(())
     }

@@ -9,8 +9,8 @@ use super::knobs::Setting;
 use crate::verification::Extent;
 use crate::{ExploreError, Progress};
 
-/// Target size of a proof, in feature vectors and elements: some seconds.
-const AIM: [u64; 2] = [100_000, 1_000_000];
+/// Target size of a proof, in feature vectors, elements and pixels of the splat unit: some seconds.
+const AIM: [u64; 3] = [100_000, 1_000_000, 40_000];
 
 /// Amount compared without a mismatch in any bit or cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +19,8 @@ pub struct Proof {
     pub vectors: [u64; 2],
     /// Elements of vector operations compared, and those of the frame.
     pub elements: [u64; 2],
+    /// Pixels of the splat unit compared, and those of the frame.
+    pub pixels: [u64; 2],
 }
 
 impl Bench {
@@ -34,16 +36,21 @@ impl Bench {
         progress: &dyn Progress,
     ) -> Result<Proof, ExploreError> {
         let (config, scene) = self.apply(settings)?;
-        let counts = scene
-            .render_fixed(&config, &mut ReferenceUnits::new(&config))?
-            .counts;
-        let total = [counts.feature_vectors, counts.elements.values().sum()];
-        let [gather_every, vector_every] = Extent::Share(AIM).every(total);
+        let mut twins = ReferenceUnits::new(&config);
+        let counts = scene.render_fixed(&config, &mut twins)?.counts;
+        let pixels = twins.counts().splat_pixels;
+        let total = [
+            counts.feature_vectors,
+            counts.elements.values().sum(),
+            pixels,
+        ];
+        let [gather_every, vector_every, splat_every] = Extent::Share(AIM).every(total);
         let own = Settings {
             engine: EngineKind::Verilator,
             seed: 0,
             gather_every,
             vector_every,
+            splat_every,
             inject,
             rtl: None,
             excerpt: None,
@@ -65,8 +72,9 @@ impl Bench {
         let proof = Proof {
             vectors: [verifier.gather_report().samples, total[0]],
             elements: [verifier.vector_report().elements, total[1]],
+            pixels: [verifier.splat_report().pixels, total[2]],
         };
-        if proof.vectors[0] + proof.elements[0] == 0 {
+        if proof.vectors[0] + proof.elements[0] + proof.pixels[0] == 0 {
             return Err(ExploreError::Inconclusive(
                 "nothing was compared".to_owned(),
             ));

@@ -181,7 +181,7 @@ impl Without {
         let scene = watch.chosen(Choices::default().leave_out(effect));
         let without = Outcome::of(watch, &scene)?;
         own.compare(&[with.fixed.picture], &[without.fixed.picture]);
-        let all = |c: &EffectCycles| (c.gather + c.vector + c.array) as i64;
+        let all = |c: &EffectCycles| (c.gather + c.vector + c.array + c.splats) as i64;
         own.cycles_more = Some(all(&without.cycles) - all(&with.cycles));
         Ok(own)
     }

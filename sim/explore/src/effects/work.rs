@@ -61,6 +61,8 @@ pub(super) fn work_of(
     match effect {
         // Of the runs that interpolate, which without it would read one vertex in as many cycles.
         Effect::Trilinear => Work::cycles("gathering unit", cycles.interpolating),
+        // Of one operation with the rest of a pair.
+        Effect::Exponential if cycles.splats > 0 => Work::cycles("splat unit", cycles.splats),
         Effect::Exponential => Work::cycles("vector unit", cycles.exponentials),
         Effect::SphericalHarmonics(degree) => {
             let is_splats = scene.model().is_splats();

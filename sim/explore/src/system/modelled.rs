@@ -3,7 +3,10 @@
 use std::ops::Add;
 
 use potamoi_base::camera::Camera;
-use potamoi_system::system_model::work::{PathOptions, PathReplay, PathWork, PixelPairs};
+use potamoi_splats::PairTest;
+use potamoi_system::system_model::work::{
+    FrameWork, PathOptions, PathReplay, PathWork, PixelPairs,
+};
 use potamoi_system::system_model::{
     Alone, AtBounds, Clock, Gathered, GpuOnly, Outcome, Scenario, Timeline, Unknown, Variant,
 };
@@ -50,6 +53,10 @@ pub struct Modelled {
     pub gpu_only: GpuOnly,
     /// Results, the baseline first.
     pub outcomes: Vec<Outcome>,
+    /// Why all (tile, Gaussian) pairs are listed although the configuration asks for fewer; `None` where
+    /// it does not ask, or pairs are left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keeps_all_pairs: Option<&'static str>,
     /// Items that files leave open, and frames with an empty view.
     pub not_checked: Vec<String>,
 }
@@ -96,6 +103,7 @@ impl Modelled {
             gathered: model.gathered(path.full(0))?,
             gpu_only: GpuOnly::of(&setup.system.gpu.device, path),
             outcomes,
+            keeps_all_pairs: setup.scene.keeps_all_pairs(&setup.config),
             not_checked: setup.scene.left_open_along(cameras),
         };
         Ok((found, last))
@@ -138,6 +146,10 @@ pub struct PathPairs {
     pub full: PixelPairs,
     /// Of the pixels that are rendered in frames warped from references.
     pub rest: PixelPairs,
+    /// (tile, Gaussian) pairs that the GPU tests and leaves out, of the full frames and of the rest;
+    /// `None` where it tests none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tile_tests: Option<[PairTest; 2]>,
 }
 
 impl PathPairs {
@@ -147,9 +159,14 @@ impl PathPairs {
             .targets
             .iter()
             .filter_map(|t| t.work.as_ref()?.pixel_pairs);
+        let tests = [
+            tested(path.references.iter()),
+            tested(path.targets.iter().filter_map(|t| t.work.as_ref())),
+        ];
         Some(Self {
             full: full.reduce(Add::add)?,
             rest: rest.reduce(Add::add).unwrap_or_default(),
+            tile_tests: (tests[0].pairs > 0).then_some(tests),
         })
     }
 }
@@ -162,4 +179,12 @@ fn rendered_share(path: &PathWork) -> f64 {
         [rendered + own.rendered, shown + own.rendered + own.warped]
     });
     rendered as f64 / f64::max(shown as f64, 1.0)
+}
+
+/// Sum of the pairs that are tested, and left out.
+fn tested<'w>(works: impl Iterator<Item = &'w FrameWork>) -> PairTest {
+    works.fold(PairTest::default(), |sum, work| PairTest {
+        pairs: sum.pairs + work.pairs_tested,
+        left_out: sum.left_out + work.pairs_tested.saturating_sub(work.pairs),
+    })
 }

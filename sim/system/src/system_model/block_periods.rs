@@ -279,7 +279,11 @@ impl Periods<'_> {
                 block,
             })
         };
-        let all = periods(units, gathering.top(), of);
+        let splat = UnitKind::Splat;
+        let own = (self.known.reports.iter())
+            .find(|own| config.su.is_some() && own.has(config, splat))
+            .map(|own| periods(&own.report, splat.top(), ""));
+        let all = periods(units, gathering.top(), of).chain(own.into_iter().flatten());
         all.chain(periods(self.system, SYSTEM, "")).collect()
     }
 }

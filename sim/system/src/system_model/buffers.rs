@@ -5,7 +5,7 @@
 //! thus conflict once, and are a bank apart from then on: a group serves a word of each bank a
 //! clock, whoever asks.
 
-use super::costs::{FEATURE_WORD, WEIGHT_WORD};
+use super::costs::{FEATURE_WORD, RECORD_BYTES, WEIGHT_WORD};
 use super::job_scheduler::{Share, Shared};
 use super::system::System;
 use super::variant::Gathering;
@@ -47,9 +47,10 @@ impl Buffered {
         }
     }
 
-    /// The vector unit reads operands and writes results.
+    /// The vector unit reads operands and writes results; splat units read records, and keep the pixels.
     pub(super) const fn composited(block: u64, step: &Batch) -> Self {
-        let moved = step.operand_bytes + step.result_bytes;
+        let records = step.splat_records * RECORD_BYTES;
+        let moved = step.operand_bytes + step.result_bytes + records;
         Self {
             block,
             features: moved as f64,

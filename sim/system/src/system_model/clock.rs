@@ -49,8 +49,8 @@ impl ClockOrigin {
 
 impl Clock {
     /// The clock of a configuration's accelerator: the assumed one where the configuration has one,
-    /// otherwise 1 over the longest period of gathering unit, vector unit, multiply-accumulate unit
-    /// of the array, and the cycle times of all memories.
+    /// otherwise 1 over the longest period of gathering unit, vector unit, splat unit, multiply-accumulate
+    /// unit of the array, and the cycle times of all memories.
     #[must_use]
     pub(super) fn of(config: &Config, known: &Periods<'_>) -> Self {
         let mut blocks = vec![
@@ -58,6 +58,9 @@ impl Clock {
             known.unit(config, UnitKind::Vector),
             known.array(),
         ];
+        if config.su.is_some() {
+            blocks.push(known.unit(config, UnitKind::Splat));
+        }
         blocks.extend(known.memories(config));
         // Unknown ones last; a stable sort keeps the order of equal ones.
         blocks.sort_by(|a, b| {

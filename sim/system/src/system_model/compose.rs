@@ -347,11 +347,13 @@ impl<'a> Composer<'a> {
             dma_transfers: 1,
             ..Transfers::default()
         };
-        let ns = self.cycles(step.vector_cycles);
-        let unit = Resource::VectorUnit;
+        let (unit, cycles) = match step.splat_jobs > 0 {
+            true => (Resource::SplatUnits, step.splat_elapsed),
+            false => (Resource::VectorUnit, step.vector_cycles),
+        };
         let turn = frame.turn("compositing", vec![compute]);
         let buffered = Buffered::composited(block, step);
-        self.buffered(turn, unit, ns, shown, buffered)
+        self.buffered(turn, unit, self.cycles(cycles), shown, buffered)
     }
 
     /// Loads weights that the weight buffer does not hold; weights that do not fit are loaded again

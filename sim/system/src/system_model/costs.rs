@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_synth::fit::{Fit, Work};
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
 use serde::Serialize;
@@ -13,12 +14,16 @@ use super::block_periods::Periods;
 use super::clock::Clock;
 use super::kernels::Program;
 use super::logic::{FORMULAS, Logic, NODE_NM, UnitEnergy, power_of};
+use super::memory_port::{Port, port};
+use super::splat_costs::SplatUnitCosts;
 use super::unit_source::Known;
 use potamoi_cycles::batch::Batch;
 
 /// Bytes of a word of the global feature buffer; weights in a word of the weight buffer.
 pub(super) const FEATURE_WORD: f64 = 16.0;
 pub(super) const WEIGHT_WORD: f64 = 48.0;
+/// Bytes of a record.
+pub(super) const RECORD_BYTES: u64 = 2 * RECORD_CHANNELS as u64;
 
 /// Why no parameters can be used at all.
 #[derive(Debug, Error)]
@@ -48,15 +53,6 @@ pub struct Unknown {
     pub why: String,
 }
 
-/// Energy of a memory, in picojoules an access.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Port {
-    /// Read.
-    pub read_pj: f64,
-    /// Write.
-    pub write_pj: f64,
-}
-
 /// A unit of the MAC array.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MacEnergy {
@@ -84,6 +80,8 @@ pub struct Costs {
     config: Config,
     gatherer: Option<Gatherer>,
     vector: Option<UnitEnergy>,
+    /// A splat unit, of a configuration with one.
+    splat: Option<SplatUnitCosts>,
     /// Scaling factor of logic from the grid's node to 12 nm.
     logic: f64,
     /// A unit of the MAC array; its clock is gated between products.
@@ -96,11 +94,12 @@ pub struct Costs {
     pub features: Port,
     /// The weight buffer.
     pub weights: Port,
-    /// Leakage of the units' memories and logic, in milliwatts.
+    /// Leakage of the units' memories and logic, in milliwatts, splat units with theirs.
     pub leakage_mw: Option<f64>,
     /// Clock of the accelerator.
     pub clock: Clock,
-    /// Cell area of both units at 12 nm, in square millimetres, without memories.
+    /// Cell area of gathering unit, vector unit and splat units at 12 nm, in square millimetres, without
+    /// memories.
     pub area_mm2: Option<f64>,
     /// Source of the numbers.
     pub origin: String,
@@ -131,6 +130,8 @@ pub struct OnChip {
     pub gathering_memories_pj: f64,
     /// The vector unit's logic.
     pub vector_pj: Option<f64>,
+    /// The splat units with their memories.
+    pub splat_pj: Option<f64>,
     /// The MAC array.
     pub array_pj: Option<f64>,
     /// The global feature buffer and the weight buffer.
@@ -143,6 +144,7 @@ impl Default for OnChip {
             gathering_pj: Some(0.0),
             gathering_memories_pj: 0.0,
             vector_pj: Some(0.0),
+            splat_pj: Some(0.0),
             array_pj: Some(0.0),
             buffers_pj: 0.0,
         }
@@ -159,6 +161,7 @@ impl std::ops::AddAssign for OnChip {
         self.gathering_pj = sum(self.gathering_pj, other.gathering_pj);
         self.gathering_memories_pj += other.gathering_memories_pj;
         self.vector_pj = sum(self.vector_pj, other.vector_pj);
+        self.splat_pj = sum(self.splat_pj, other.splat_pj);
         self.array_pj = sum(self.array_pj, other.array_pj);
         self.buffers_pj += other.buffers_pj;
     }
@@ -204,6 +207,8 @@ impl Costs {
         let gathering = gathering.map_err(|why| note("gathering unit", why)).ok();
         let vector = Logic::of(&known, config, UnitKind::Vector, &factors);
         let vector = vector.map_err(|why| note("vector unit", why)).ok();
+        let splat = (config.su.as_ref()).map(|su| SplatUnitCosts::new(config, su, &known));
+        let splat = splat.and_then(|own| own.map_err(|why| note("splat unit", why)).ok());
         let from = |name: Option<&str>| name.unwrap_or("not known").to_owned();
         let origin = format!(
             "gathering unit: {}; vector unit: {}; all in {}, with glitches, scaled to {NODE_NM} nm; \
@@ -212,17 +217,23 @@ impl Costs {
             from(vector.as_ref().map(|(_, from)| *from)),
             fit.grid().library.name,
         );
-        let port = |unit, name| port(parameters.system, unit, name);
+        let port = |unit, name| port(parameters.system, unit, name).ok_or(CostError::Memory(name));
         let unit = UnitKind::Gathering.top();
         let (mft, mft_mw) = port(unit, "mft_bank")?;
         let (rit, rit_mw) = port(unit, "rit_bank")?;
         let (features, features_mw) = port("system", "global_feature_buffer")?;
         let (weights, weights_mw) = port("system", "weight_buffer")?;
         let both = gathering.as_ref().zip(vector.as_ref());
-        let both = both.map(|(gathering, (vector, _))| {
+        let both = both.and_then(|(gathering, (vector, _))| {
+            let splat = match (&splat, &config.su) {
+                (Some(own), _) => own.clone(),
+                (None, None) => SplatUnitCosts::NONE,
+                (None, Some(_)) => return None,
+            };
             // Leakage at its own node, area at the system's.
             let leakage_mw = (gathering.leakage_nw + vector.leakage_nw) * 1e-6;
-            (leakage_mw, (gathering.area_um2 + vector.area_um2) * 1e-6)
+            let area_mm2 = (gathering.area_um2 + vector.area_um2) * 1e-6;
+            Some((leakage_mw + splat.leakage_mw, area_mm2 + splat.area_mm2))
         });
         let clock = Clock::of(
             config,
@@ -238,6 +249,7 @@ impl Costs {
             area_mm2: both.map(|(_, area)| area),
             gatherer: gathering.map(|own| own.gatherer),
             vector: vector.map(|(own, _)| own.energy),
+            splat,
             config: config.clone(),
             logic: factors.energy,
             mac,
@@ -249,6 +261,12 @@ impl Costs {
             unknown,
             fit,
         })
+    }
+
+    /// Whether the configuration has splat units.
+    #[must_use]
+    pub const fn has_splat_units(&self) -> bool {
+        self.config.su.is_some()
     }
 
     /// Energy of a batch beside an array of `units`; `uses_gathering_unit` tells whether the
@@ -269,13 +287,17 @@ impl Costs {
             let vector = self.vector.as_ref();
             all.vector_pj = vector.map(|unit| unit.of(done.vector_cycles, done.vector_busy));
         }
+        if done.splat_jobs > 0 {
+            all.splat_pj = self.splat.as_ref().map(|unit| unit.pj(done));
+        }
         if done.array_cycles > 0 {
             let clocked = (done.array_cycles * array_units) as f64;
             let mac = self.mac.as_ref();
             all.array_pj = mac.map(|mac| mac.rest_pj * clocked + mac.work_pj * done.macs as f64);
         }
+        let records = done.splat_records * RECORD_BYTES;
         // Whoever gathers, features are written to the buffer that the array reads.
-        let read = done.input_bytes + done.partial_bytes + done.operand_bytes;
+        let read = done.input_bytes + done.partial_bytes + done.operand_bytes + records;
         let written =
             done.feature_bytes + done.output_bytes + done.partial_bytes + done.result_bytes;
         all.buffers_pj += read as f64 / FEATURE_WORD * self.features.read_pj
@@ -410,16 +432,4 @@ fn of_records(
         rest_pj: measured.rest_pj * share,
         work_pj: measured.work_pj * share,
     }))
-}
-
-/// Access energy of a memory of a unit or of the system, and the leakage of all such memories in
-/// milliwatts.
-fn port(memories: &SynthReport, unit: &str, name: &'static str) -> Result<(Port, f64), CostError> {
-    let (raw, scaled) = memories.memory(unit, name).ok_or(CostError::Memory(name))?;
-    let figures = scaled.map_or(raw.figures, |s| s.figures);
-    let port = Port {
-        read_pj: figures.read_pj,
-        write_pj: figures.write_pj,
-    };
-    Ok((port, figures.leakage_mw * raw.count as f64))
 }

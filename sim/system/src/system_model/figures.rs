@@ -38,6 +38,7 @@ pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
             weight_bytes: 34_560 * i,
             output_bytes: 11_000 * i,
             partial_bytes: 22_000 * i,
+            ..Batch::default()
         })
         .collect();
     let entries: u64 = batches.iter().map(|b| b.entries).sum();
@@ -49,6 +50,7 @@ pub(super) fn frame(splats: bool, batches: u64, pixels: u64) -> FrameWork {
         visible: of(45_000),
         left_out_coefficients: 0,
         pairs: of(20_000),
+        pairs_tested: 0,
         pixel_pairs: None,
         record_bytes: of(288_000),
         spilled_bytes: 12_000,
@@ -143,7 +145,8 @@ fn figures_are_what_they_were() {
                     let kind = if splats { "splats" } else { "field" };
                     write!(text, "{name} {kind} {scenario:?} {}:", variant.name).unwrap();
                     let moved = [run.spent.interconnect_bytes, run.spent.link_bytes];
-                    let energies = run.energy.named().map(|(_, mj)| mj.unwrap());
+                    let energies = run.energy.named().into_iter().map(|(_, mj)| mj.unwrap());
+                    let energies: Vec<f64> = energies.collect();
                     for value in [&[run.span_ns, both.sum.span_ns][..], &moved, &energies].concat()
                     {
                         write!(text, " {value:.6e}").unwrap();

@@ -99,7 +99,7 @@ type Published = fn(&FrameWork, &Device) -> Frame;
 fn published(algorithm: &str) -> Option<(&'static str, Published)> {
     match algorithm {
         "3DGS" => Some(("3DGS, the paper's viewer", |work, device| {
-            kernels::splatting(work).frame(device)
+            kernels::published_splatting(work).frame(device)
         })),
         "DirectVoxGO" => Some(("DirectVoxGO, eager", |work, device| {
             direct_voxgo(work).frame(device)

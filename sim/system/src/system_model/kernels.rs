@@ -90,13 +90,26 @@ fn through(bytes: f64, kernel: Kernel) -> Kernel {
     }
 }
 
-/// Counts of a frame of splats for the published rasterizer.
+/// Counts of a frame of splats for our own program: the published rasterizer, with a test of each pair
+/// if the configuration asks for it. Pairs that are left out blend nowhere.
 pub(super) fn splatting(work: &FrameWork) -> Splatting {
+    let published = published_splatting(work);
+    let (pairs, tested) = (work.pairs as f64, work.pairs_tested as f64);
+    Splatting {
+        pairs,
+        tested,
+        blending: (BLENDING * published.pairs / pairs.max(1.0)).min(1.0),
+        ..published
+    }
+}
+
+/// Counts of a frame of splats for the published rasterizer, which lists all pairs of the profile.
+pub(super) fn published_splatting(work: &FrameWork) -> Splatting {
     let side = (work.pixels as f64).sqrt();
     Splatting {
         gaussians: work.gaussians as f64,
         visible: work.visible as f64,
-        pairs: work.pairs as f64,
+        pairs: work.pairs.max(work.pairs_tested) as f64,
         width: side,
         height: side,
         walked: WALKED,

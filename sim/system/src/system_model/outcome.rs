@@ -288,6 +288,7 @@ impl Model<'_> {
                 .gathering_pj
                 .map(|logic| mj(logic + on_chip.gathering_memories_pj)),
             vector_unit_mj: on_chip.vector_pj.map(mj),
+            splat_units_mj: (self.costs.has_splat_units()).then(|| on_chip.splat_pj.map(mj)),
             array_mj: on_chip.array_pj.map(mj),
             buffers_mj: mj(on_chip.buffers_pj),
             memory_mj: mj(spent.memory_pj),

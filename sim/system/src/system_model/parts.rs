@@ -63,6 +63,8 @@ pub struct EnergyByPart {
     pub gathering_unit_mj: Option<f64>,
     /// Vector unit.
     pub vector_unit_mj: Option<f64>,
+    /// The splat units with their memories; `None` where the configuration has none.
+    pub splat_units_mj: Option<Option<f64>>,
     /// MAC array.
     pub array_mj: Option<f64>,
     /// Feature and weight buffers.
@@ -82,13 +84,16 @@ pub struct EnergyByPart {
 }
 
 impl EnergyByPart {
-    /// Parts by name.
+    /// Parts by name, those that the system has.
     #[must_use]
-    pub const fn named(&self) -> [(&'static str, Option<f64>); 11] {
-        [
+    pub fn named(&self) -> Vec<(&'static str, Option<f64>)> {
+        let splat = self.splat_units_mj.map(|mj| ("splat units", mj));
+        let units = [
             ("GPU", Some(self.gpu_mj)),
             ("gathering unit", self.gathering_unit_mj),
             ("vector unit", self.vector_unit_mj),
+        ];
+        let others = [
             ("MAC array", self.array_mj),
             ("buffers", Some(self.buffers_mj)),
             ("memory accesses", Some(self.memory_mj)),
@@ -97,7 +102,8 @@ impl EnergyByPart {
             ("memory standing by", Some(self.standby_mj)),
             ("leakage", self.leakage_mj),
             ("link", Some(self.link_mj)),
-        ]
+        ];
+        units.into_iter().chain(splat).chain(others).collect()
     }
 
     /// Total energy in millijoules a frame; `None` where a part is not known.

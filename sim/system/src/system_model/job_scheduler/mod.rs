@@ -25,6 +25,8 @@ pub enum Resource {
     GatheringUnit,
     /// The vector unit.
     VectorUnit,
+    /// The splat units, all of them together.
+    SplatUnits,
     /// The wireless link.
     Link,
     /// A renderer at the other end of the link.
@@ -40,6 +42,7 @@ impl Resource {
             Self::Npu => "MAC array",
             Self::GatheringUnit => "gathering unit",
             Self::VectorUnit => "vector unit",
+            Self::SplatUnits => "splat units",
             Self::Link => "link",
             Self::Remote => "remote GPU",
         }
@@ -48,7 +51,10 @@ impl Resource {
     /// Whether it is a unit of the accelerator.
     #[must_use]
     pub const fn is_unit(self) -> bool {
-        matches!(self, Self::Npu | Self::GatheringUnit | Self::VectorUnit)
+        matches!(
+            self,
+            Self::Npu | Self::GatheringUnit | Self::VectorUnit | Self::SplatUnits
+        )
     }
 }
 

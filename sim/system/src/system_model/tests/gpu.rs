@@ -135,6 +135,27 @@ fn colours_of_a_field_are_gathered_before_they_are_blended() {
     assert!(coloured.max > plain.max && coloured.sum > plain.sum);
 }
 
+/// Pairs that are left out are tested, and neither sorted nor blended by our own program. The published
+/// one lists all of the profile's, and blends as often.
+#[test]
+fn pairs_that_are_left_out_are_tested_and_not_sorted() {
+    let mut work = some_work();
+    (work.samples, work.gaussians, work.visible) = (0, 1000, 900);
+    work.pairs = 2_000_000;
+    let all = kernels::splatting(&work);
+    assert_eq!(all, kernels::published_splatting(&work));
+    (work.pairs, work.pairs_tested) = (1_200_000, 2_000_000);
+    let fewer = kernels::splatting(&work);
+    assert_eq!((fewer.pairs, fewer.tested), (1.2e6, 2e6));
+    assert_eq!(kernels::published_splatting(&work), all);
+    assert!(near(fewer.pairs * fewer.blending, all.pairs * all.blending));
+    let moved = |work: &FrameWork| kernels::indexing(work).sum(|kernel| kernel.dram_bytes);
+    let found = moved(&work);
+    work.pairs_tested = 0;
+    // 16 bytes of each Gaussian that is visible are read once more.
+    assert!(near(found, moved(&work) + 16.0 * 900.0));
+}
+
 /// The paper says that a million points are warped in less than a millisecond.
 #[test]
 fn a_million_points_are_warped_in_less_than_a_millisecond() {

@@ -77,6 +77,7 @@ fn any_work() -> impl Strategy<Value = FrameWork> {
             weight_bytes: 1152,
             output_bytes: entries * 6,
             partial_bytes: entries * 12,
+            ..Batch::default()
         },
     );
     let batches = prop::collection::vec(batch, 1..12);
@@ -91,6 +92,7 @@ fn any_work() -> impl Strategy<Value = FrameWork> {
             visible: own(samples / 20),
             left_out_coefficients: 0,
             pairs: own(entries),
+            pairs_tested: 0,
             pixel_pairs: None,
             record_bytes: own(samples),
             spilled_bytes: samples / 3,
@@ -191,6 +193,7 @@ fn some_work() -> FrameWork {
         visible: 0,
         left_out_coefficients: 0,
         pairs: 0,
+        pairs_tested: 0,
         pixel_pairs: None,
         record_bytes: 0,
         spilled_bytes: 0,

@@ -83,8 +83,11 @@ pub struct FrameWork<B = Batch> {
     /// Colour coefficients of a Gaussian that the model has and that are not used.
     #[serde(default, skip_serializing_if = "super::is_default")]
     pub left_out_coefficients: u64,
-    /// (tile, Gaussian) pairs.
+    /// (tile, Gaussian) pairs that are listed.
     pub pairs: u64,
+    /// Pairs that the GPU tests before, of which [`FrameWork::pairs`] are left; 0 where it tests none.
+    #[serde(default, skip_serializing_if = "super::is_default")]
+    pub pairs_tested: u64,
     /// (pixel, Gaussian) pairs; `None` for fields.
     pub pixel_pairs: Option<PixelPairs>,
     /// Bytes of records that the GPU writes, each once.
@@ -127,6 +130,7 @@ impl FrameEvents {
             visible: self.visible,
             left_out_coefficients: self.left_out_coefficients,
             pairs: self.pairs,
+            pairs_tested: self.pairs_tested,
             pixel_pairs: self.pixel_pairs,
             record_bytes: self.record_bytes,
             spilled_bytes: self.spilled_bytes,
@@ -143,8 +147,13 @@ impl Reads {
     ///
     /// # Errors
     /// As [`Scene::accesses`].
-    pub(super) fn of(scene: &Scene, cache: u32, only: Option<&Mask>) -> Result<Self, SceneError> {
-        let accesses = scene.accesses(cache, only)?;
+    pub(super) fn of(
+        scene: &Scene,
+        config: &Config,
+        cache: u32,
+        only: Option<&Mask>,
+    ) -> Result<Self, SceneError> {
+        let accesses = scene.accesses(config, cache, only)?;
         let memory = accesses.memory;
         let at = |all: &[usize], of: usize| all.iter().position(|v| *v == of).unwrap_or(0);
         let banks: Vec<usize> = BANKS.iter().map(|b| *b as usize).collect();
@@ -197,6 +206,7 @@ impl Rendering {
             visible: splats.visible,
             left_out_coefficients: scene.left_out_coefficients(),
             pairs: splats.pairs,
+            pairs_tested: splats.pair_test.map_or(0, |test| test.pairs),
             pixel_pairs: counts.splats.map(|splats| PixelPairs {
                 pairs_evaluated: splats.pairs_evaluated,
                 pairs_drawn: splats.pairs_drawn,
@@ -285,7 +295,7 @@ impl FrameWork {
         let pricing = pricing.map_err(|error| SceneError::of_unit(error.into()))?;
         let work = events.priced(&pricing, Reads::default());
         modelled += begun.elapsed();
-        let reads = Reads::of(scene, cache, only)?;
+        let reads = Reads::of(scene, config, cache, only)?;
         Ok(Counted {
             work: Self { reads, ..work },
             rendered,

@@ -76,7 +76,7 @@ impl PathWork {
         step: &(dyn Fn() + Sync),
     ) -> Result<Self, PathError> {
         let events = PathEvents::count(scene, config, options, step)?;
-        let reads = PathReads::count(scene, options, &events, step)?;
+        let reads = PathReads::count(scene, config, options, &events, step)?;
         events.priced(config, options, reads)
     }
 }
@@ -89,6 +89,7 @@ impl PathReads {
     /// A scene or a path that does not fit.
     pub(super) fn count(
         scene: &Scene,
+        config: &Config,
         options: &PathOptions,
         events: &PathEvents,
         step: &(dyn Fn() + Sync),
@@ -96,7 +97,7 @@ impl PathReads {
         let path = scene.path(options.fps, options.frames)?;
         let cameras = whole_and_half(&plan(&path, options)?);
         let of = |camera: &Camera, only: Option<&Mask>| {
-            let reads = Reads::of(&seen_by(scene, camera), options.cache, only);
+            let reads = Reads::of(&seen_by(scene, camera), config, options.cache, only);
             step();
             reads
         };

@@ -5,7 +5,7 @@ use std::collections::{HashMap, VecDeque};
 
 use potamoi_base::mask::Mask;
 use potamoi_formats::config::{Config, RitPath};
-use potamoi_reference::observer::{GatherCall, Observed, Observer, VectorCall};
+use potamoi_reference::observer::{GatherCall, Observed, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError};
 use potamoi_scene::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
@@ -147,6 +147,7 @@ impl PathReplay {
     /// A scene or a path that does not fit.
     pub(super) fn of(
         scene: &Scene,
+        config: &Config,
         options: &PathOptions,
         memory: &Memory,
         (events, loads): (&PathEvents, &PathLoads),
@@ -154,7 +155,7 @@ impl PathReplay {
         let path = scene.path(options.fps, options.frames)?;
         let of = |number: usize, only: Option<&Mask>, loads: Option<&Requested>| {
             let seen = seen_by(scene, &path[number]);
-            let missed = seen.accesses(options.cache, only)?.first_misses;
+            let missed = seen.accesses(config, options.cache, only)?.first_misses;
             Ok::<_, SceneError>(Replay {
                 missed: misses(&missed, memory),
                 loaded: loads.map(|loads| loads.replayed(memory)),
@@ -189,7 +190,7 @@ impl Replay {
         memory: &Memory,
         only: Option<&Mask>,
     ) -> Result<Self, SceneError> {
-        let missed = scene.accesses(cache, only)?.first_misses;
+        let missed = scene.accesses(config, cache, only)?.first_misses;
         let loads = Requested::of(scene, config, memory.burst_bytes(), only)?;
         Ok(Self {
             missed: misses(&missed, memory),
@@ -313,6 +314,11 @@ impl Observer for Loads {
 
     /// Operands do not come from memory.
     fn computed(&mut self, _: &VectorCall<'_>) -> Result<(), UnitError> {
+        Ok(())
+    }
+
+    /// Records come from the reorder buffer, and pixels are written once.
+    fn composited(&mut self, _: &SplatCall<'_>) -> Result<(), UnitError> {
         Ok(())
     }
 

@@ -338,3 +338,32 @@ fn narrow_conics_and_fewer_harmonics_are_less_work() {
     let left_out = 3 * (2 * u64::from(highest) + 1);
     assert_eq!(count(&scene).left_out_coefficients, left_out);
 }
+
+/// Splat units composite instead of vector unit and array: a job a ray group, whose records are the
+/// gathered ones; two units take little more than half of the time, and the same cycles.
+#[test]
+fn splat_units_do_the_compositing() {
+    let scene = scene("garden", 72);
+    let count = |units: u32| {
+        let text =
+            format!("[vu.exp]\npipelined = true\n[su]\nlanes = 1\ntiles = 4\nunits = {units}\n");
+        let config = Config::from_toml(&text, "test").unwrap();
+        FrameWork::count(&scene, &config, MacArray::PAPER, CACHE, None).unwrap()
+    };
+    let [one, two] = [1, 2].map(count);
+    let (total, side_by_side) = (one.total(), two.total());
+    // 5 x 5 tiles in groups of 2 x 2.
+    assert_eq!(total.splat_jobs, 9);
+    // A group without a Gaussian begins no batch.
+    assert!((4..=9).contains(&one.batches.len()));
+    assert_eq!(total.splat_records, total.entries);
+    assert_eq!(total.splat_pixels, 25 * 256);
+    assert_eq!((total.vector_cycles, total.array_cycles), (0, 0));
+    let pairs = one.pixel_pairs.unwrap();
+    assert_eq!(total.splat_counted, pairs.pairs_drawn + pairs.pairs_stopped);
+    assert!(total.splat_cycles > total.splat_square_sums && total.splat_counted > 1_000);
+    assert_eq!(total.splat_elapsed, total.splat_cycles);
+    assert_eq!(side_by_side.splat_cycles, total.splat_cycles);
+    let share = side_by_side.splat_elapsed as f64 / total.splat_cycles as f64;
+    assert!((0.5..0.75).contains(&share), "{share}");
+}

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, RitPairs};
 use potamoi_result_cache::{self as result_cache, Key};
 use potamoi_scene::{Scene, SceneError};
 use serde::Serialize;
@@ -19,7 +19,7 @@ use potamoi_cycles::batch::Pricing;
 use potamoi_cycles::mac_array::MacArray;
 
 /// Version of the counting code, raised where counts change.
-const VERSION: &str = "6";
+const VERSION: &str = "7";
 
 /// Why work could be neither counted nor read.
 #[derive(Debug, Error)]
@@ -71,8 +71,8 @@ impl WorkCache {
         step: &(dyn Fn() + Sync),
     ) -> Result<(PathWork, bool), WorkCacheError> {
         let (events, was_cached) = self.events(scene, config, options, step)?;
-        let key = reads_key(scene, options);
-        let count = || PathReads::count(scene, options, &events, step);
+        let key = reads_key(scene, config, options);
+        let count = || PathReads::count(scene, config, options, &events, step);
         let (reads, _) = self.get(&key, count)?;
         Ok((events.priced(config, options, reads)?, was_cached))
     }
@@ -103,8 +103,8 @@ impl WorkCache {
         let (events, was_cached) = self.get(&frame_key(scene, config), || {
             Ok(FrameEvents::of(scene, config, None)?)
         })?;
-        let (reads, _) = self.get(&frame_reads_key(scene, cache), || {
-            Ok(Reads::of(scene, cache, None)?)
+        let (reads, _) = self.get(&frame_reads_key(scene, config, cache), || {
+            Ok(Reads::of(scene, config, cache, None)?)
         })?;
         let pricing = Pricing::new(config, array);
         let pricing = pricing.map_err(|error| SceneError::of_unit(error.into()));
@@ -133,7 +133,7 @@ impl WorkCache {
         let (loads, _) = self.get(&loads_key(scene, config, options, burst), || {
             PathLoads::of(scene, config, options, (&events, burst))
         })?;
-        let replay = || PathReplay::of(scene, options, memory, (&events, &loads));
+        let replay = || PathReplay::of(scene, config, options, memory, (&events, &loads));
         Ok(self.get(&key, replay)?.0)
     }
 
@@ -158,10 +158,11 @@ impl WorkCache {
 }
 
 /// The configuration as far as rendering and schedule depend on it, in a fixed form. The clock is in
-/// neither, nor are lanes and pipeline of a vector unit whose lengths do not depend on operands.
+/// neither, nor are lanes and pipeline of a vector unit whose lengths do not depend on operands. The
+/// cycles of a splat unit depend on the exponential.
 fn scheduled(config: &Config) -> Config {
     let mut own = config.without_clock();
-    if !own.vu.exp.early_out {
+    if !own.vu.exp.early_out && own.su.is_none() {
         let paper = Config::paper();
         own.vu.lanes = paper.vu.lanes;
         own.vu.exp.pipelined = paper.vu.exp.pipelined;
@@ -195,9 +196,18 @@ fn events_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {
     key("path", scene, config).value("path", &rendered(options))
 }
 
-/// Which pixels of targets are rendered does not depend on the configuration.
-fn reads_key(scene: &Scene, options: &PathOptions) -> Key {
-    let path = of_scene("reads", scene).value("path", &rendered(options));
+/// Key of reads. Of the configuration they depend on which pairs are listed; which pixels of targets are
+/// rendered does not depend on it.
+fn of_reads(kind: &str, scene: &Scene, config: &Config) -> Key {
+    let key = of_scene(kind, scene);
+    match config.rit.pairs {
+        RitPairs::All => key,
+        RitPairs::ThatMayCount => key.value("pairs that may count", &scheduled(config).vu.exp),
+    }
+}
+
+fn reads_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {
+    let path = of_reads("reads", scene, config).value("path", &rendered(options));
     path.value("cache", &options.cache)
 }
 
@@ -217,8 +227,8 @@ fn frame_key(scene: &Scene, config: &Config) -> Key {
     key("frame", scene, config)
 }
 
-fn frame_reads_key(scene: &Scene, cache: u32) -> Key {
-    of_scene("frame-reads", scene).value("cache", &cache)
+fn frame_reads_key(scene: &Scene, config: &Config, cache: u32) -> Key {
+    of_reads("frame-reads", scene, config).value("cache", &cache)
 }
 
 #[cfg(test)]

@@ -136,11 +136,11 @@ fn all_that_events_depend_on_is_in_their_key() {
     all_differ(keys);
 }
 
-/// Scenes and paths, but no configuration.
+/// Scenes and paths, and of the configuration which pairs are listed.
 #[test]
 fn all_that_reads_depend_on_is_in_their_key() {
-    let own = scene();
-    let of = |options: &PathOptions| reads_key(&own, options).hex();
+    let (own, paper) = (scene(), Config::paper());
+    let of = |options: &PathOptions| reads_key(&own, &paper, options).hex();
     let cached = PathOptions {
         cache: OPTIONS.cache + 1,
         ..OPTIONS
@@ -149,12 +149,20 @@ fn all_that_reads_depend_on_is_in_their_key() {
     keys.extend([
         of(&OPTIONS),
         of(&cached),
-        frame_reads_key(&own, 1).hex(),
-        frame_reads_key(&own, 2).hex(),
+        frame_reads_key(&own, &paper, 1).hex(),
+        frame_reads_key(&own, &paper, 2).hex(),
     ]);
-    let scenes = [&common()[2].0, &common()[3].0].map(|scene| reads_key(scene, &OPTIONS).hex());
-    keys.extend(scenes);
+    let scenes = [&common()[2].0, &common()[3].0];
+    keys.extend(scenes.map(|scene| reads_key(scene, &paper, &OPTIONS).hex()));
+    let listed = "[rit]\npairs = \"that-may-count\"\n";
+    for more in ["", "[vu.exp]\niterations = 15"] {
+        let config = Config::from_toml(&format!("{listed}{more}"), "test").unwrap();
+        keys.push(reads_key(&own, &config, &OPTIONS).hex());
+        keys.push(frame_reads_key(&own, &config, 1).hex());
+    }
     all_differ(keys);
+    let other = Config::from_toml("[vu.exp]\niterations = 15", "test").unwrap();
+    assert_eq!(reads_key(&own, &other, &OPTIONS).hex(), of(&OPTIONS));
 }
 
 #[test]
