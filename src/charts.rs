@@ -12,7 +12,7 @@ pub(crate) const LETTERS: (&str, u32) = ("sans-serif", 14);
 pub(crate) const TITLE: (&str, u32) = ("sans-serif", 18);
 /// Colours distinguishable with colour blindness (Okabe and Ito, "Color Universal Design", 2008),
 /// and two greys.
-pub(crate) const COLOURS: [RGBColor; 11] = [
+pub(crate) const COLOURS: [RGBColor; 12] = [
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(86, 180, 233),
@@ -24,6 +24,7 @@ pub(crate) const COLOURS: [RGBColor; 11] = [
     RGBColor(170, 170, 170),
     RGBColor(128, 64, 32),
     RGBColor(120, 94, 240),
+    RGBColor(0, 68, 27),
 ];
 
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;

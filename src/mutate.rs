@@ -91,7 +91,7 @@ const FORMAT_VERSION: u32 = 1;
 /// Cycles of the runs in which the proofs look for a counterexample.
 const CYCLES: u32 = 4;
 /// Feature vectors and elements that the verification compares of a mutant.
-const WORK: [u64; 2] = [300, 1_000];
+const WORK: [u64; 3] = [300, 1_000, 1];
 
 #[derive(Serialize)]
 struct Report {
@@ -212,7 +212,7 @@ fn unit_modules(unit: &Unit) -> Vec<String> {
 fn verified(
     config: &Config,
     work: &Work,
-    every: [u64; 2],
+    every: [u64; 3],
     seed: u64,
     files: &BTreeMap<String, String>,
 ) -> Result<Option<String>, MutateError> {
@@ -230,6 +230,7 @@ fn verified(
         seed,
         gather_every: every[0],
         vector_every: every[1],
+        splat_every: every[2],
         inject: None,
         rtl: Some(ForeignRtl::read(folder.path(), None)?),
         excerpt: None,

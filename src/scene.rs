@@ -88,6 +88,11 @@ pub(crate) fn left_open_of_files() -> Vec<String> {
     all.iter().map(|(sentence, _)| sentence.clone()).collect()
 }
 
+/// Says why all pairs are listed although the configuration asks for fewer.
+pub(crate) fn say_all_pairs(why: &str) {
+    say!("  rit.pairs = \"that-may-count\" leaves out no pair of tile and Gaussian: {why}");
+}
+
 /// Prints one line on unchecked items, if there are any.
 pub(crate) fn say_not_checked(list: &[String]) {
     for (sentence, said) in left_open().iter_mut() {

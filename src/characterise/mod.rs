@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
-use crate::scene::{SceneArgs, say_not_checked};
+use crate::scene::{SceneArgs, say_all_pairs, say_not_checked};
 use crate::stdout::say;
 
 #[derive(Debug, Args)]
@@ -67,6 +67,9 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
         let found = Characterisation::of(&args.scene.open()?, &config, args.full_size)?;
         spinner.finish_and_clear();
         tables::print(&found);
+        if let Some(why) = found.keeps_all_pairs {
+            say_all_pairs(why);
+        }
         say_not_checked(&found.not_checked);
         let report = Report {
             format_version,

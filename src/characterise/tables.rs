@@ -145,9 +145,14 @@ fn pixel_pairs(pairs: &SplatPairs) {
     for (what, count, of) in [
         ("tile and Gaussian", pairs.tile_pairs, None),
         (
+            "in whose tile a pixel may count",
+            pairs.tile_pairs_that_may_count,
+            Some(pairs.tile_pairs),
+        ),
+        (
             "with a pixel that counts",
             pairs.tile_pairs_that_count,
-            Some(pairs.tile_pairs),
+            Some(pairs.tile_pairs_that_may_count),
         ),
         (
             "pixel that has not stopped and Gaussian",

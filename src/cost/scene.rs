@@ -101,10 +101,18 @@ fn seek(
     let bar = progress::bar(0, "verifying");
     let proved = bench.prove(&settings, None, &Shown(&bar));
     bar.finish_and_clear();
-    let Proof { vectors, elements } = proved?;
+    let Proof {
+        vectors,
+        elements,
+        pixels,
+    } = proved?;
+    let splats = match pixels {
+        [_, 0] => String::new(),
+        [compared, all] => format!(", and {compared} of {all} pixels of the splat unit"),
+    };
     say!(
         "its Verilog was verified against the golden models: no mismatch in any bit or cycle, {} \
-         of the frame's {} feature vectors and {} of its {} elements",
+         of the frame's {} feature vectors and {} of its {} elements{splats}",
         vectors[0],
         vectors[1],
         elements[0],

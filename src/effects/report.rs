@@ -70,12 +70,20 @@ fn print_unit(unit: &UnitUse) {
     }
 }
 
+/// Cycles of the splat unit as a part of a list; nothing where there is none.
+fn splats(cycles: u64) -> String {
+    match cycles {
+        0 => String::new(),
+        cycles => format!(", {cycles} splat unit"),
+    }
+}
+
 /// Result of forcing as text.
 fn forced_words(forced: &Forced) -> String {
     let same = |is_same: bool| if is_same { "the same" } else { "a DIFFERENT" };
     format!(
         "forced {}: {} image, {} trace ({}), {} modelled cycles ({} gathering, {} vector, {} \
-         MAC array){}",
+         MAC array{}){}",
         forced.effects.join(", "),
         same(forced.same_image),
         same(forced.same_trace),
@@ -84,6 +92,7 @@ fn forced_words(forced: &Forced) -> String {
         forced.cycles.gather,
         forced.cycles.vector,
         forced.cycles.array,
+        splats(forced.cycles.splats),
         forced.wall.map_or_else(String::new, |wall| format!(
             ", which takes {} of the simulator's wall time (median of pairs)",
             wall.words()
@@ -157,7 +166,7 @@ pub(super) fn print(found: &Effects) {
     if let Some(rtl) = &found.rtl {
         say!(
             "  Verilated units: the parts that the scene does not call for take {}; without them \
-             {} picture, counts and cycles ({} gathering, {} vector)",
+             {} picture, counts and cycles ({} gathering, {} vector{})",
             rtl.wall
                 .map_or_else(|| "an unknown time".to_owned(), |wall| wall.words()),
             if rtl.is_same {
@@ -166,7 +175,8 @@ pub(super) fn print(found: &Effects) {
                 "a DIFFERENT"
             },
             rtl.cycles.gather,
-            rtl.cycles.vector
+            rtl.cycles.vector,
+            splats(rtl.cycles.splat)
         );
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use plotters::prelude::*;
 use potamoi_explore::system::Modelled;
-use potamoi_system::system_model::{EnergyByPart, Memory, Outcome, Scenario, System};
+use potamoi_system::system_model::{Memory, Outcome, Scenario, System};
 
 use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
@@ -52,8 +52,9 @@ pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
             .max_light_lines(1)
             .label_style(LETTERS)
             .draw()?;
-        let names = EnergyByPart::default().named().map(|(name, _)| name);
-        for (part, (name, colour)) in names.into_iter().zip(COLOURS).enumerate() {
+        let names = outcomes.first().map(mid).unwrap_or_default();
+        let names = names.into_iter().map(|(name, _)| name);
+        for (part, (name, colour)) in names.zip(COLOURS).enumerate() {
             let bars = outcomes.iter().enumerate().map(|(i, o)| {
                 let own = mid(o);
                 let below: f64 = own[..part].iter().map(|(_, mj)| mj).sum();

@@ -3,6 +3,7 @@
 use potamoi_explore::system::{
     BY_TRAFFIC, Modelled, Paper, PathPairs, frames_per_second, gathering_speed_up,
 };
+use potamoi_splats::PairTest;
 use potamoi_system::system_model::job_scheduler::Resource;
 use potamoi_system::system_model::work::{PathReplay, PixelPairs, Replayed};
 use potamoi_system::system_model::{AtBounds, Clock, Frames, Outcome, Run, Scenario, System};
@@ -79,6 +80,7 @@ fn utilisation(clock: &Clock, outcomes: &[&Outcome]) -> comfy_table::Table {
         (Resource::GatheringUnit, "gathering unit"),
         (Resource::Npu, "MAC array"),
         (Resource::VectorUnit, "vector unit"),
+        (Resource::SplatUnits, "splat units"),
         (Resource::Link, "link"),
         (Resource::Remote, "remote GPU"),
     ];
@@ -185,13 +187,17 @@ fn heading(found: &Modelled) {
     if let Some(pairs) = found.splats {
         pixel_pairs(pairs);
     }
+    if let Some(why) = found.keeps_all_pairs {
+        crate::scene::say_all_pairs(why);
+    }
     if let Some(memory) = &found.memory {
         memory_rates(memory);
     }
 }
 
 /// Pairs of pixel and Gaussian, and how many of them count.
-fn pixel_pairs(PathPairs { full, rest }: PathPairs) {
+fn pixel_pairs(pairs: PathPairs) {
+    let PathPairs { full, rest, .. } = pairs;
     let share = |of: PixelPairs| {
         let counted = of.pairs_drawn + of.pairs_stopped;
         100.0 * counted as f64 / f64::max(of.pairs_evaluated as f64, 1.0)
@@ -204,6 +210,17 @@ fn pixel_pairs(PathPairs { full, rest }: PathPairs) {
         share(rest),
         rest.pairs_evaluated
     );
+    if let Some([full, rest]) = pairs.tile_tests {
+        let share = |of: PairTest| 100.0 * of.left_out as f64 / f64::max(of.pairs as f64, 1.0);
+        say!(
+            "  pairs of tile and Gaussian that the GPU tests and leaves out, since no pixel can count: \
+             {:.1} % of {} in full frames, {:.1} % of {} in the rest",
+            share(full),
+            full.pairs,
+            share(rest),
+            rest.pairs
+        );
+    }
 }
 
 /// Memory rates of the path's own access sequence.
@@ -324,7 +341,8 @@ fn stages(clock: &Clock, own: &[&Outcome], runs: &[Run]) -> comfy_table::Table {
 
 /// Energy of a frame by part.
 fn energy(clock: &Clock, own: &[&Outcome]) -> comfy_table::Table {
-    let parts = own[0].run.max.energy.named().map(|(name, _)| name);
+    let parts = own[0].run.max.energy.named();
+    let parts = parts.into_iter().map(|(name, _)| name);
     let title = format!("mJ per frame, {}", clock::at(clock));
     let mut header = vec![title.as_str()];
     header.extend(parts);

@@ -10,10 +10,10 @@ use potamoi_rtl::RtlCycles;
 use potamoi_scene::{FrameCounts, Scene};
 use serde::Serialize;
 
-use super::{FORMAT_VERSION, Units};
+use super::{FORMAT_VERSION, Units, keeps_all_pairs};
 use crate::failure::Failure;
 use crate::progress;
-use crate::scene::say_not_checked;
+use crate::scene::{say_all_pairs, say_not_checked};
 use crate::stdout::say;
 
 /// Frames to render, and their files.
@@ -35,6 +35,9 @@ struct Report<'a> {
     numerics: Numerics,
     /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
+    /// Why all (tile, Gaussian) pairs are listed although the configuration asks for fewer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    keeps_all_pairs: Option<&'static str>,
     frames: Vec<Frame>,
     /// Items outside the units, and items that a model's file leaves open.
     not_checked: Vec<String>,
@@ -84,6 +87,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
         scene: scene.name(),
         numerics: wanted.numerics,
         configuration: config.hash(),
+        keeps_all_pairs: keeps_all_pairs(&scene, config, wanted.numerics),
         frames,
         not_checked: not_checked(&scene, wanted.numerics, &cameras),
         seconds: start.elapsed().as_secs_f64(),
@@ -97,6 +101,9 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
             last.display(),
             report.seconds
         );
+    }
+    if let Some(why) = report.keeps_all_pairs {
+        say_all_pairs(why);
     }
     say_not_checked(&report.not_checked);
     if let Some(path) = wanted.json {

@@ -10,7 +10,8 @@ use clap::{Args, ValueEnum};
 use potamoi_base::effects::Choices;
 use potamoi_base::outputs as files;
 use potamoi_explore::rendering::{Numerics, Shot, not_checked, shoot};
-use potamoi_formats::units::{GATHERING_UNIT, OpCode, VECTOR_UNIT};
+use potamoi_formats::config::Config;
+use potamoi_formats::units::{GATHERING_UNIT, OpCode, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_rtl::RtlCycles;
 use potamoi_scene::{FrameCounts, Scene};
 use potamoi_splats::Flips;
@@ -19,7 +20,7 @@ use serde::Serialize;
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
-use crate::scene::{SceneArgs, say_not_checked};
+use crate::scene::{SceneArgs, say_all_pairs, say_not_checked};
 use crate::stdout::say;
 
 #[derive(Debug, Args)]
@@ -90,6 +91,9 @@ struct Report<'a> {
     /// Skips and early terminations decided otherwise than in floating point; splats only.
     flipped_skips: Option<u64>,
     flipped_stops: Option<u64>,
+    /// Why all (tile, Gaussian) pairs are listed although the configuration asks for fewer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    keeps_all_pairs: Option<&'static str>,
     /// Work of the frame, counted by the renderer.
     frame: Option<&'a FrameCounts>,
     /// Results of the units, counted by themselves.
@@ -109,6 +113,10 @@ pub(crate) struct Units {
     feature_vectors: u64,
     /// Elements from the vector unit, by operation.
     elements: BTreeMap<OpCode, u64>,
+    /// Jobs of the splat unit, one a ray group.
+    splat_jobs: u64,
+    /// Pixels from the splat unit, 256 a tile.
+    splat_pixels: u64,
 }
 
 impl Units {
@@ -116,6 +124,8 @@ impl Units {
         shot.units.as_ref().map(|units| Self {
             feature_vectors: units.feature_vectors,
             elements: units.elements.clone(),
+            splat_jobs: units.splat_jobs,
+            splat_pixels: units.splat_pixels,
         })
     }
 }
@@ -179,11 +189,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         covered_pixels: float.covered.iter().filter(|c| **c).count(),
         flipped_skips: flips.map(|f| f.skip),
         flipped_stops: flips.map(|f| f.stop),
+        keeps_all_pairs: keeps_all_pairs(&scene, &config, numerics),
         frame: shot.counts(),
         units: Units::of(&shot),
         cycles: shot.cycles,
         instantiated: shot.instantiated.map(|built| {
-            let units = [GATHERING_UNIT, VECTOR_UNIT].into_iter().zip(built);
+            let units = [GATHERING_UNIT, VECTOR_UNIT, SPLAT_UNIT]
+                .into_iter()
+                .zip(built);
             units
                 .filter_map(|(unit, is_built)| is_built.then_some(unit))
                 .collect()
@@ -196,6 +209,34 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// Prints the work of the splat unit, where it composited.
+fn print_splats(report: &Report<'_>) {
+    let units = report.units.as_ref().filter(|units| units.splat_jobs > 0);
+    let splats = report.frame.and_then(|frame| frame.splats);
+    if let (Some(units), Some(splats)) = (units, splats) {
+        say!(
+            "  out of the splat unit: {} pixels of {} ray groups",
+            units.splat_pixels,
+            units.splat_jobs
+        );
+        say!(
+            "  its pairs of pixel and Gaussian: {} square sums, {} exponentials, {} drawn, {} \
+             stopped",
+            splats.pairs_evaluated,
+            splats.exponentials,
+            splats.pairs_drawn,
+            splats.pairs_stopped
+        );
+    }
+}
+
+/// Why all (tile, Gaussian) pairs are listed although the configuration asks for fewer; `None` in floating
+/// point too, where no table is made.
+fn keeps_all_pairs(scene: &Scene, config: &Config, numerics: Numerics) -> Option<&'static str> {
+    let lists = matches!(numerics, Numerics::Fixed | Numerics::Rtl);
+    scene.keeps_all_pairs(config).filter(|_| lists)
 }
 
 fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
@@ -241,6 +282,7 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             );
         }
     }
+    print_splats(report);
     if let Some(streams) = report.frame.map(|f| f.streams) {
         let megabytes = |bytes: u64| bytes as f64 / 1e6;
         say!(
@@ -261,6 +303,9 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
     if let Some([first, tables]) = report.frame.and_then(|f| f.reverts) {
         say!("  rows one by one, not MVoxel by MVoxel: from table {first} of {tables} on");
     }
+    if let Some(why) = report.keeps_all_pairs {
+        say_all_pairs(why);
+    }
     if let Some(splats) = report.frame.and_then(|f| f.splats) {
         say!(
             "  pairs of pixel and Gaussian: {} evaluated, {} drawn, {} that stop a pixel",
@@ -268,6 +313,13 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             splats.pairs_drawn,
             splats.pairs_stopped
         );
+        if let Some(test) = splats.pair_test {
+            say!(
+                "  pairs of tile and Gaussian: {} of {} are left out, since no pixel can count",
+                test.left_out,
+                test.pairs
+            );
+        }
         if splats.inversions > 0 {
             say!(
                 "  approximate order: {} entries after one that lies behind them",
@@ -290,9 +342,13 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
     }
     if let Some(cycles) = &report.cycles {
         say!(
-            "  clock cycles (measured RTL, streams always ready): {} gathering, {} vector",
+            "  clock cycles (measured RTL, streams always ready): {} gathering, {} vector{}",
             cycles.gather,
-            cycles.vector
+            cycles.vector,
+            match cycles.splat {
+                0 => String::new(),
+                cycles => format!(", {cycles} splat unit"),
+            }
         );
     }
     say_not_checked(&report.not_checked);

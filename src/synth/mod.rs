@@ -90,7 +90,8 @@ pub(crate) enum Units {
     Mac,
     /// The splat unit, of a configuration with a table [su]
     Su,
-    /// The gathering and the vector unit, and the one of the array
+    /// The gathering and the vector unit, that of the array, and the splat unit of a configuration
+    /// with one
     All,
 }
 
@@ -115,16 +116,19 @@ impl Units {
                     .to_owned(),
             )),
             Self::All => Ok(&[UnitKind::Gathering, UnitKind::Vector]),
-            Self::Gu | Self::Vu => Ok(self.kinds()),
+            Self::Gu => Ok(&[UnitKind::Gathering]),
+            Self::Vu => Ok(&[UnitKind::Vector]),
         }
     }
 
-    pub(crate) const fn kinds(self) -> &'static [UnitKind] {
+    /// The units to synthesise of a configuration.
+    pub(crate) const fn kinds(self, config: &Config) -> &'static [UnitKind] {
         match self {
             Self::Gu => &[UnitKind::Gathering],
             Self::Vu => &[UnitKind::Vector],
             Self::Mac => &[UnitKind::ArrayMac],
             Self::Su => &[UnitKind::Splat],
+            Self::All if config.su.is_some() => &UnitKind::WITH_SPLAT_UNIT,
             Self::All => &UnitKind::ALL,
         }
     }
@@ -146,7 +150,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     if matches!(args.unit, Units::Su) && config.su.is_none() {
         return Err(Failure::Usage(format!("--unit su: {NO_SPLAT_UNIT}")));
     }
-    let scenes = ActivityScenes::open(&activity, args.unit.kinds())?;
+    let scenes = ActivityScenes::open(&activity, args.unit.kinds(&config))?;
     scenes.scenes().for_each(crate::scene::note);
     let tools = Tools::find()?;
     print_library(&library, &tools);
@@ -183,7 +187,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
         return Err(Failure::check(missed));
     }
     match expected {
-        Some((path, expected)) => compare(&report, &path, expected, args.unit.kinds()),
+        Some((path, expected)) => compare(&report, &path, expected, args.unit.kinds(&config)),
         None => Ok(()),
     }
 }
@@ -249,7 +253,7 @@ fn units(
     let (jobs, steps) = (args.jobs.into(), activity.steps());
     let bar = progress::bar(0, "steps");
     let made = in_parallel(
-        args.unit.kinds(),
+        args.unit.kinds(config),
         jobs,
         steps,
         &Shown(&bar),
@@ -278,7 +282,7 @@ fn units(
         }
     };
     if let (Some(memories), Some(node)) = (&memories, args.node) {
-        let units = args.unit.kinds().iter().zip(&made);
+        let units = args.unit.kinds(config).iter().zip(&made);
         for (report, own) in reports.iter_mut().zip(units) {
             let access = access_times(memories, &report.unit, node, args.scale_to);
             let timed = access.map(|access| {

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
 use potamoi_base::outputs as files;
 use potamoi_explore::verification::{Extent, Work};
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
 use potamoi_rtl::verify::{Failure as Found, Injection, Settings, Verifier};
 use potamoi_rtl::{EngineKind, ForeignRtl};
 use potamoi_scene::trace::Trace;
@@ -91,6 +91,8 @@ enum Inject {
     Crossbar,
     /// One bit of a constant of the exponential engines is inverted
     Exp,
+    /// The lowest bit of the splat unit's alphas is inverted
+    Alpha,
 }
 
 impl Engine {
@@ -102,13 +104,13 @@ impl Engine {
         }
     }
 
-    /// Target size of a quick verification, in feature vectors and elements: a few seconds on each
-    /// engine.
-    const fn budget(self) -> [u64; 2] {
+    /// Target size of a quick verification, in feature vectors, elements, and pixels of the splat unit:
+    /// a few seconds on each engine. A job of the splat unit is verified whole.
+    const fn budget(self) -> [u64; 3] {
         match self {
-            Self::Verilator => [100_000, 1_000_000],
-            Self::Interpreter => [4_000, 20_000],
-            Self::Icarus => [300, 1_000],
+            Self::Verilator => [100_000, 1_000_000, 40_000],
+            Self::Interpreter => [4_000, 20_000, 1],
+            Self::Icarus => [300, 1_000, 1],
         }
     }
 }
@@ -122,6 +124,7 @@ impl Inject {
             Self::Grant => Injection::Grant,
             Self::Crossbar => Injection::Crossbar,
             Self::Exp => Injection::Exp,
+            Self::Alpha => Injection::Alpha,
         }
     }
 }
@@ -138,6 +141,9 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     if rtl.is_some() && args.engine == Engine::Interpreter {
         let text = "--engine interpreter runs no Verilog: use verilator or icarus with --rtl";
         return Err(Failure::Usage(text.to_owned()));
+    }
+    if args.inject == Some(Inject::Alpha) && config.su.is_none() {
+        return Err(Failure::Usage(format!("--inject alpha: {NO_SPLAT_UNIT}")));
     }
     let start = Instant::now();
     let spinner = progress::spinner("reading the work");
@@ -157,6 +163,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         verifier.gather_report().clone(),
         verifier.vector_report().clone(),
     );
+    let splat = verifier.splat_report().clone();
     let failure = verifier.failure().cloned();
     bar.finish_and_clear();
     if let (Err(error), None) = (done, &failure) {
@@ -187,6 +194,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         stall_bank: gather.stall_bank,
         gathering_unit: &gather,
         vector_unit: &vector,
+        splat_unit: config.su.as_ref().map(|_| &splat),
         failure: failure.as_ref(),
         not_checked: work.not_checked(),
         seconds: start.elapsed().as_secs_f64(),
@@ -209,18 +217,19 @@ fn open(args: &VerifyArgs, config: &Config) -> Result<Work, Failure> {
     })
 }
 
-/// Extent of the verification, for these total feature vectors and elements.
-fn settings(args: &VerifyArgs, total: [u64; 2], rtl: Option<ForeignRtl>) -> Settings {
+/// Extent of the verification, for these total feature vectors, elements and pixels.
+fn settings(args: &VerifyArgs, total: [u64; 3], rtl: Option<ForeignRtl>) -> Settings {
     let extent = match args.level {
         Level::Full => Extent::Full,
         Level::Quick => Extent::Share(args.engine.budget()),
     };
-    let [gather_every, vector_every] = extent.every(total);
+    let [gather_every, vector_every, splat_every] = extent.every(total);
     Settings {
         engine: args.engine.kind(),
         seed: args.seed,
         gather_every,
         vector_every,
+        splat_every,
         inject: args.inject.map(Inject::injection),
         rtl,
         excerpt: Some(args.vcd.clone()),
@@ -235,13 +244,14 @@ fn agreement(report: &Report<'_>) -> Result<(), Failure> {
              try --level full"
         )));
     }
-    let units = [
+    let mut units = vec![
         ("gathering unit", report.gathering_unit.samples),
         ("vector unit", report.vector_unit.elements),
     ];
+    units.extend(report.splat_unit.map(|own| ("splat unit", own.pixels)));
     if units.iter().all(|(_, compared)| *compared == 0) {
         return Err(Failure::inconclusive(format!(
-            "nothing was compared: {} has no work for either unit; choose a scene, a camera or a \
+            "nothing was compared: {} has no work for any unit; choose a scene, a camera or a \
              trace with something in view",
             report.scene
         )));

@@ -7,7 +7,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanCount;
 use potamoi_formats::config::Config;
 use potamoi_rtl::EngineKind;
-use potamoi_rtl::verify::{Failure as Found, GatherReport, Injection, VectorReport};
+use potamoi_rtl::verify::{Failure as Found, GatherReport, Injection, SplatReport, VectorReport};
 use serde::Serialize;
 
 use super::Level;
@@ -49,6 +49,8 @@ pub(super) struct Report<'a> {
     pub(super) stall_bank: u64,
     pub(super) gathering_unit: &'a GatherReport,
     pub(super) vector_unit: &'a VectorReport,
+    /// `null` where the configuration has no splat unit.
+    pub(super) splat_unit: Option<&'a SplatReport>,
     pub(super) failure: Option<&'a Found>,
     /// Items outside the units, and items that a model's file leaves open.
     pub(super) not_checked: Vec<String>,
@@ -84,23 +86,103 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
         }
     }
     say!("{table}");
+    if let Some(splat) = report.splat_unit {
+        print_splats(report, splat);
+    }
+}
+
+/// Prints what was compared of the splat unit.
+fn print_splats(report: &Report<'_>, splat: &SplatReport) {
+    let count = |n: u64| HumanCount(n).to_string();
+    let mut table = Table::new();
+    table.load_preset(presets::ASCII_BORDERS_ONLY_CONDENSED);
+    table.set_header(["", "splat unit", "unit", "origin"]);
+    let measured = measured(report.engine);
+    let (golden, model) = ("golden model", "cycle model");
+    let rows = [
+        (
+            "compared, every bit",
+            share(splat.pixels, splat.pixels_total),
+            "pixels",
+            golden,
+        ),
+        (
+            "ray groups, each a job",
+            share(splat.jobs, splat.jobs_total),
+            "jobs",
+            golden,
+        ),
+        (
+            "records in tiles",
+            count(splat.records),
+            "records",
+            measured,
+        ),
+        (
+            "square sums, exponentials",
+            [splat.square_sums, splat.exponentials]
+                .map(count)
+                .join(", "),
+            "pairs",
+            measured,
+        ),
+        (
+            "drawn, stopped",
+            [splat.drawn, splat.stopped].map(count).join(", "),
+            "pairs",
+            measured,
+        ),
+        (
+            "cycles, streams ready",
+            count(splat.cycles),
+            "cycles",
+            measured,
+        ),
+        (
+            "compared, every cycle",
+            count(splat.cycles_compared),
+            "cycles",
+            model,
+        ),
+        (
+            "  under random stalls",
+            count(splat.cycles_stalled),
+            "cycles",
+            model,
+        ),
+    ];
+    for (name, value, unit, origin) in rows {
+        table.add_row([name, &value, unit, origin]);
+    }
+    if let Some(column) = table.column_mut(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    say!("{table}");
+}
+
+/// Where counts of an engine come from.
+const fn measured(engine: EngineKind) -> &'static str {
+    match engine {
+        EngineKind::Verilator | EngineKind::Icarus => "RTL",
+        EngineKind::Interpreter => "netlist",
+    }
+}
+
+/// A part of a whole, with its percentage.
+fn share(part: u64, whole: u64) -> String {
+    let count = |n: u64| HumanCount(n).to_string();
+    let percent = 100.0 * part as f64 / whole.max(1) as f64;
+    if part == whole {
+        return format!("all {}", count(whole));
+    }
+    format!("{} of {} ({percent:.2} %)", count(part), count(whole))
 }
 
 /// Rows of the table: quantity, gathering unit, vector unit, unit of measure, and method.
 fn rows(report: &Report<'_>, config: &Config) -> [[String; 5]; 9] {
-    let measured = match report.engine {
-        EngineKind::Verilator | EngineKind::Icarus => "RTL",
-        EngineKind::Interpreter => "netlist",
-    };
+    let measured = measured(report.engine);
     let (g, v) = (report.gathering_unit, report.vector_unit);
     let count = |n: u64| HumanCount(n).to_string();
-    let share = |part: u64, whole: u64| {
-        let percent = 100.0 * part as f64 / whole.max(1) as f64;
-        if part == whole {
-            return format!("all {}", count(whole));
-        }
-        format!("{} of {} ({percent:.2} %)", count(part), count(whole))
-    };
     [
         [
             "compared, every bit".to_owned(),
