@@ -12,8 +12,8 @@ use super::*;
 const EXPONENTIALS: [&str; 4] = [
     "",
     "[vu.exp]\niterations = 3",
-    "[vu.exp]\nform = \"piecewise\"\npieces = 4",
-    "[vu.exp]\nform = \"radix-4\"\niterations = 3",
+    "[vu.exp]\nform = \"piecewise\"\npipelined = true\npieces = 64",
+    "[vu.exp]\niterations = 5",
 ];
 const LISTED: &str = "[rit]\npairs = \"that-may-count\"\n";
 
@@ -121,8 +121,6 @@ fn what_cannot_be_cut_is_listed_and_said() {
     assert_eq!(tested(&scene, wide), (false, false));
     assert_eq!(tested(&scene, &listed("")), (true, false));
     assert_eq!(tested(&scene, &listed(wide)), (false, true));
-    let two = "[vu.exp]\nform = \"piecewise\"\nbase = \"two\"";
-    assert_eq!(tested(&scene, &listed(two)), (false, true));
     scene.set_choices(Choices::default().leave_out(Effect::Exponential));
     assert_eq!(tested(&scene, &listed("")), (false, true));
 }

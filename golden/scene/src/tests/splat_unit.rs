@@ -3,7 +3,7 @@
 use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::mask::Mask;
 use potamoi_base::precision::Precision;
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, SuConfig};
 use potamoi_reference::ReferenceUnits;
 use potamoi_splats::Order;
 
@@ -44,6 +44,8 @@ fn frames_by_the_splat_unit_are_those_of_the_vector_unit() {
         scene.set_size(Some(size[0]), Some(size[1])).unwrap();
         scene.order = order;
         let [with, without] = configs(text);
+        // The approximate order depends on ray groups.
+        scene.group_tiles = with.su.as_ref().map(SuConfig::group_tiles);
         let (vector, _) = rendered(&scene, &without, None);
         let (splat, units) = rendered(&scene, &with, None);
         assert_eq!(splat.picture, vector.picture, "{name} {text}");
