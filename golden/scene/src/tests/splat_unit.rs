@@ -57,8 +57,14 @@ fn frames_by_the_splat_unit_are_those_of_the_vector_unit() {
         );
         // An exponential for each pair that counts, and few others that the stored limits keep.
         let counted = found.pairs_drawn + found.pairs_stopped;
-        assert!(found.exponentials >= counted && found.exponentials <= counted * 102 / 100);
-        assert_eq!(found.within_exact_limit, Some(counted), "{name} {text}");
+        let within = found.within_exact_limit.unwrap();
+        // A coarse exponential rises here and there.
+        assert!(
+            within == counted || text == coarse && within > counted,
+            "{found:?}"
+        );
+        let kept = found.exponentials;
+        assert!(kept >= within && kept <= within * 105 / 100, "{found:?}");
         assert!(wanted.exponentials > 4 * counted, "{wanted:?}");
         assert!(splat.counts.elements.is_empty());
         assert!(units.counts().splat_jobs > 1);
