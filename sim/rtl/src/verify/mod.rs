@@ -7,7 +7,7 @@
 mod gather;
 mod inject;
 mod report;
-mod splat;
+mod splats;
 mod vector;
 
 use std::path::{Path, PathBuf};
