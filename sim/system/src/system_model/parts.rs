@@ -64,6 +64,7 @@ pub struct EnergyByPart {
     /// Vector unit.
     pub vector_unit_mj: Option<f64>,
     /// The splat units with their memories; `None` where the configuration has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub splat_units_mj: Option<Option<f64>>,
     /// MAC array.
     pub array_mj: Option<f64>,
