@@ -94,14 +94,13 @@ pub enum SynthError {
     },
     /// No formulas were fitted for a unit.
     #[error(
-        "no formulas for this {unit}: it differs from the synthesised ones in {}; synthesise it: \
-         potamoi synth",
-        fields.join(", ")
+        "no formulas for this {unit}: {}; synthesise it: potamoi synth",
+        difference(fields)
     )]
     NotFitted {
         /// The unit.
         unit: UnitKind,
-        /// The fields in which it differs.
+        /// The fields in which it differs; none, if no formulas are of such units.
         fields: Vec<String>,
     },
     /// The netlist of a unit is invalid.
@@ -185,4 +184,15 @@ pub enum SynthError {
 pub(crate) fn cannot_keep(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> SynthError {
     let path = path.to_owned();
     move |source| SynthError::File { path, source }
+}
+
+/// In what a unit differs from those that formulas are of.
+fn difference(fields: &[String]) -> String {
+    match fields {
+        [] => "formulas are of gathering and vector units".to_owned(),
+        fields => format!(
+            "it differs from the synthesised ones in {}",
+            fields.join(", ")
+        ),
+    }
 }

@@ -90,10 +90,11 @@ impl Family {
     /// grid has a to b`.
     ///
     /// # Errors
-    /// The fields in which the unit differs from every family in more than numbers.
+    /// The fields in which the unit differs from every family in more than numbers; none, if no family
+    /// is of such units.
     pub fn of(config: &Config, unit: UnitKind) -> Result<(Self, Vec<String>), Differences> {
         let Some(family) = Self::plain(config, unit) else {
-            return Err(vec![format!("formulas are of other units than {unit}")]);
+            return Err(vec![]);
         };
         let (own, usual) = (fields(config), fields(&Config::default()));
         let (mut others, mut beyond) = (vec![], vec![]);
@@ -354,8 +355,10 @@ pub(crate) fn is_exponential(config: &Config) -> bool {
 /// Whether a field of a configuration affects a unit.
 fn matters(field: &str, unit: UnitKind) -> bool {
     match unit {
+        // Of the table, its path and the pairs that it lists are the GPU's.
         UnitKind::Gathering => {
-            !["vu.", "su."].iter().any(|begin| field.starts_with(begin)) && field != "clock_mhz"
+            !["vu.", "su."].iter().any(|begin| field.starts_with(begin))
+                && !["clock_mhz", "rit.path", "rit.pairs"].contains(&field)
         }
         UnitKind::Vector => field.starts_with("vu."),
         // Units side by side are each the same.
@@ -468,6 +471,16 @@ mod tests {
             radix.unwrap_err(),
             ["vu.exp.form = \"radix-4\", expected \"restoring\""]
         );
+    }
+
+    #[test]
+    fn what_the_gpu_does_otherwise_leaves_the_units_alike() {
+        let paper = Config::paper();
+        let text = "rit.path = \"direct\"\nrit.pairs = \"that-may-count\"\nsu.units = 2";
+        let other = Config::from_toml(text, "test").unwrap();
+        for unit in [UnitKind::Gathering, UnitKind::Vector] {
+            assert!(is_same_unit(&paper, &other, unit), "{unit}");
+        }
     }
 
     /// Every value of every knob with enough points occurs.
