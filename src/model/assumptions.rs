@@ -3,12 +3,13 @@
 use potamoi_explore::system::Modelled;
 use potamoi_system::system_model::{Gpu, Scenario, System};
 
-use super::clock;
+use super::{areas, clock};
 use crate::stdout::say;
 
 /// Source of the energies, and what is assumed.
 pub(super) fn print(found: &Modelled, system: &System) {
     say!("\n{}", clock::table(&found.clock));
+    say!("\n{}", areas::table(&found.area));
     say!("\nenergy: {}", found.energy_origin);
     for unknown in &found.energy_unknown {
         say!(

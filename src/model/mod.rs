@@ -1,5 +1,6 @@
 //! `potamoi model`: time, energy and quality of a scene's frames on the whole system.
 
+mod areas;
 mod assumptions;
 mod bounds;
 pub(crate) mod clock;

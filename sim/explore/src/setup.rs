@@ -8,7 +8,9 @@ use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
 use potamoi_system::system_model::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
-use potamoi_system::system_model::{Clock, Costs, Memory, Model, Parameters, Program, System};
+use potamoi_system::system_model::{
+    Area, Clock, Costs, Memory, Model, Parameters, Program, System,
+};
 
 use crate::{ExploreError, Progress};
 
@@ -106,6 +108,23 @@ impl Setup {
     #[must_use]
     pub const fn costs(&self) -> &Costs {
         &self.costs
+    }
+
+    /// Areas of the accelerator's blocks.
+    ///
+    /// # Errors
+    /// None for the formulas that come with the program.
+    pub fn area(&self) -> Result<Area, ExploreError> {
+        let (array, known) = (self.system.array(), &self.known);
+        let macs = array.rows * array.columns;
+        let fit = Fit::checked_in()?;
+        Ok(Area::of(
+            &self.config,
+            &fit,
+            &known.reports,
+            &known.system,
+            macs,
+        ))
     }
 
     /// The work of the scene's path, and whether it was cached. Memory then uses the path's own

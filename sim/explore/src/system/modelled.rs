@@ -8,7 +8,7 @@ use potamoi_system::system_model::work::{
     FrameWork, PathOptions, PathReplay, PathWork, PixelPairs,
 };
 use potamoi_system::system_model::{
-    Alone, AtBounds, Clock, Gathered, GpuOnly, Outcome, Scenario, Timeline, Unknown, Variant,
+    Alone, Area, AtBounds, Clock, Gathered, GpuOnly, Outcome, Scenario, Timeline, Unknown, Variant,
 };
 use serde::Serialize;
 
@@ -37,6 +37,8 @@ pub struct Modelled {
     pub reached_ghz: Option<f64>,
     /// The clock with its origin, and the blocks that bound it.
     pub clock: Clock,
+    /// Areas of the accelerator's blocks at 12 nm.
+    pub area: Area,
     /// Source of the energies.
     pub energy_origin: String,
     /// Blocks whose energy and area are not known.
@@ -95,6 +97,7 @@ impl Modelled {
             clock_ghz: model.clock_ghz,
             reached_ghz: model.costs.clock.reached_ghz,
             clock: model.costs.clock.clone(),
+            area: setup.area()?,
             energy_origin: model.costs.origin.clone(),
             energy_unknown: model.costs.unknown.clone(),
             rendered_share: rendered_share(path),

@@ -1,6 +1,7 @@
 //! The system around the units: memory, buffers, GPU and link, and the time and energy of a frame
 //! or path on them.
 
+mod areas;
 mod at_bounds;
 mod block_periods;
 mod blocks;
@@ -38,6 +39,7 @@ mod unit_source;
 mod variant;
 pub mod work;
 
+pub use areas::{Area, BlockArea};
 pub use at_bounds::AtBounds;
 pub use block_periods::BlockPeriod;
 pub use chrome_trace::chrome_trace;
