@@ -5,7 +5,7 @@
 //! | 0 | a lane's exponential, with its opacity, pixel and colour |
 //! | 1 | opacity times exponential |
 //! | 2 | alpha; the transmittance is read, unless an earlier pair of the pixel is in stages 3 to 5 |
-//! | 3 | the transmittance comes |
+//! | 3 | the transmittance comes; `65536 - alpha` |
 //! | 4 | `T (65536 - alpha)` |
 //! | 5 | the stop test; the new transmittance is written; the pixel's live bit |
 //! | 6 | `T - T'` times the colour; the sums are read |
@@ -165,16 +165,15 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let alpha = moved(m, "alpha_3", alpha, always);
     let word = m.out(transmittance, "rdata");
     four.take(m, three, three.valid, always);
-    let alpha = moved(m, "alpha_4", alpha, always);
+    let whole = m.lit(FULL, Ty::u(ALPHA));
+    let rest = m.sub(whole, alpha);
+    let rest = moved(m, "passes_4", rest, always);
     let word = moved(m, "word_4", word, always);
     let has_stopped = m.bit(word, TRANSMITTANCE);
     let before = m.slice(word, 0, TRANSMITTANCE);
     let before = m.name(before, "earlier");
     let is_live = m.not(has_stopped);
     let goes_on = m.and(four.valid, is_live);
-    let whole = m.lit(FULL, Ty::u(ALPHA));
-    let rest = m.sub(whole, alpha);
-    let rest = m.name(rest, "passes");
     let product = m.mul(before, rest);
     five.take(m, four, goes_on, always);
     let before = moved(m, "before_5", before, always);

@@ -17,7 +17,7 @@ const ISSUES: usize = 512;
 const RUNS: usize = 4;
 const VECTORS: usize = 16;
 /// Records of a share of the splat unit's work.
-const RECORDS: usize = 400;
+const RECORDS: usize = 64;
 /// Largest number of stored elements of an operation.
 const ELEMENTS: usize = 1 << 20;
 
