@@ -124,6 +124,8 @@ parameters: setup
 	done
 	cargo run --locked --release --quiet -- --config parity synth --activity lantern \
 	  --liberty "$(LIBERTY)" --node 7 --json synth/parity-asap7.json
+	cargo run --locked --release --quiet -- --config lean-splats synth --activity garden \
+	  --liberty "$(LIBERTY)" --node 7 --json synth/lean-splats-asap7.json
 	cargo run --locked --release --quiet -- synth --unit gu --activity garden \
 	  --liberty "$(LIBERTY)" --node 7 --json synth/records-asap7.json
 

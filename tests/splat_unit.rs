@@ -80,6 +80,33 @@ fn configurations_without_a_splat_unit_or_with_a_wrong_one_are_refused_by_name()
     assert!(!Path::new(out).exists());
 }
 
+/// The preset for splats alone has the paper's picture, and refuses a scene whose operations it lacks.
+#[test]
+fn the_picture_of_lean_splats_is_that_of_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let pictures = ["paper", "lean-splats"].map(|preset| {
+        let picture = folder.path().join(format!("{preset}.png"));
+        let mut arguments = "render --scene garden --width 64 --numerics fixed --out".split(' ');
+        let arguments: Vec<_> = arguments.by_ref().chain(picture.to_str()).collect();
+        let done = potamoi(Path::new(preset), &arguments);
+        assert!(done.status.success(), "{done:?}");
+        std::fs::read(&picture).unwrap()
+    });
+    assert!(pictures[0] == pictures[1], "the pictures differ");
+    for (scene, named) in [
+        ("lantern", "voxels need \"relu\""),
+        ("cairn:ngp", "--config fields"),
+    ] {
+        let arguments = ["render", "--scene", scene, "--numerics", "fixed"];
+        let done = potamoi(Path::new("lean-splats"), &arguments);
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(
+            !done.status.success() && said.contains(named),
+            "{scene}: {said}"
+        );
+    }
+}
+
 #[test]
 fn characterise_tells_the_cycles_of_the_splat_unit() {
     let folder = tempfile::tempdir().unwrap();

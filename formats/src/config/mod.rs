@@ -34,7 +34,7 @@ pub use vu::VuConfig;
 /// The paper's sizes, the default of every command.
 pub(crate) const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 8] = [
+pub const PRESETS: [(&str, &str); 9] = [
     ("paper", PAPER_PRESET),
     ("fields", include_str!("../../../configs/fields.toml")),
     ("piecewise", include_str!("../../../configs/piecewise.toml")),
@@ -45,6 +45,10 @@ pub const PRESETS: [(&str, &str); 8] = [
     (
         "feature-major",
         include_str!("../../../configs/feature-major.toml"),
+    ),
+    (
+        "lean-splats",
+        include_str!("../../../configs/lean-splats.toml"),
     ),
 ];
 

@@ -16,7 +16,7 @@ pub struct Synthesised {
 }
 
 /// Presets that were synthesised, with what `potamoi synth --json` wrote: one line each.
-const PRESETS_SYNTHESISED: [(&str, &str); 8] = [
+const PRESETS_SYNTHESISED: [(&str, &str); 9] = [
     ("paper", PAPER),
     ("fields", FIELDS),
     (
@@ -39,6 +39,10 @@ const PRESETS_SYNTHESISED: [(&str, &str); 8] = [
     (
         "feature-major",
         include_str!("../../../../synth/feature-major-asap7.json"),
+    ),
+    (
+        "lean-splats",
+        include_str!("../../../../synth/lean-splats-asap7.json"),
     ),
 ];
 

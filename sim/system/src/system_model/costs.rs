@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_synth::fit::{Fit, Work};
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
@@ -395,6 +395,10 @@ impl Gathered {
                 Some(own) => Self::of(own, Gatherer::Fitted(Mutex::default()), FORMULAS.to_owned()),
                 None => Self::of(own, Gatherer::Measured(own.energy), from.to_owned()),
             }),
+            // A unit of single ids that was synthesised gathered records.
+            Program::Splats if config.gu.modes == Modes::Unstructured && fitted.is_none() => Ok(
+                Self::of(own, Gatherer::Measured(own.energy), from.to_owned()),
+            ),
             Program::Splats => {
                 let gatherer = of_records(known, parameters, fitted.unwrap_or(own), factors)?;
                 let from = format!("netlists that gathered splat records; {from}");
