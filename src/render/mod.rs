@@ -282,6 +282,17 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
             );
         }
     }
+    if let Some(outcomes) = report.frame.and_then(|f| f.sample_outcomes) {
+        say!(
+            "  gathered samples: {}, of which {} are composited, {} have alpha 0, {} no weight after \
+             rounding, {} lie behind the end of their ray",
+            outcomes.total(),
+            outcomes.composited,
+            outcomes.transparent,
+            outcomes.without_weight,
+            outcomes.behind
+        );
+    }
     print_splats(report);
     if let Some(streams) = report.frame.map(|f| f.streams) {
         let megabytes = |bytes: u64| bytes as f64 / 1e6;

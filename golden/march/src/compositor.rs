@@ -149,6 +149,10 @@ impl<'h> Compositor<'h> {
                         entry: span.start + at,
                         weight,
                     });
+                } else if b[i] == 1 << bits {
+                    work.outcomes.transparent += 1;
+                } else {
+                    work.outcomes.without_weight += 1;
                 }
                 self.transmittance[ray] = next[i];
                 let exact = i64::from(a[i]) * i64::from(b[i]);
@@ -158,12 +162,15 @@ impl<'h> Compositor<'h> {
                 }
             }
             at += 1;
+            let behind = |s: &&Span| s.len > at && !self.is_alive(s.ray);
+            let behind = live.iter().filter(behind);
+            work.outcomes.behind += behind.map(|s| u64::from(s.len - at)).sum::<u64>();
             live.retain(|s| s.len > at && self.is_alive(s.ray));
         }
         for span in spans {
             self.passed[span.ray as usize] += span.len;
         }
-        work.composited += seen.len() as u64;
+        work.outcomes.composited += seen.len() as u64;
         Ok(seen)
     }
 

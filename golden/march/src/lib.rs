@@ -42,7 +42,7 @@ mod transmittance;
 mod work;
 
 pub use compositor::{ColourScale, Compositor, pixel_bits};
-pub use counts::{FixedStats, Orders};
+pub use counts::{FixedStats, Orders, SampleOutcomes};
 pub use error::MarchError;
 pub use frame::{BACKGROUND, FixedFrame, check_background, place};
 pub use gather::gather;

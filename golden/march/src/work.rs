@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::units::OpCode;
 
+use crate::counts::SampleOutcomes;
+
 /// Counts of the requests to the vector unit and the MAC array.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Work {
@@ -14,7 +16,6 @@ pub struct Work {
     pub(crate) held: u64,
     /// Sines and cosines of encoded features.
     pub(crate) waves: u64,
-    /// Samples that contributed to a pixel.
-    pub(crate) composited: u64,
+    pub(crate) outcomes: SampleOutcomes,
     pub(crate) stopped: u64,
 }

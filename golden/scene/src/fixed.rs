@@ -206,6 +206,7 @@ impl Scene {
             counts: FrameCounts {
                 rays: only.map_or(covered.len(), Mask::count) as u64,
                 samples: 0,
+                sample_outcomes: None,
                 mvoxels: frame.stats.tasks,
                 feature_vectors: frame.stats.gathers,
                 elements: frame.stats.vector_elements,

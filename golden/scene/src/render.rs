@@ -11,6 +11,7 @@ use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
+use potamoi_march::SampleOutcomes;
 use potamoi_march::streams::Streams;
 use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, PairTest, Partition};
 
@@ -24,6 +25,9 @@ pub struct FrameCounts {
     pub rays: u64,
     /// Samples along rays, whether gathered or not; 0 for splats.
     pub samples: u64,
+    /// Gathered samples by what they change; `None` for splats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample_outcomes: Option<SampleOutcomes>,
     /// MVoxels gathered, over all ray groups.
     pub mvoxels: u64,
     /// Feature vectors that the gathering unit returned, one for each RIT entry that has all its
@@ -87,6 +91,8 @@ impl FrameCounts {
     pub(super) fn add(&mut self, stats: potamoi_march::FixedStats) {
         self.rays += stats.rays;
         self.samples += stats.samples;
+        let earlier = self.sample_outcomes.unwrap_or_default();
+        self.sample_outcomes = Some(earlier + stats.outcomes);
         self.mvoxels += stats.tasks;
         self.feature_vectors += stats.entries - stats.split_entries;
         self.streams = self.streams + stats.streams;

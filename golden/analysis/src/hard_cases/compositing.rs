@@ -86,7 +86,11 @@ fn sums_of_4096_weights() -> Case {
     };
     let mut units = ReferenceUnits::new(&config);
     let frame = fixed.render(&camera, &options, &mut units).unwrap();
-    assert!(frame.stats.composited > 4 * 4000, "{:?}", frame.stats);
+    assert!(
+        frame.stats.outcomes.composited > 4 * 4000,
+        "{:?}",
+        frame.stats
+    );
     // All weights and what is left, times one colour: that colour where they sum to 1.
     let unit = 0.5 / ONE;
     let sums = frame.picture.rgb.iter().flatten();

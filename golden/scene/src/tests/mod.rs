@@ -7,6 +7,7 @@ mod fields;
 mod masked;
 mod precision;
 mod recorded_motion;
+mod sample_outcomes;
 mod shared_cases;
 mod splat_bounds;
 mod splat_unit;

@@ -253,7 +253,11 @@ fn weights_and_transmittance_sum_to_exactly_one() {
     };
     let field = StoredField::new(grid, 0.25);
     let frame = stepped(&field, &config(""), &along(3), &options);
-    assert!(frame.stats.composited > 9 * 4096, "{:?}", frame.stats);
+    assert!(
+        frame.stats.outcomes.composited > 9 * 4096,
+        "{:?}",
+        frame.stats
+    );
     let left = frame.transmittance[4];
     assert!(left < 1 << 17, "{left}");
     assert!(frame.picture.rgb.iter().all(|p| *p == [0.5; 3]));
