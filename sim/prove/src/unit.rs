@@ -10,6 +10,7 @@ use potamoi_formats::units::{GATHERING_UNIT, VECTOR_UNIT};
 use potamoi_netlist::{CheckInfo, CheckKind, Header, IrErrors, Module, check_modules, verilog};
 use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::npu::npu_ext;
+use potamoi_units::splat_unit::packer;
 use potamoi_units::vector_unit::vector_unit;
 use serde::Serialize;
 
@@ -71,13 +72,16 @@ pub fn top_as_built(config: &Config) -> Result<Unit, IrErrors> {
     Ok(top)
 }
 
-/// The units of a configuration, with counters of their own width.
+/// The units of a configuration, with counters of their own width; of a splat unit its packer.
 ///
 /// # Errors
 /// The netlist's own checks.
 pub fn units_as_built(config: &Config) -> Result<Vec<Unit>, IrErrors> {
-    let all = [gathering_unit(config)?, vector_unit(config)?];
-    Ok(all.map(Unit::new).to_vec())
+    let mut all = vec![gathering_unit(config)?, vector_unit(config)?];
+    if let Some(su) = &config.su {
+        all.push(packer(config, su)?);
+    }
+    Ok(all.into_iter().map(Unit::new).collect())
 }
 
 /// What is looked for.

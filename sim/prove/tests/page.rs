@@ -11,7 +11,12 @@ const BEGIN: &str = "<!-- proofs -->\n";
 const END: &str = "<!-- end of proofs -->";
 
 /// Units that have a row of their own. All others are modules that are proven alone.
-const UNITS: [&str; 3] = ["gathering_unit", "vector_unit", "potamoi_npu_ext"];
+const UNITS: [&str; 4] = [
+    "gathering_unit",
+    "vector_unit",
+    "splat_powers",
+    "potamoi_npu_ext",
+];
 
 /// Counts of a unit of a preset: proven, bounded and failed properties, invariants, cycles, and
 /// seconds by module.

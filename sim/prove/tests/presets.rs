@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use potamoi_formats::config::{Config, PRESETS};
-use potamoi_prove::{Options, Outcome, Proof, Tools, units};
+use potamoi_prove::{Options, Outcome, Proof, Property, Tools, Unit, units};
 
 /// Twice the vertices of the longest group, and the way through every pipeline.
 const CYCLES: u32 = 24;
@@ -137,5 +137,59 @@ fn all_presets_are_proven_as_kept() {
     for (preset, _) in PRESETS {
         let cover = if preset == "small" { 40 } else { 0 };
         hold(preset, cover);
+    }
+}
+
+fn packer(lanes: u32) -> Unit {
+    let text = format!("[su]\nlanes = {lanes}\ntiles = 2\n");
+    let config = Config::from_toml(&text, "packer").unwrap();
+    let mut all = units(&config).unwrap().into_iter();
+    all.find(|unit| unit.name == "splat_powers").unwrap()
+}
+
+/// The packer of a splat unit loses and reorders no pair.
+fn packers_are_proven(lanes: &[u32]) {
+    let tools = Tools::find().unwrap_or_else(|e| panic!("{e}"));
+    let options = Options {
+        depth: CYCLES,
+        cover: 0,
+    };
+    for lanes in lanes.iter().copied() {
+        let proof = packer(lanes).prove(&tools, options);
+        let proof = proof.unwrap_or_else(|e| panic!("{lanes} lanes: {e}"));
+        let others = |p: &&Property| p.outcome != Outcome::Proven;
+        let others: Vec<_> = proof.properties.iter().filter(others).collect();
+        assert!(others.is_empty(), "{lanes} lanes: {others:?}");
+        let names: BTreeSet<&str> = proof.properties.iter().map(|p| p.name.as_str()).collect();
+        assert!(names.is_superset(&BTreeSet::from(["packed_in_order", "none_lost", "balance"])));
+    }
+}
+
+#[test]
+fn packers_of_few_lanes_are_proven() {
+    packers_are_proven(&[1, 5]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn packers_of_any_number_of_lanes_are_proven() {
+    packers_are_proven(&[2, 4, 16, 24, 64]);
+}
+
+/// A packer that pads without a shift, takes padding for pairs, or counts a vector twice.
+#[test]
+fn a_packer_that_loses_pairs_fails() {
+    let tools = Tools::find().unwrap_or_else(|e| panic!("{e}"));
+    for (property, from, to) in [
+        ("packed_in_order", "if (shifts) begin", "if (accepts) begin"),
+        ("none_lost", "{accepts, info}", "{shifts, info}"),
+        ("balance", "(in_flight + 2'd1)", "(in_flight + 2'd2)"),
+    ] {
+        let mut unit = packer(5);
+        let edit = ["splat_powers.v", from, to].map(str::to_owned);
+        unit.edits.push(edit);
+        let found = unit.look(&tools, property, CYCLES);
+        let found = found.unwrap_or_else(|e| panic!("{property}: {e}"));
+        assert!(matches!(found, Outcome::Failed(_)), "{property}: {found:?}");
     }
 }

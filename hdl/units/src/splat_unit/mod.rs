@@ -15,6 +15,7 @@ mod inputs;
 mod limits;
 mod live;
 mod near;
+mod packing_checks;
 mod pixels;
 mod powers;
 mod root;
@@ -23,4 +24,17 @@ mod setup;
 mod tiles;
 mod top;
 
+use std::sync::Arc;
+
+use potamoi_formats::config::{Config, SuConfig};
+use potamoi_netlist::{IrErrors, Module};
+
 pub use top::splat_unit;
+
+/// Builds `splat_powers`, the part of a splat unit that packs pairs into the lanes of the exponential.
+///
+/// # Errors
+/// The netlist's own checks; none for a configuration that keeps its rules.
+pub fn packer(config: &Config, su: &SuConfig) -> Result<Arc<Module>, IrErrors> {
+    powers::powers(config, &formats::Widths::of(config, su))
+}

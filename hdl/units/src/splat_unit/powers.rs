@@ -7,6 +7,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::formats::Widths;
+use super::packing_checks::{Filling, packing_checks};
 use crate::circuits::{bits_for, is, ones, plus_one};
 use crate::fifo::fifo;
 use crate::vector_unit::{depth, vector_unit};
@@ -90,7 +91,7 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     };
     let powers = shift(m, "powers", power);
     let own_info = m.cat(&[accepts, info]);
-    let infos = shift(m, "infos", own_info);
+    let held_infos = shift(m, "infos", own_info);
 
     m.section("Exponentials, and what belongs to them");
     let zero = lit(m, 0, 2 * LANE - w.power);
@@ -113,11 +114,11 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     ] {
         m.connect(exponentials, port, signal);
     }
-    let words = fifo("splat_info_fifo", depth(&own), infos.width())?;
+    let words = fifo("splat_info_fifo", depth(&own), held_infos.width())?;
     let words = m.instance(
         "info_fifo",
         &words,
-        &[("push", sent), ("push_data", infos), ("pop", pop)],
+        &[("push", sent), ("push_data", held_infos), ("pop", pop)],
     );
     let one = lit(m, 1, in_flight.width());
     let (more, less) = (m.add(in_flight, one), m.sub(in_flight, one));
@@ -145,5 +146,13 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     let flying = m.any(in_flight);
     let busy = m.or(begun, flying);
     m.output("busy", busy, "holds powers or results");
+    let filling = Filling {
+        powers,
+        infos: held_infos,
+        count,
+        lanes,
+        depth: depth(&own),
+    };
+    packing_checks(m, (exponentials, words), &filling);
     builder.finish()
 }
