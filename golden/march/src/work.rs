@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::units::OpCode;
 
-use crate::counts::SampleOutcomes;
+use crate::sample_outcomes::SampleOutcomes;
 
 /// Counts of the requests to the vector unit and the MAC array.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
