@@ -118,7 +118,7 @@ fn the_parameters_are_of_what_is_generated_now() {
     });
     for Synthesised { config, report } in all {
         for unit in &report.raw.units {
-            let kind = UnitKind::ALL
+            let kind = UnitKind::WITH_SPLAT_UNIT
                 .into_iter()
                 .find(|kind| kind.top() == unit.unit)
                 .unwrap();
