@@ -18,9 +18,11 @@ mod near;
 mod packing_checks;
 mod pixels;
 mod powers;
+mod product;
 mod root;
 mod rows;
 mod setup;
+mod start_values;
 mod tiles;
 mod top;
 

@@ -38,6 +38,11 @@ pub(super) fn packing_checks(
         "in_flight == exponentials_in_flight & in_flight == info_fifo_count",
         "Every vector in flight has its opacities, colours and pixels: none is lost, none is there twice.",
     );
+    m.assert(
+        "sent_is_taken",
+        "sent -> takes",
+        "The lanes take each vector that is sent.",
+    );
     let (power, info) = ("power_past", "info_past");
     let number = bits_for(lanes) + 1;
     m.free("pick", number);

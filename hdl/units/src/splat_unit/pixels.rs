@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::record::MEAN;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::formats::{AT_ROW, MAGNITUDE, STEP, Widths};
-use super::near::times;
-use super::rows::{INDEX, lowest, magnitude, moved};
+use super::near::PLACE;
+use super::product::{product_of, times};
+use super::rows::{INDEX, form_at, lowest, magnitude, moved};
 
 /// Builds `splat_pixels`.
 ///
@@ -76,41 +76,53 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     };
 
     m.section("p at the pixel");
-    let far = times(m, l11, place);
-    let fraction = m.lit(0, Ty::u(MEAN.frac_bits()));
-    let far = m.as_unsigned(far);
-    let far = m.cat(&[far, fraction]);
-    let far = m.as_signed(far);
-    let width = AT_ROW + 1;
-    let (far, from) = (m.extend(far, width), m.extend(p, width));
-    let exact = m.add(from, far);
     tag = tag.moved(m, 1, moves);
-    let exact = moved(m, "p_1", exact, moves);
+    let step = moved(m, "l11_1", l11, moves);
+    let from = moved(m, "p_1", p, moves);
     let q = moved(m, "q_1", q, moves);
     let beyond = moved(m, "beyond_1", beyond, moves);
-    let (p, p_beyond) = magnitude(m, exact);
-    let beyond = m.or(beyond, p_beyond);
+    let place = m.slice(tag.pixel, 0, PLACE);
+    let grown = times(m, step, place);
     tag = tag.moved(m, 2, moves);
-    let p = moved(m, "p_2", p, moves);
+    let grown = moved(m, "grown", grown, moves);
+    let from = moved(m, "p_2", from, moves);
     let q = moved(m, "q_2", q, moves);
     let beyond = moved(m, "beyond_2", beyond, moves);
+    let exact = form_at(m, from, grown, AT_ROW + 1);
+    tag = tag.moved(m, 3, moves);
+    let exact = moved(m, "p_3", exact, moves);
+    let q = moved(m, "q_3", q, moves);
+    let beyond = moved(m, "beyond_3", beyond, moves);
+    let (p, p_beyond) = magnitude(m, exact);
+    let beyond = m.or(beyond, p_beyond);
+    tag = tag.moved(m, 4, moves);
+    let p = moved(m, "p_4", p, moves);
+    let q = moved(m, "q_4", q, moves);
+    let beyond = moved(m, "beyond_4", beyond, moves);
 
     m.section("Half the sum of the squares");
-    let [p, q] = [p, q].map(|form| m.mul(form, form));
-    tag = tag.moved(m, 3, moves);
+    let (p, q) = (
+        product_of(m, "p_squared", (p, p), moves)?,
+        product_of(m, "q_squared", (q, q), moves)?,
+    );
+    tag = tag.moved(m, 5, moves);
+    let beyond = moved(m, "beyond_5", beyond, moves);
+    tag = tag.moved(m, 6, moves);
     let p = moved(m, "p_square", p, moves);
     let q = moved(m, "q_square", q, moves);
-    let beyond = moved(m, "beyond_3", beyond, moves);
-    let wide = 2 * MAGNITUDE + 1;
-    let (p, q) = (m.extend(p, wide), m.extend(q, wide));
-    let sum = m.add(p, q);
+    let beyond = moved(m, "beyond_6", beyond, moves);
     let shift = 33 - w.power_fraction;
-    let power = m.round(sum, shift, potamoi_formats::fixed::Rounding::HalfUp);
-    let power = m.saturate(power, Ty::u(w.power));
+    let wide = 2 * MAGNITUDE + 2;
+    let (p, q) = (m.extend(p, wide), m.extend(q, wide));
+    let half = m.lit(1u64 << (shift - 1), p.ty());
+    let sum = m.add(p, q);
+    let sum = m.add(sum, half);
+    let sum = m.slice(sum, shift, wide - shift);
+    let power = m.saturate(sum, Ty::u(w.power));
     let most = m.lit((1u64 << w.power) - 1, Ty::u(w.power));
     let power = m.mux(beyond, most, power);
-    tag = tag.moved(m, 4, moves);
-    let power = moved(m, "power_4", power, moves);
+    tag = tag.moved(m, 7, moves);
+    let power = moved(m, "power_7", power, moves);
 
     m.section("Cut");
     let below = m.le(power, limit);

@@ -2,19 +2,28 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::fixed::Rounding;
 use potamoi_formats::record::MEAN;
 use potamoi_netlist::{IrErrors, MemId, Module, ModuleBuilder, Signal, Ty};
 
 use super::formats::{
     AT_ROW, COMPARE, ENTRIES, EXACT, MAGNITUDE, ROOT, SEARCH_LIMIT, START, STEP, Widths,
 };
-use super::near::{near, times, up_to};
+use super::near::{near, up_to};
+use super::product::times;
 use super::root::{CLOCKS, root};
 use crate::circuits::{bits_for, is, plus_one};
 
 /// Bits of an entry's number while its pixels are in flight.
 pub(super) const INDEX: u32 = ENTRIES.ilog2();
+
+/// The stage in which a row's root is there: five to the square of `q`, the rest, and the root.
+const ROOTED: u32 = 6 + CLOCKS;
+/// The stage of the form and its bounds, in which the row's live pixels are read.
+const FORMED: u32 = ROOTED + 1;
+/// The stage in which the entry is read: its step, and that step at each place, are two more.
+const ENTRY_READ: u32 = FORMED - 3;
+/// The stage in which a row is pushed.
+const PUSHED: u32 = FORMED + 1;
 
 /// The lowest set bit of a mask of 16: its place, and the mask without it.
 pub(super) fn lowest(m: &mut ModuleBuilder, mask: Signal) -> (Signal, Signal) {
@@ -30,16 +39,36 @@ pub(super) fn lowest(m: &mut ModuleBuilder, mask: Signal) -> (Signal, Signal) {
     (place, rest)
 }
 
-/// What a rounded form counts with: its magnitude, and whether it is too large to count.
+/// What a form rounded half to even counts with: its magnitude, and whether it is too large to count. One
+/// carry does both: the magnitude of a negative form is the complement of its floor, and one more where
+/// that floor is not rounded up.
 pub(super) fn magnitude(m: &mut ModuleBuilder, exact: Signal) -> (Signal, Signal) {
-    let rounded = m.round(exact, EXACT - 16, Rounding::HalfEven);
-    let negative = m.bit(rounded, rounded.width() - 1);
-    let opposite = m.neg(rounded);
-    let absolute = m.mux(negative, opposite, rounded);
-    let absolute = m.as_unsigned(absolute);
+    let dropped = EXACT - 16;
+    let floor = m.slice(exact, dropped, exact.width() - dropped);
+    let [odd, guard] = [dropped, dropped - 1].map(|place| m.bit(exact, place));
+    let below = m.slice(exact, 0, dropped - 1);
+    let below = m.any(below);
+    let to_even = m.or(below, odd);
+    let up = m.and(guard, to_even);
+    let negative = m.bit(exact, exact.width() - 1);
+    let flips = m.repeat(negative, floor.width());
+    let flipped = m.xor(floor, flips);
+    let carry = m.xor(up, negative);
+    let carry = m.extend(carry, floor.width());
+    let absolute = m.add(flipped, carry);
     let high = m.slice(absolute, MAGNITUDE, absolute.width() - MAGNITUDE);
     let beyond = m.any(high);
     (m.slice(absolute, 0, MAGNITUDE), beyond)
+}
+
+/// A form where it has grown since its start value.
+pub(super) fn form_at(m: &mut ModuleBuilder, start: Signal, grown: Signal, width: u32) -> Signal {
+    let fraction = m.lit(0, Ty::u(MEAN.frac_bits()));
+    let grown = m.as_unsigned(grown);
+    let grown = m.cat(&[grown, fraction]);
+    let grown = m.as_signed(grown);
+    let (start, grown) = (m.extend(start, width), m.extend(grown, width));
+    m.add(start, grown)
 }
 
 /// A register that moves with the pipeline.
@@ -193,72 +222,81 @@ pub(super) fn rows(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let search = moved(m, "search_held", search, take);
 
     m.section("Forms at the row");
-    let forms = [0, 1].map(|i| {
-        let far = times(m, steps[i], row);
-        let fraction = m.lit(0, Ty::u(MEAN.frac_bits()));
-        let far = m.as_unsigned(far);
-        let far = m.cat(&[far, fraction]);
-        let far = m.as_signed(far);
-        let far = m.extend(far, AT_ROW);
-        let from = m.extend(start[i], AT_ROW);
-        m.add(from, far)
-    });
     let mut tag = Tag {
+        stage: 0,
         valid: busy,
         last,
         index: own,
         row,
     };
-    tag = tag.moved(m, 1, room);
-    let forms = [0, 1].map(|i| moved(m, ["p_1", "q_1"][i], forms[i], room));
+    tag = tag.moved(m, room);
+    let start = [0, 1].map(|i| moved(m, ["p_held_1", "q_held_1"][i], start[i], room));
+    let steps = [0, 1].map(|i| moved(m, ["l21_1", "l22_1"][i], steps[i], room));
     let search = moved(m, "search_1", search, room);
+    let grown = steps.map(|step| times(m, step, tag.row));
+    tag = tag.moved(m, room);
+    let start = [0, 1].map(|i| moved(m, ["p_held_2", "q_held_2"][i], start[i], room));
+    let grown = [0, 1].map(|i| moved(m, ["p_grown", "q_grown"][i], grown[i], room));
+    let search = moved(m, "search_2", search, room);
+    let forms = [0, 1].map(|i| form_at(m, start[i], grown[i], AT_ROW));
+    tag = tag.moved(m, room);
+    let forms = [0, 1].map(|i| moved(m, ["p_3", "q_3"][i], forms[i], room));
+    let search = moved(m, "search_3", search, room);
     m.section("Magnitude of q");
     let (q, beyond) = magnitude(m, forms[1]);
-    tag = tag.moved(m, 2, room);
-    let p = moved(m, "p_2", forms[0], room);
-    let q = moved(m, "q_2", q, room);
-    let beyond = moved(m, "beyond_2", beyond, room);
+    tag = tag.moved(m, room);
+    let p = moved(m, "p_4", forms[0], room);
+    let q = moved(m, "q_4", q, room);
+    let beyond = moved(m, "beyond_4", beyond, room);
+    let search = moved(m, "search_4", search, room);
     m.section("Root of what q leaves of the limit");
-    let search = moved(m, "search_2", search, room);
     let short = m.slice(q, 16 - COMPARE, ROOT);
-    let square = m.mul(short, short);
-    let square = m.name(square, "q_square");
+    let square = times(m, short, short);
+    tag = tag.moved(m, room);
+    let square = moved(m, "q_square", square, room);
+    let search = moved(m, "search_5", search, room);
+    let beyond = moved(m, "beyond_5", beyond, room);
     let over = m.gt(square, search);
-    let rest = m.sub(search, square);
-    let rest = moved(m, "square_3", rest, room);
     let no_pixel = m.or(over, beyond);
-    let clocks = 1 + CLOCKS;
-    let no_pixel = shifted(m, "no_pixel", no_pixel, clocks, room);
+    let rest = m.sub(search, square);
+    let rest = moved(m, "square_6", rest, room);
     let links = [("advance", room), ("square", rest)];
     let span_root = m.instance("span_root", &root()?, &links);
     let span_root = m.out(span_root, "root");
-    let p = shifted(m, "p_stages", p, clocks - 1, room);
-    let start = m.as_signed(p);
-    let p = shifted(m, "p_span", p, 2, room);
-    let p = m.as_signed(p);
-    let q = shifted(m, "q_stages", q, clocks + 1, room);
-    let beyond = shifted(m, "beyond_stages", beyond, clocks + 1, room);
-    let tag = tag.shifted(m, clocks - 1, room);
-    m.section("Pixels of the span, and then those that are live");
+    m.section("Pixels of the span, and the row's live pixels");
+    // A clock each: the entry, its step at the places, the form, its bounds, and the span.
+    let tag = tag.until(m, ENTRY_READ, room);
     let entry = entries.read(m, tag.index);
-    let columns = up_to(m, entry.last_x);
-    let columns = moved(m, "columns", columns, room);
+    let tag = tag.until(m, FORMED, room);
+    let step = moved(m, "step", entry.l11, room);
+    let p = shifted(m, "p_stages", p, FORMED - 1 - 4, room);
+    let start = m.as_signed(p);
     let links = [
-        ("advance", room),
+        ("takes_step", room),
+        ("takes_start", room),
+        ("takes_root", room),
         ("start", start),
-        ("step", entry.l11),
+        ("step", step),
         ("root", span_root),
     ];
     let near = m.instance("span", &near()?, &links);
     let near = m.out(near, "near");
+    let last_x = shifted(m, "last_columns", entry.last_x, 2, room);
+    let columns = up_to(m, last_x);
+    let columns = moved(m, "columns", columns, room);
+    let no_pixel = shifted(m, "no_pixel", no_pixel, FORMED - 5, room);
     let some = m.not(no_pixel);
     let some = m.repeat(some, 16);
     let span = m.all_of(&[near, columns, some]);
     let span = moved(m, "reach", span, room);
-    let slot = shifted(m, "span_slot", entry.slot, 2, room);
-    let tag = tag.moved(m, 2 + clocks, room);
-    let tag = tag.moved(m, 3 + clocks, room);
+    let slot = shifted(m, "span_slot", entry.slot, FORMED - ENTRY_READ, room);
     let address = m.cat(&[slot, tag.row]);
+    let live = moved(m, "live_in_row", live, room);
+    let tag = tag.until(m, PUSHED, room);
+    let p = shifted(m, "p_span", p, 2, room);
+    let p = m.as_signed(p);
+    let q = shifted(m, "q_stages", q, PUSHED - 4, room);
+    let beyond = shifted(m, "beyond_stages", beyond, PUSHED - 5, room);
     let mask = m.and(span, live);
     let mask = m.name(mask, "mask");
     let some = m.any(mask);
@@ -290,6 +328,7 @@ pub(super) fn rows(w: &Widths) -> Result<Arc<Module>, IrErrors> {
 /// What goes along with a row.
 #[derive(Clone, Copy)]
 struct Tag {
+    stage: u32,
     valid: Signal,
     last: Signal,
     index: Signal,
@@ -297,11 +336,14 @@ struct Tag {
 }
 
 impl Tag {
-    fn moved(self, m: &mut ModuleBuilder, stage: u32, enable: Signal) -> Self {
+    /// In the next stage.
+    fn moved(self, m: &mut ModuleBuilder, enable: Signal) -> Self {
+        let stage = self.stage + 1;
         let valid = m.reg(&format!("valid_{stage}"), Ty::bit(), 0);
         m.set_next_if(valid, enable, self.valid);
         let mut one = |name: &str, value| moved(m, &format!("{name}_{stage}"), value, enable);
         Self {
+            stage,
             valid,
             last: one("last", self.last),
             index: one("index", self.index),
@@ -309,7 +351,8 @@ impl Tag {
         }
     }
 
-    fn shifted(self, m: &mut ModuleBuilder, stages: u32, enable: Signal) -> Self {
-        (0..stages).fold(self, |tag, stage| tag.moved(m, 3 + stage, enable))
+    /// In a later stage.
+    fn until(self, m: &mut ModuleBuilder, stage: u32, enable: Signal) -> Self {
+        (self.stage..stage).fold(self, |tag, _| tag.moved(m, enable))
     }
 }

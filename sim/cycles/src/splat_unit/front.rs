@@ -10,8 +10,8 @@ use super::tiles::Live;
 const PHASES: u32 = 6;
 /// Clocks from the last product to the rows.
 const SETTLES: u32 = 4;
-/// Stages from a row to its span.
-const STAGES: usize = 8;
+/// Stages from a row to its live pixels.
+const STAGES: usize = 12;
 /// Records whose pixels are in flight before the exponential.
 const ENTRIES: usize = 8;
 /// Rows that wait for their pixels.
@@ -78,13 +78,11 @@ impl Front {
         let takes = is_free && self.in_flight != ENTRIES;
         let found = |entry: &Rc<Entry>| entry.pairs.rows & live.rows_alive(entry.slot);
 
-        // The row at the end of the stages is asked for its live pixels.
-        let pushed = self.stages[STAGES - 1]
-            .take_if(|_| has_room)
-            .map(|mut row| {
-                row.mask = row.entry.pairs.spans[row.row] & live.row(row.entry.slot, row.row);
-                row
-            });
+        let pushed = self.stages[STAGES - 1].take_if(|_| has_room);
+        // The row that enters the last stage was asked for its live pixels.
+        if let Some(row) = &mut self.stages[STAGES - 2] {
+            row.mask = row.entry.pairs.spans[row.row] & live.row(row.entry.slot, row.row);
+        }
         if takes_row {
             self.rows.pop_front();
         }

@@ -5,10 +5,10 @@ use potamoi_reference::splat_unit::{Outcome, SplatPixel, TILE_PIXELS, Thresholds
 use super::lanes::Vector;
 use super::{Pair, SplatCounters};
 
-/// Stages after that in which a pair reads its transmittance.
-const STAGES: usize = 6;
+/// Stages after that in which a pair reads its transmittance: 4 to 12.
+const STAGES: usize = 9;
 /// Of these, the ones before the transmittance is written.
-const BEFORE_WRITE: usize = 3;
+const BEFORE_WRITE: usize = 4;
 
 /// Live pixels at the begin of a cycle.
 pub(super) struct Live(Vec<[u16; 16]>);
@@ -33,10 +33,14 @@ pub(super) struct Tiles {
     lane: usize,
     /// The pair whose exponential was taken from the vector: stage 0.
     operand: Option<Pair>,
+    /// Stages 1 to 3.
+    rows: Option<Pair>,
     product: Option<Pair>,
     alpha: Option<Pair>,
-    /// Those after the read of the transmittance: 3 to 8.
+    /// Those after the read of the transmittance.
     stages: [Option<Pair>; STAGES],
+    /// The pair in stage 8 that ends its pixel.
+    stopped: Option<Pair>,
     last_slot: usize,
     runs: bool,
     gives: bool,
@@ -57,9 +61,11 @@ impl Tiles {
             lanes,
             lane: 0,
             operand: None,
+            rows: None,
             product: None,
             alpha: None,
             stages: [const { None }; STAGES],
+            stopped: None,
             last_slot,
             runs: true,
             gives: false,
@@ -78,8 +84,12 @@ impl Tiles {
     }
 
     pub(super) fn is_busy(&self) -> bool {
-        let flying = self.stages.iter().any(Option::is_some);
-        let before = [&self.operand, &self.product, &self.alpha];
+        let flying = self
+            .stages
+            .iter()
+            .chain([&self.stopped])
+            .any(Option::is_some);
+        let before = [&self.operand, &self.rows, &self.product, &self.alpha];
         flying || before.into_iter().any(Option::is_some)
     }
 
@@ -95,7 +105,11 @@ impl Tiles {
     }
 
     pub(super) fn live(&self) -> Live {
-        Live(self.tiles.iter().map(|tile| tile.live).collect())
+        let mut live: Vec<_> = self.tiles.iter().map(|tile| tile.live).collect();
+        if let Some(own) = &self.stopped {
+            live[own.entry.slot][own.row] |= 1 << own.column;
+        }
+        Live(live)
     }
 
     /// One clock edge; whether the vector is taken.
@@ -124,7 +138,8 @@ impl Tiles {
             alpha >= self.thresholds.alpha_min
         };
         self.alpha = self.product.take().filter(counts);
-        self.product = self.operand.take();
+        self.product = self.rows.take();
+        self.rows = self.operand.take();
         let Some(vector) = vector else {
             return false;
         };
@@ -133,25 +148,23 @@ impl Tiles {
         self.lane == 0
     }
 
-    /// What a pair in stage 4 or 5 does. One of a pixel that has stopped leaves after stage 4, and one
-    /// that stops its pixel after stage 5.
+    /// What pairs in stages 5, 7 and 8 do. One of a pixel that has stopped leaves after stage 5, and one that
+    /// stops its pixel after stage 7: the pixel is live until the clock after stage 8.
     fn composite(&mut self, counters: &mut SplatCounters) {
-        let [_, fourth, fifth, .., last] = &mut self.stages;
+        let [_, fifth, _, seventh, eighth, .., last] = &mut self.stages;
         *last = None;
-        fourth.take_if(|pair| {
+        counters.drawn += u64::from(eighth.is_some());
+        counters.stopped += u64::from(self.stopped.take().is_some());
+        fifth.take_if(|pair| {
             let live = self.tiles[pair.entry.slot].live[pair.row];
             live >> pair.column & 1 == 0
         });
-        fifth.take_if(|pair| {
+        self.stopped = seventh.take_if(|pair| {
             let tile = &mut self.tiles[pair.entry.slot];
             let at = 16 * pair.row + pair.column;
             let alpha = pair.alpha().unwrap_or(0);
-            match tile.composite(at, alpha, pair.entry.colour, &self.thresholds) {
-                Outcome::Drawn => counters.drawn += 1,
-                Outcome::Stopped => counters.stopped += 1,
-                Outcome::Skipped => {}
-            }
-            tile.live[pair.row] >> pair.column & 1 == 0
+            let outcome = tile.composite(at, alpha, pair.entry.colour, &self.thresholds);
+            outcome == Outcome::Stopped
         });
     }
 

@@ -4,7 +4,7 @@ use super::Pair;
 use super::front::Row;
 
 /// Stages from a pixel to the cut.
-const STAGES: usize = 4;
+const STAGES: usize = 7;
 
 /// A pixel in a stage.
 struct Step {

@@ -41,7 +41,7 @@ impl Injection {
         let high = exp.engine().constant_bits.saturating_sub(3);
         let first_factor = format!("sr_sub[{}]", exp.engine().digits);
         let (module, register, change) = match self {
-            Self::Alpha => ("splat_tiles", "alpha_2", Change::Invert(0)),
+            Self::Alpha => ("splat_tiles", "alpha_3", Change::Invert(0)),
             Self::Bit if gu.modes == Modes::Unstructured => {
                 ("feature_register", "held0", Change::Invert(0))
             }
