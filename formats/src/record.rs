@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | 0-1, 2-3 | mean x, y in pixels | S19.12 |
 //! | 4-5, 6-7, 8-9 | Cholesky factors L11, L21, L22 of the conic | S1.30 |
-//! | 10 | opacity | U0.16 |
+//! | 10 | opacity, U0.16; or its negated natural logarithm, U3.13, with `su.opacity = "in-power"` | |
 //! | 11-13 | red, green, blue | U4.12 |
 //! | 14-15 | sort rank | 32-bit integer |
 //!
@@ -25,6 +25,8 @@ pub const MEAN: Format = Format::signed(19, 12);
 pub const FACTOR: Format = Format::signed(1, 30);
 /// Format of the opacity, of exponentials and of alpha.
 pub const OPACITY: Format = Format::unsigned(0, 16);
+/// Format of the negated natural logarithm of an opacity. Opacities below exp(-8) have its largest code.
+pub const LOG_OPACITY: Format = Format::unsigned(3, 13);
 /// Format of a colour channel.
 pub const COLOUR: Format = Format::unsigned(4, 12);
 
@@ -35,7 +37,7 @@ pub struct SplatRecord {
     pub mean: [i32; 2],
     /// L11, L21, L22, [`FACTOR`] codes.
     pub factor: [i32; 3],
-    /// [`OPACITY`] code.
+    /// [`OPACITY`] code, or [`LOG_OPACITY`] code.
     pub opacity: u16,
     /// Red, green, blue, [`COLOUR`] codes.
     pub colour: [u16; 3],

@@ -28,7 +28,7 @@ pub use gu::{
     RitPath, Sums, WeightTrust,
 };
 pub use overlay::{Layer, overlay};
-pub use su::{NO_SPLAT_UNIT, SuConfig};
+pub use su::{NO_SPLAT_UNIT, SplatOpacity, SuConfig};
 pub use vu::VuConfig;
 
 /// The paper's sizes, the default of every command.

@@ -13,6 +13,19 @@ pub struct SuConfig {
     pub tiles: u32,
     /// Units side by side, which take the ray groups of a frame in turn; 1 to 64.
     pub units: u32,
+    /// How an opacity enters an alpha.
+    pub opacity: SplatOpacity,
+}
+
+/// How an opacity `o` enters the alpha `o exp(-u)` of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SplatOpacity {
+    /// As a factor of the exponential, U0.16.
+    #[default]
+    Multiplied,
+    /// As a part of the power, `exp(-(u - ln o))`: records hold `-ln o`, U3.13, in place of `o`.
+    InPower,
 }
 
 /// What to do where a configuration has no splat unit.
@@ -25,6 +38,7 @@ impl Default for SuConfig {
             lanes: 12,
             tiles: 16,
             units: 1,
+            opacity: SplatOpacity::default(),
         }
     }
 }

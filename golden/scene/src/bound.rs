@@ -1,6 +1,6 @@
 //! Error bounds of pictures in the hardware's formats.
 
-use potamoi_formats::config::{Config, ExpConfig};
+use potamoi_formats::config::{Config, ExpConfig, SplatOpacity};
 
 use super::{Model, Scene, SceneError};
 use potamoi_base::precision::Precision;
@@ -31,7 +31,7 @@ impl Scene {
         float: Precision,
         vector: &VectorBounds,
     ) -> Result<Option<Vec<f64>>, SceneError> {
-        let exp = &config.vu.exp;
+        let exp = (&config.vu.exp, self.opacity(config));
         if !self.choices.left_out().is_empty() || self.precision.hashed_levels.is_some() {
             return Ok(None);
         }
@@ -57,7 +57,7 @@ impl Scene {
     fn splat_bounds(
         &self,
         cloud: &Cloud,
-        (exp, vector): (&ExpConfig, &VectorBounds),
+        ((exp, opacity), vector): ((&ExpConfig, SplatOpacity), &VectorBounds),
         float: Precision,
         colours_off: f64,
     ) -> Result<Vec<f64>, SceneError> {
@@ -76,7 +76,11 @@ impl Scene {
         };
         Ok(splats::error_bounds(
             &view,
-            &Pair { fixed, float },
+            &Pair {
+                fixed,
+                float,
+                opacity,
+            },
             exp,
             vector,
             self.background,

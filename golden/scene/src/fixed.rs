@@ -1,6 +1,6 @@
 //! Fixed-point rendering of any scene through the units.
 
-use potamoi_formats::config::{Config, ExpBase, ExpOutput, RitPairs, SuConfig};
+use potamoi_formats::config::{Config, ExpBase, ExpOutput, RitPairs, SplatOpacity, SuConfig};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 
@@ -104,6 +104,12 @@ impl Scene {
         su.filter(|_| !self.choices.leaves_out(Effect::Exponential))
     }
 
+    /// How opacities enter alphas: as the splat unit asks, or as factors on the vector unit.
+    pub(super) fn opacity(&self, config: &Config) -> SplatOpacity {
+        let own = self.splat_unit(config);
+        own.map_or(SplatOpacity::Multiplied, |su| su.opacity)
+    }
+
     /// Limits by which (tile, Gaussian) pairs are left out, if the configuration asks for it and its
     /// exponential allows for it. Nothing is left out where the arithmetic is not the configuration's.
     pub(super) fn tile_limits(&self, config: &Config) -> Option<TileLimits> {
@@ -112,7 +118,7 @@ impl Scene {
             return None;
         }
         let rules = self.profile.rules().with(&self.precision);
-        TileLimits::new(&config.vu.exp, &rules)
+        TileLimits::new(&config.vu.exp, &rules, self.opacity(config))
     }
 
     /// Why no (tile, Gaussian) pair of splats is left out although the configuration asks for it; `None`
@@ -145,6 +151,7 @@ impl Scene {
                     ..self.cells
                 },
                 limits: self.tile_limits(config),
+                opacity: self.opacity(config),
             },
             background: self.background,
             order: self.order,

@@ -52,7 +52,7 @@ impl Compositing {
                 Ok(Self::VectorUnit(own))
             }
             CompositingUnit::SplatUnit => {
-                let settings = unit_settings(view.rules());
+                let settings = unit_settings(view.rules(), options.schedule.opacity);
                 if settings.thresholds.spare != 0 {
                     return Err(RenderError::Option {
                         field: "transmittance_bits",

@@ -17,7 +17,7 @@ pub enum CompositingUnit {
 }
 
 /// Options of the fixed-point renderer.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FixedOptions {
     /// MVoxels and ray groups.
     pub schedule: ScheduleOptions,

@@ -76,7 +76,7 @@ pub use partition::{Cells, Partition};
 pub use profile::{Extent, Profile, Rules, UnknownProfile};
 pub use project::Projected;
 pub use project::{rotation, sigmoid};
-pub use records::{Saturations, record};
+pub use records::{RecordForm, Saturations, record};
 pub use reorder_buffer::Hold;
 pub use reorder_buffer::{HoldStats, Order};
 pub use schedule::{Group, Load, MVoxel, PairTest, Schedule, ScheduleOptions, tasks};

@@ -1,7 +1,8 @@
 //! Conversion of projected Gaussians to the records that the gathering unit reads.
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::fixed::{Format, Rounding};
-use potamoi_formats::record::{COLOUR, FACTOR, MEAN, OPACITY, SplatRecord};
+use potamoi_formats::record::{COLOUR, FACTOR, LOG_OPACITY, MEAN, OPACITY, SplatRecord};
 
 use super::project::Projected;
 
@@ -43,12 +44,41 @@ fn factor(value: f64, bits: u32, saturations: &mut Saturations) -> i32 {
     (code(coarse, value, &mut saturations.factor) << spare) as i32
 }
 
-/// The record of a projected Gaussian of rank `rank`, with the given fraction bits of factors.
+/// What a record holds of a Gaussian.
+#[derive(Debug, Clone, Copy)]
+pub struct RecordForm {
+    /// Fraction bits of factors.
+    pub conic_bits: u32,
+    /// The opacity, or its logarithm.
+    pub opacity: SplatOpacity,
+}
+
+/// Factors with all fraction bits, and opacities as factors.
+impl Default for RecordForm {
+    fn default() -> Self {
+        Self {
+            conic_bits: FACTOR.frac_bits(),
+            opacity: SplatOpacity::Multiplied,
+        }
+    }
+}
+
+/// The code of an opacity. An opacity below exp(-8) has the logarithm's largest code, with which nothing
+/// counts; that is no saturation to be told.
+fn opacity(value: f64, form: SplatOpacity, saturations: &mut Saturations) -> u16 {
+    let code = match form {
+        SplatOpacity::Multiplied => code(OPACITY, value, &mut saturations.opacity),
+        SplatOpacity::InPower => code(LOG_OPACITY, -value.ln(), &mut 0),
+    };
+    code as u16
+}
+
+/// The record of a projected Gaussian of rank `rank`.
 #[must_use]
 pub fn record(
     splat: &Projected,
     rank: u32,
-    conic_bits: u32,
+    form: RecordForm,
     saturations: &mut Saturations,
 ) -> SplatRecord {
     SplatRecord {
@@ -59,8 +89,8 @@ pub fn record(
         factor: splat
             .footprint
             .factor
-            .map(|v| factor(v, conic_bits, saturations)),
-        opacity: code(OPACITY, splat.opacity, &mut saturations.opacity) as u16,
+            .map(|v| factor(v, form.conic_bits, saturations)),
+        opacity: opacity(splat.opacity, form.opacity, saturations),
         colour: splat
             .colour
             .to_array()
@@ -74,6 +104,27 @@ mod tests {
     use super::*;
     use crate::Footprint;
     use glam::{DVec2, DVec3};
+
+    /// Every opacity of 16 bits: the logarithm is off by half a unit at most, and what is too small for
+    /// it is as small as can be.
+    #[test]
+    fn logarithms_of_opacities_are_the_nearest() {
+        let form = RecordForm {
+            opacity: SplatOpacity::InPower,
+            ..RecordForm::default()
+        };
+        let mut s = Saturations::default();
+        for code in 0..=u16::MAX {
+            let opacity = f64::from(code) / 65_536.0;
+            let of = Projected { opacity, ..splat() };
+            let found = LOG_OPACITY.value(record(&of, 0, form, &mut s).opacity.into());
+            let exact = -opacity.ln();
+            let within = (found - exact).abs() <= LOG_OPACITY.ulp() / 2.0;
+            let held = exact > 8.0 && found == LOG_OPACITY.value(LOG_OPACITY.max());
+            assert!(within || held, "{opacity}: {found}");
+        }
+        assert_eq!(s, Saturations::default());
+    }
 
     fn splat() -> Projected {
         Projected {
@@ -89,7 +140,7 @@ mod tests {
     #[test]
     fn codes_are_the_nearest() {
         let mut s = Saturations::default();
-        let r = record(&splat(), 7, 30, &mut s);
+        let r = record(&splat(), 7, RecordForm::default(), &mut s);
         assert_eq!(s, Saturations::default());
         assert_eq!(r.mean, [-13312, 4_098_048]);
         assert_eq!((r.opacity, r.rank), (49152, 7));
@@ -109,7 +160,7 @@ mod tests {
             colour: DVec3::new(16.0, 15.9999, 1e30),
             ..splat()
         };
-        let r = record(&far, 0, 30, &mut s);
+        let r = record(&far, 0, RecordForm::default(), &mut s);
         assert_eq!(r.mean, [i32::MAX, i32::MIN]);
         assert_eq!(r.opacity, u16::MAX);
         assert_eq!(r.colour, [u16::MAX; 3]);
@@ -146,7 +197,12 @@ mod tests {
                 mean: DVec2::new(311.013_7, 97.77),
                 ..splat()
             };
-            let r = record(&splat, 0, 30, &mut Saturations::default());
+            let r = record(
+                &splat,
+                0,
+                RecordForm::default(),
+                &mut Saturations::default(),
+            );
             let mean = DVec2::from(r.mean.map(|m| MEAN.value(m.into())));
             let factor = r.factor.map(|l| FACTOR.value(l.into()));
             // The conic in 16 bits, on the scale of its largest entry.

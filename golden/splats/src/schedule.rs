@@ -13,6 +13,7 @@
 
 use std::collections::HashMap;
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
@@ -98,7 +99,7 @@ impl Group {
 }
 
 /// Sizes of ray groups and MVoxels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScheduleOptions {
     /// Maximum number of records in an MVoxel: rows of the MVoxel feature table.
     pub rows: usize,
@@ -109,6 +110,8 @@ pub struct ScheduleOptions {
     /// Limits by which (tile, Gaussian) pairs are left out in whose tile no pixel can count. `None`, or
     /// limits of rules with a higher alpha threshold: all pairs have entries.
     pub limits: Option<TileLimits>,
+    /// What records hold of an opacity.
+    pub opacity: SplatOpacity,
 }
 
 impl Default for ScheduleOptions {
@@ -118,6 +121,7 @@ impl Default for ScheduleOptions {
             group_tiles: None,
             cells: Cells::MERGED,
             limits: None,
+            opacity: SplatOpacity::Multiplied,
         }
     }
 }
@@ -269,9 +273,9 @@ impl Schedule {
             .map(|tile| only.is_none_or(|mask| view.shows(tile, mask)))
             .collect();
         let mut saturations = Saturations::default();
-        let records = view.records(&mut saturations);
-        let limits = (options.limits).filter(|limits| limits.hold_for(view.rules()));
-        let kept = limits.map(|limits| kept(view, &records, &limits));
+        let records = view.records(options.opacity, &mut saturations);
+        let limits = (options.limits.as_ref()).filter(|limits| limits.hold_for(view.rules()));
+        let kept = limits.map(|limits| kept(view, &records, limits));
         let mut kept = kept.iter().flatten();
         let mut entries = vec![Vec::new(); count];
         let mut test = PairTest::default();

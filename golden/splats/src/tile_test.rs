@@ -3,7 +3,7 @@
 //! The GPU makes it for each pair of the profile's list, twice: to count the pairs of a Gaussian and
 //! to write them. It finds the smallest `p^2 + q^2` over the rectangle of the tile's pixel centres, and
 //! leaves the pair out if that exceeds what the opacity's limit allows for
-//! ([`CoarseLimits`]). With `p = a x + b y` and `q = c y` at the offset (x, y) from the mean, the
+//! ([`StoredLimits`]). With `p = a x + b y` and `q = c y` at the offset (x, y) from the mean, the
 //! smallest lies at the mean where the rectangle holds it, or else on one of the two sides that face
 //! the mean:
 //!
@@ -23,9 +23,9 @@
 //! of which 32 u are taken, and 2^-16 for the hardware's own forms, which are rounded to 16 fraction
 //! bits.
 
-use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput};
+use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput, SplatOpacity};
 use potamoi_formats::record::{FACTOR, MEAN, SplatRecord};
-use potamoi_reference::splat_unit::{CoarseLimits, PowerLimits};
+use potamoi_reference::splat_unit::StoredLimits;
 use rayon::prelude::*;
 
 use crate::composite::Limits;
@@ -33,9 +33,6 @@ use crate::profile::Rules;
 use crate::records::Saturations;
 use crate::view::View;
 
-/// Words of the limits, by the six bits after an opacity's leading one and by its place.
-const BASES: usize = 64;
-const OCTAVES: usize = 16;
 /// Most bits of the exponential's input: all its codes are computed.
 const MOST_INPUT: u32 = 20;
 /// Roundings of 32-bit floats, in units of the last bit of 1: see above.
@@ -47,11 +44,10 @@ const SQUARES: f32 = 1.0 + 16.0 * f32::EPSILON;
 
 /// The largest power that counts, by opacity, for the test of (tile, Gaussian) pairs. It is rounded up
 /// as in the splat unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TileLimits {
-    base: [u32; BASES],
-    less: [u32; OCTAVES],
-    least: u32,
+    stored: StoredLimits,
+    opacity: SplatOpacity,
     /// The largest code of the exponential's input, at which all larger powers are held.
     top: u32,
     power_bits: u32,
@@ -62,7 +58,7 @@ impl TileLimits {
     /// The limits of a configuration's exponential and a set of rules. `None` where no pair can be left
     /// out: powers of two, mantissa and exponent, a signed input, or one of more than 20 bits.
     #[must_use]
-    pub fn new(exp: &ExpConfig, rules: &Rules) -> Option<Self> {
+    pub fn new(exp: &ExpConfig, rules: &Rules, opacity: SplatOpacity) -> Option<Self> {
         let cuts = exp.base == ExpBase::E
             && exp.output == ExpOutput::Alpha
             && !exp.input.is_signed()
@@ -71,11 +67,9 @@ impl TileLimits {
             return None;
         }
         let alpha_min = Limits::new(rules).alpha_min;
-        let limits = CoarseLimits::new(&PowerLimits::new(exp, alpha_min));
         Some(Self {
-            base: limits.base.try_into().ok()?,
-            less: limits.less.try_into().ok()?,
-            least: limits.least,
+            stored: StoredLimits::new(exp, opacity, alpha_min),
+            opacity,
             top: (1 << exp.input.width()) - 1,
             power_bits: exp.input.frac_bits(),
             alpha_min,
@@ -90,11 +84,7 @@ impl TileLimits {
     /// The largest `sqrt(p^2 + q^2)` at which an opacity may count; `None` if it never does. Infinite
     /// where the largest power of all counts, which stands for all larger ones too.
     fn radius(&self, opacity: u16) -> Option<f32> {
-        let (octave, index) = CoarseLimits::class(opacity);
-        if opacity == 0 || octave < self.least {
-            return None;
-        }
-        let limit = self.base[index].saturating_sub(self.less[octave as usize]);
+        let limit = self.stored.of(opacity)?;
         if limit >= self.top {
             return Some(f32::INFINITY);
         }
@@ -167,7 +157,7 @@ impl View {
         if !limits.hold_for(self.rules()) {
             return self;
         }
-        let records = self.records(&mut Saturations::default());
+        let records = self.records(limits.opacity, &mut Saturations::default());
         let kept = kept(&self, &records, limits);
         self.with_pairs(&kept)
     }
@@ -212,7 +202,12 @@ mod tests {
         ];
         let of = |text: &str| {
             let config = Config::from_toml(text, "test").unwrap();
-            let limits = TileLimits::new(&config.vu.exp, &Profile::Inria.rules()).unwrap();
+            let limits = TileLimits::new(
+                &config.vu.exp,
+                &Profile::Inria.rules(),
+                SplatOpacity::Multiplied,
+            )
+            .unwrap();
             (config, limits)
         };
         texts.into_iter().map(of).collect()
@@ -324,14 +319,18 @@ mod tests {
             ..paper
         };
         for exp in [wide, general, two] {
-            assert_eq!(TileLimits::new(&exp, &rules), None, "{exp:?}");
+            assert_eq!(
+                TileLimits::new(&exp, &rules, SplatOpacity::Multiplied),
+                None,
+                "{exp:?}"
+            );
         }
     }
 
     #[test]
     fn limits_of_another_threshold_do_not_hold() {
         let (rules, config) = (Profile::Inria.rules(), Config::default());
-        let limits = TileLimits::new(&config.vu.exp, &rules).unwrap();
+        let limits = TileLimits::new(&config.vu.exp, &rules, SplatOpacity::Multiplied).unwrap();
         let of = |alpha_min| Rules { alpha_min, ..rules };
         assert!(limits.hold_for(&rules) && limits.hold_for(&of(0.01)));
         assert!(!limits.hold_for(&of(0.003)));

@@ -1,5 +1,6 @@
 //! The records of a group as the splat unit takes them.
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
 use potamoi_reference::splat_unit::{SplatEntry, SplatSettings, TILE};
 
@@ -9,12 +10,13 @@ use crate::reorder_buffer::Hold;
 use crate::schedule::Group;
 use crate::view::View;
 
-/// Settings of the splat unit for a set of rules.
+/// Settings of the splat unit for a set of rules and for records that hold an opacity in a form.
 #[must_use]
-pub fn unit_settings(rules: &Rules) -> SplatSettings {
+pub fn unit_settings(rules: &Rules, opacity: SplatOpacity) -> SplatSettings {
     SplatSettings {
         thresholds: Limits::new(rules).thresholds(),
         is_centred: rules.pixel_centre > 0.0,
+        opacity,
     }
 }
 

@@ -8,11 +8,12 @@ use super::depth;
 use super::error::RenderError;
 use super::profile::{Profile, Rules};
 use super::project::{Projected, Projection};
-use super::records::{Saturations, record};
+use super::records::{RecordForm, Saturations, record};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::precision::Precision;
 use potamoi_base::sh;
+use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::SplatRecord;
 
 pub use potamoi_reference::splat_unit::TILE;
@@ -191,10 +192,18 @@ impl View {
     }
 
     /// The records of the Gaussians, by rank.
-    pub(crate) fn records(&self, saturations: &mut Saturations) -> Vec<SplatRecord> {
+    pub(crate) fn records(
+        &self,
+        opacity: SplatOpacity,
+        saturations: &mut Saturations,
+    ) -> Vec<SplatRecord> {
+        let form = RecordForm {
+            conic_bits: self.rules.conic_bits,
+            opacity,
+        };
         let splats = (0..).zip(&self.splats);
         splats
-            .map(|(rank, s)| record(s, rank, self.rules.conic_bits, saturations))
+            .map(|(rank, s)| record(s, rank, form, saturations))
             .collect()
     }
 

@@ -39,7 +39,7 @@ pub fn splat_unit_run(
     let options = scene.splat_options(config);
     let failed = |error: RenderError| ExploreError::Scene(error.into());
     let view = View::new(cloud, scene.camera(), scene.profile()).map_err(failed)?;
-    let settings = unit_settings(view.rules());
+    let settings = unit_settings(view.rules(), options.schedule.opacity);
     if settings.thresholds.spare != 0 {
         return Ok(None);
     }

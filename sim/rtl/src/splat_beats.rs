@@ -1,7 +1,7 @@
 //! Beats of the splat unit's input, shared by its driver and its bench.
 
 use potamoi_formats::config::{Config, SuConfig};
-use potamoi_reference::splat_unit::{CoarseLimits, PowerLimits, SplatEntry, SplatSettings};
+use potamoi_reference::splat_unit::{SplatEntry, SplatSettings, StoredLimits};
 
 /// Bytes of a record.
 pub(super) const RECORD_BYTES: usize = 32;
@@ -11,14 +11,8 @@ pub(super) const WORD_BYTES: usize = 4;
 /// Words of the limits as beats: address, and word from bit 8.
 pub(super) fn limit_words(config: &Config, settings: &SplatSettings) -> Vec<u32> {
     let exp = &config.vu.exp;
-    let exact = PowerLimits::new(exp, settings.thresholds.alpha_min as i32);
-    let limits = CoarseLimits::new(&exact);
-    let places = (0u32..).zip(&limits.less);
-    let less = places.map(|(place, word)| {
-        let counts = u32::from(place >= limits.least);
-        word | counts << exp.input.width()
-    });
-    let words = limits.base.iter().copied().chain(less);
+    let min = settings.thresholds.alpha_min as i32;
+    let words = StoredLimits::new(exp, settings.opacity, min).words(exp.input.width());
     (0u32..)
         .zip(words)
         .map(|(at, word)| at | word << 8)

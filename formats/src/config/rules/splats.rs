@@ -1,6 +1,7 @@
 //! Rules of the splat unit.
 
-use crate::config::{Config, ExpBase, ExpOutput, RuleBreaches};
+use crate::config::{Config, ExpBase, ExpOutput, RuleBreaches, SplatOpacity};
+use crate::record::LOG_OPACITY;
 
 /// Integer bits of a power: from 8 on nothing counts.
 const POWER_INTEGER_BITS: u32 = 3;
@@ -55,5 +56,12 @@ pub(super) fn splats(config: &Config, out: &mut RuleBreaches) {
         "vu.exp.input",
         exp.input,
         "U3.12 to U3.20 where there is a splat unit: powers up to 8, compared with 12 bits or more",
+    );
+    out.require(
+        su.opacity == SplatOpacity::Multiplied || exp.input == LOG_OPACITY,
+        "su-opacity",
+        "vu.exp.input",
+        exp.input,
+        "U3.13 with su.opacity = \"in-power\": records hold the logarithm of the opacity in that format",
     );
 }

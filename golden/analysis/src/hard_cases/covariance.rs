@@ -5,7 +5,7 @@ use potamoi_formats::record::{FACTOR, MEAN, OPACITY};
 
 use super::exact::{Exact, exact};
 use super::{Case, Worst, cases};
-use potamoi_splats::{Footprint, Projected, Saturations, record};
+use potamoi_splats::{Footprint, Projected, RecordForm, Saturations, record};
 
 cases!(
     near_singular_determinants,
@@ -114,7 +114,12 @@ fn powers_of_needles() -> Case {
             opacity: 0.75,
             colour: DVec3::ONE,
         };
-        let record = record(&splat, 0, 30, &mut Saturations::default());
+        let record = record(
+            &splat,
+            0,
+            RecordForm::default(),
+            &mut Saturations::default(),
+        );
         let held = DVec2::from(record.mean.map(|m| MEAN.value(m.into())));
         let [l11, l21, l22] = record.factor.map(|l| FACTOR.value(l.into()));
         let opacity = OPACITY.value(record.opacity.into());

@@ -7,7 +7,9 @@ use potamoi_formats::record::{FACTOR, MEAN};
 use super::exact::{Exact, exact};
 use super::{Case, Draws, Worst, cases};
 use potamoi_base::camera::Camera;
-use potamoi_splats::{Cloud, Footprint, Profile, Projected, Saturations, View, record, rotation};
+use potamoi_splats::{
+    Cloud, Footprint, Profile, Projected, RecordForm, Saturations, View, record, rotation,
+};
 
 cases!(
     at_and_behind_the_camera,
@@ -144,7 +146,7 @@ fn far_outside_the_frame() -> Case {
             colour: DVec3::ONE,
         };
         let mut held = Saturations::default();
-        let record = record(&splat, 0, 30, &mut held);
+        let record = record(&splat, 0, RecordForm::default(), &mut held);
         assert_eq!(held.mean, 1);
         let [l11, l21, l22] = record.factor.map(|l| FACTOR.value(l.into()));
         let alpha = |mean: [i32; 2]| {

@@ -1,5 +1,6 @@
 //! Jobs of the splat unit: what goes in, and what comes out.
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::SplatRecord;
 
 use super::tile_state::{Thresholds, TileState};
@@ -24,6 +25,8 @@ pub struct SplatSettings {
     pub thresholds: Thresholds,
     /// Whether pixel centres lie at half a pixel, not at 0.
     pub is_centred: bool,
+    /// How opacities enter alphas, which records are made for.
+    pub opacity: SplatOpacity,
 }
 
 /// Work of the unit.

@@ -11,7 +11,8 @@
 //! | T' | `T (1 - alpha)`, half up; the pixel stops if the exact product is below the threshold | U1.20 |
 //! | colour | exact sum of `(T - T') c` | 32 fraction bits |
 //!
-//! The cut changes no bit: the comparison after the multiplication remains.
+//! The cut changes no bit: the comparison after the multiplication remains. With `su.opacity = "in-power"`
+//! alpha is `exp(-(u - ln o))`, without a multiplication; `-ln o` is in the records.
 
 mod affine_forms;
 mod job;
@@ -22,7 +23,7 @@ mod tile_state;
 
 pub use affine_forms::Forms;
 pub use job::{Composited, SplatEntry, SplatJob, SplatPixel, SplatSettings, SplatUnitCounts};
-pub use power_limits::{CoarseLimits, PowerLimits};
+pub use power_limits::{CoarseLimits, PowerLimits, StoredLimits};
 pub use reference::{ReferenceSplatUnit, SplatPairs};
 pub use spans::{ROW_MASK, Span, Spans};
 pub use tile_state::{Outcome, Thresholds, TileState};

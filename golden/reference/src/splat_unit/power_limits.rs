@@ -4,9 +4,12 @@
 //! largest `u` that counts, and every larger one is dropped before the exponential. It is found by
 //! a scan over the exponential's own codes, from the top, so that it holds for any form: nothing is
 //! assumed of `e`, not even that it falls.
+//!
+//! With the opacity in the power, `alpha = e(u - ln o)`, one largest power holds for all, and the limit of
+//! `u` is that less the record's `-ln o`.
 
 use crate::exponential::ReferenceExponential;
-use potamoi_formats::config::ExpConfig;
+use potamoi_formats::config::{ExpConfig, SplatOpacity};
 
 /// Codes of an opacity, U0.16.
 const OPACITIES: u32 = 1 << 16;
@@ -23,10 +26,10 @@ pub struct PowerLimits {
 }
 
 impl PowerLimits {
-    /// The limits of an exponential and an alpha threshold, U0.16. `config` has alpha output and an
-    /// unsigned input.
+    /// The limits of an exponential and an alpha threshold, U0.16, by the opacity's code in records. `config`
+    /// has alpha output and an unsigned input.
     #[must_use]
-    pub fn new(config: &ExpConfig, alpha_min: i32) -> Self {
+    pub fn new(config: &ExpConfig, opacity_form: SplatOpacity, alpha_min: i32) -> Self {
         let exp = ReferenceExponential::new(config);
         let codes = 1u32 << config.input.width().min(24);
         // The largest power at or above each code: it never rises.
@@ -37,9 +40,14 @@ impl PowerLimits {
         let (min, bits) = (i64::from(alpha_min), config.output_bits);
         let counts =
             |opacity: i64, power: i64| (opacity * power + (1 << (bits - 1))) >> bits >= min;
-        let limit = |opacity: u32| {
-            let counted = above.partition_point(|power| counts(opacity.into(), *power));
+        let last = |counts: &dyn Fn(i64) -> bool| {
+            let counted = above.partition_point(|power| counts(*power));
             (counted as u32).checked_sub(1)
+        };
+        let most = last(&|power| of_exponential(power, bits) >= min);
+        let limit = |opacity: u32| match opacity_form {
+            SplatOpacity::Multiplied => last(&|power| counts(opacity.into(), power)),
+            SplatOpacity::InPower => most.and_then(|most| most.checked_sub(opacity)),
         };
         Self {
             limits: (0..OPACITIES).map(limit).collect(),
@@ -53,7 +61,58 @@ impl PowerLimits {
     }
 }
 
-/// Limits as the unit stores them, rounded up: one for each value of the six bits after the
+/// An exponential of so many fraction bits, 16 at most, as an alpha, U0.16.
+pub(super) const fn of_exponential(power: i64, bits: u32) -> i64 {
+    power << (16 - bits)
+}
+
+/// Limits as the unit stores them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StoredLimits {
+    /// By classes of opacities.
+    Classes(CoarseLimits),
+    /// The largest power that counts, of which the record's `-ln o` is a part; `None` if none does.
+    Sum(Option<u32>),
+}
+
+impl StoredLimits {
+    /// The limits of an exponential and an alpha threshold, U0.16.
+    #[must_use]
+    pub fn new(config: &ExpConfig, opacity: SplatOpacity, alpha_min: i32) -> Self {
+        let exact = PowerLimits::new(config, opacity, alpha_min);
+        match opacity {
+            SplatOpacity::Multiplied => Self::Classes(CoarseLimits::new(&exact)),
+            SplatOpacity::InPower => Self::Sum(exact.of(0)),
+        }
+    }
+
+    /// The limit of an opacity, a code of records: at least the exact one; `None` only where nothing
+    /// counts.
+    #[must_use]
+    pub fn of(&self, opacity: u16) -> Option<u32> {
+        match self {
+            Self::Classes(limits) => limits.of(opacity),
+            Self::Sum(most) => most.and_then(|most| most.checked_sub(opacity.into())),
+        }
+    }
+
+    /// Words of the unit's table by address. The bit above the `power_bits` of a word says whether any
+    /// power counts: in the words from 64 on, or in the only one.
+    #[must_use]
+    pub fn words(&self, power_bits: u32) -> Vec<u32> {
+        let counting = |word: u32, counts: bool| word | u32::from(counts) << power_bits;
+        match self {
+            Self::Classes(limits) => {
+                let places = (0u32..).zip(&limits.less);
+                let less = places.map(|(place, word)| counting(*word, place >= limits.least));
+                limits.base.iter().copied().chain(less).collect()
+            }
+            Self::Sum(most) => vec![counting(most.unwrap_or(0), most.is_some())],
+        }
+    }
+}
+
+/// Limits by classes of opacities, rounded up: one for each value of the six bits after the
 /// opacity's leading one, and an offset for each place of the leading one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CoarseLimits {
@@ -145,7 +204,7 @@ mod tests {
             let powers: Vec<i64> = (0..1 << config.input.width())
                 .map(|u| twin.exp(u).into())
                 .collect();
-            let limits = PowerLimits::new(&config, MIN);
+            let limits = PowerLimits::new(&config, SplatOpacity::Multiplied, MIN);
             let alpha = |o: u16, u: usize| (i64::from(o) * powers[u] + (1 << (f - 1))) >> f;
             // All opacities at the edge; the powers above by their maximum.
             let mut above = powers.clone();
@@ -170,7 +229,7 @@ mod tests {
     #[test]
     fn stored_limits_err_upwards_and_little() {
         for config in configs() {
-            let exact = PowerLimits::new(&config, MIN);
+            let exact = PowerLimits::new(&config, SplatOpacity::Multiplied, MIN);
             let stored = CoarseLimits::new(&exact);
             assert_eq!(stored.base.len(), 64);
             let unit = f64::from(1u32 << config.input.frac_bits());
@@ -191,6 +250,26 @@ mod tests {
         }
     }
 
+    /// With the opacity in the power, every opacity and every power of every preset: the limit is exact.
+    #[test]
+    fn of_an_opacity_in_the_power_the_limit_is_exact() {
+        for config in configs() {
+            let twin = ReferenceExponential::new(&config);
+            let counts = |power: u32| {
+                let e = twin.exp(power as i32);
+                of_exponential(e.into(), config.output_bits) >= i64::from(MIN)
+            };
+            let stored = StoredLimits::new(&config, SplatOpacity::InPower, MIN);
+            let exact = PowerLimits::new(&config, SplatOpacity::InPower, MIN);
+            let last = (0..1u32 << config.input.width()).rfind(|power| counts(*power));
+            for opacity in 0..=u16::MAX {
+                let own = last.and_then(|last| last.checked_sub(opacity.into()));
+                assert_eq!(stored.of(opacity), own, "{config:?} {opacity}");
+                assert_eq!(exact.of(opacity), own, "{config:?} {opacity}");
+            }
+        }
+    }
+
     /// Powers that rise with the operand cannot be cut: the printed recurrence, wrong there, keeps
     /// what counts further up.
     #[test]
@@ -200,7 +279,7 @@ mod tests {
             ..ExpConfig::default()
         };
         let twin = ReferenceExponential::new(&config);
-        let limits = PowerLimits::new(&config, MIN);
+        let limits = PowerLimits::new(&config, SplatOpacity::Multiplied, MIN);
         let last = (0..1 << 16)
             .rev()
             .find(|u| (65_535 * i64::from(twin.exp(*u)) + (1 << 15)) >> 16 >= 258);

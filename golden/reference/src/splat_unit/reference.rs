@@ -1,10 +1,10 @@
 //! The reference splat unit: a job of entries, in order.
 
-use potamoi_formats::config::ExpConfig;
+use potamoi_formats::config::{ExpConfig, SplatOpacity};
 use potamoi_formats::record::MEAN;
 
 use super::job::{Composited, SplatEntry, SplatJob, SplatPixel, SplatSettings, SplatUnitCounts};
-use super::power_limits::{CoarseLimits, PowerLimits};
+use super::power_limits::{PowerLimits, StoredLimits, of_exponential};
 use super::spans::{ROW_MASK, Span, Spans};
 use super::tile_state::{Outcome, TileState};
 use super::{Forms, TILE};
@@ -28,7 +28,7 @@ pub struct ReferenceSplatUnit {
     power_bits: u32,
     exponential_bits: u32,
     exact: PowerLimits,
-    limits: CoarseLimits,
+    limits: StoredLimits,
     settings: SplatSettings,
     tiles: Vec<TileState>,
     counts: SplatUnitCounts,
@@ -39,13 +39,13 @@ impl ReferenceSplatUnit {
     /// or more fraction bits.
     #[must_use]
     pub fn new(exp: &ExpConfig, tiles: usize, settings: SplatSettings) -> Self {
-        let exact = PowerLimits::new(exp, settings.thresholds.alpha_min as i32);
+        let (opacity, min) = (settings.opacity, settings.thresholds.alpha_min as i32);
         Self {
             exp: ReferenceExponential::new(exp),
             power_bits: exp.input.frac_bits(),
             exponential_bits: exp.output_bits,
-            limits: CoarseLimits::new(&exact),
-            exact,
+            limits: StoredLimits::new(exp, opacity, min),
+            exact: PowerLimits::new(exp, opacity, min),
             settings,
             tiles: vec![TileState::CLEAR; tiles],
             counts: SplatUnitCounts::default(),
@@ -166,9 +166,16 @@ impl ReferenceSplatUnit {
 
     /// The product of an opacity and the exponential of a power, U0.16.
     fn alpha(&self, opacity: u16, power: u32) -> u32 {
-        let e = i64::from(self.exp.exp(power as i32));
         let bits = self.exponential_bits;
-        ((i64::from(opacity) * e + (1 << (bits - 1))) >> bits) as u32
+        let exp = |power: u32| i64::from(self.exp.exp(power as i32));
+        let alpha = match self.settings.opacity {
+            SplatOpacity::Multiplied => {
+                (i64::from(opacity) * exp(power) + (1 << (bits - 1))) >> bits
+            }
+            // Within the limit the sum is one of the exponential's codes.
+            SplatOpacity::InPower => of_exponential(exp(power + u32::from(opacity)), bits),
+        };
+        alpha as u32
     }
 
     /// Half the sum of the squares of two forms, a code of the exponential's input, saturating.

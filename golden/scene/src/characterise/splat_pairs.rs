@@ -1,6 +1,6 @@
 //! Pairs of pixel and Gaussian: how many are evaluated today, and how many of them count.
 
-use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput};
+use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput, SplatOpacity};
 use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry};
 use potamoi_splats::{
     Cloud, FixedOptions, RenderError, Schedule, ScheduleOptions, TileLimits, View, unit_entries,
@@ -53,8 +53,8 @@ pub fn splat_pairs(
         return Ok(None);
     }
     let tested = ScheduleOptions {
-        limits: TileLimits::new(exp, view.rules()),
-        ..options.schedule
+        limits: TileLimits::new(exp, view.rules(), options.schedule.opacity),
+        ..options.schedule.clone()
     };
     let test = Schedule::new(cloud, view, &tested)?.test();
     let test = test.unwrap_or_default();
@@ -65,7 +65,7 @@ pub fn splat_pairs(
         ..SplatPairs::default()
     };
     for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
-        let mut unit = unit_of(view, exp, group.tiles.len());
+        let mut unit = unit_of(view, exp, group.tiles.len(), options.schedule.opacity);
         unit_entries(view, &group, &mut |entry| found.add(&mut unit, entry));
         let counts = unit.counts();
         found.drawn += counts.drawn;
@@ -82,8 +82,13 @@ fn can_leave_out(exp: &ExpConfig) -> bool {
         && exp.input.width() <= MOST_INPUT
 }
 
-fn unit_of(view: &View, exp: &ExpConfig, tiles: usize) -> ReferenceSplatUnit {
-    ReferenceSplatUnit::new(exp, tiles, unit_settings(view.rules()))
+fn unit_of(
+    view: &View,
+    exp: &ExpConfig,
+    tiles: usize,
+    opacity: SplatOpacity,
+) -> ReferenceSplatUnit {
+    ReferenceSplatUnit::new(exp, tiles, unit_settings(view.rules(), opacity))
 }
 
 impl SplatPairs {
@@ -140,7 +145,12 @@ mod tests {
             let frame = frame.unwrap();
             let schedule = Schedule::new(cloud, &view, &options.schedule).unwrap();
             for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
-                let mut unit = unit_of(&view, &config.vu.exp, group.tiles.len());
+                let mut unit = unit_of(
+                    &view,
+                    &config.vu.exp,
+                    group.tiles.len(),
+                    SplatOpacity::Multiplied,
+                );
                 unit_entries(&view, &group, &mut |entry| {
                     unit.composite(entry);
                 });
@@ -175,7 +185,8 @@ mod tests {
             let may_count = pairs.tile_pairs_that_may_count;
             assert!(pairs.tile_pairs_that_count <= may_count && may_count < pairs.tile_pairs);
             // Where pairs are left out, those that are left hold all that is drawn.
-            options.schedule.limits = TileLimits::new(&config.vu.exp, view.rules());
+            options.schedule.limits =
+                TileLimits::new(&config.vu.exp, view.rules(), SplatOpacity::Multiplied);
             let fewer = splat_pairs(cloud, &view, &options, &config.vu.exp);
             let fewer = fewer.unwrap().unwrap();
             let evaluated = (pairs.evaluated - fewer.evaluated) as f64;

@@ -27,7 +27,7 @@ pub fn splat_traffic(
         let tiles = side.div_ceil(TILE);
         let schedule = ScheduleOptions {
             group_tiles: Some([tiles; 2]),
-            ..options.schedule
+            ..options.schedule.clone()
         };
         let schedule = Schedule::new(cloud, view, &schedule)?;
         let mut found = Traffic::of(tiles * TILE, None);

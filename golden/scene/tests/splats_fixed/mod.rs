@@ -4,7 +4,7 @@ mod orders;
 mod recount;
 
 use potamoi_base::camera::Camera;
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, SplatOpacity};
 use potamoi_formats::units::OpCode;
 use potamoi_march::streams::UnitStreams;
 use potamoi_reference::{ReferenceUnits, Units};
@@ -32,6 +32,7 @@ const LOG: FixedOptions = FixedOptions {
         group_tiles: None,
         cells: Cells::MERGED,
         limits: None,
+        opacity: SplatOpacity::Multiplied,
     },
     order: Order::Exact,
     hold_records: 8192,

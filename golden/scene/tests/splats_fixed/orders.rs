@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use potamoi_base::camera::Camera;
+use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::SplatRecord;
 use potamoi_splats::{
     Cells, Cloud, FixedOptions, FloatOptions, Load, Order, Profile, ScheduleOptions, render_fixed,
@@ -37,6 +38,7 @@ fn the_picture_depends_on_neither_groups_nor_mvoxels() {
                 group_tiles,
                 cells,
                 limits: None,
+                opacity: SplatOpacity::Multiplied,
             },
             hold_records: 10,
             ..LOG
@@ -122,6 +124,7 @@ fn the_approximate_order_is_counted_and_shows() {
             group_tiles: None,
             cells: Cells::MERGED,
             limits: None,
+            opacity: SplatOpacity::Multiplied,
         },
         ..options
     };
@@ -137,6 +140,7 @@ fn tasks_alone_are_what_rendering_gathers() {
         group_tiles: Some([3, 2]),
         cells: Cells::MERGED,
         limits: None,
+        opacity: SplatOpacity::Multiplied,
     };
     let groups = tasks(&cloud, &camera, Profile::Inria, &options).unwrap();
     let mut units = PlainUnits::default();
@@ -242,13 +246,22 @@ fn options_out_of_range_are_refused() {
         r.unwrap_err().to_string()
     };
     let plain = ScheduleOptions::default();
-    assert!(refused(ScheduleOptions { rows: 0, ..plain }, &camera).contains("`rows`"));
+    assert!(
+        refused(
+            ScheduleOptions {
+                rows: 0,
+                ..plain.clone()
+            },
+            &camera
+        )
+        .contains("`rows`")
+    );
     let none = Some([0, 4]);
     assert!(
         refused(
             ScheduleOptions {
                 group_tiles: none,
-                ..plain
+                ..plain.clone()
             },
             &camera
         )

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use potamoi_base::camera::Camera;
+use potamoi_formats::config::SplatOpacity;
 use potamoi_scene::characterise::splat_traffic;
 use potamoi_splats::{
     Cells, Cloud, FixedOptions, Octree, Order, Partition, Profile, ScheduleOptions, View,
@@ -183,6 +184,7 @@ fn mvoxels_and_spills_are_those_counted_anew() {
                     group_tiles,
                     cells,
                     limits: None,
+                    opacity: SplatOpacity::Multiplied,
                 },
                 order,
                 hold_records,

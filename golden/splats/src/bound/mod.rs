@@ -7,6 +7,7 @@
 //! | u | the errors of p and q, half a unit of U3.13 |
 //! | e | between `exp(-u - du)` and `exp(-u + du)`, and the [`VectorBounds`]' units |
 //! | alpha | half a unit of the opacity, half a unit of its own; 0 where it may be skipped |
+//! | alpha, opacity in the power | that of e, with half a unit of the opacity's logarithm, U3.13, in the power |
 //! | T' | half a unit of U1.20 a Gaussian |
 //! | colour | half a unit of U4.12, the excess over its largest value, and the error of a network |
 //!
@@ -15,8 +16,8 @@
 //! the brightest colour. If one of the two rays may stop where the other continues, all remaining
 //! transmittance counts.
 
-use potamoi_formats::config::ExpConfig;
-use potamoi_formats::record::{COLOUR, MEAN, OPACITY};
+use potamoi_formats::config::{ExpConfig, SplatOpacity};
+use potamoi_formats::record::{COLOUR, LOG_OPACITY, MEAN, OPACITY};
 use rayon::prelude::*;
 
 use super::composite::Limits;
@@ -35,6 +36,8 @@ pub struct Pair {
     pub fixed: Rules,
     /// Rules of the floating-point frame.
     pub float: Rules,
+    /// How opacities enter the alphas of the fixed-point frame.
+    pub opacity: SplatOpacity,
 }
 
 /// Rounding errors of a record's formats and of the values derived from them.
@@ -47,6 +50,7 @@ struct RoundingErrors {
     /// Error of a power of e.
     exponential: f64,
     alpha: f64,
+    log_opacity: f64,
     transmittance: f64,
 }
 
@@ -59,6 +63,7 @@ impl RoundingErrors {
             power: exp.input.ulp() / 2.0,
             exponential: powers.exp * 2f64.powi(-(exp.output_bits as i32)),
             alpha: OPACITY.ulp() / 2.0,
+            log_opacity: LOG_OPACITY.ulp() / 2.0,
             transmittance: 2f64.powi(-(rules.transmittance_bits as i32)) / 2.0,
         }
     }
@@ -126,14 +131,18 @@ fn pixel(
     brightest: f64,
 ) -> f64 {
     let limits = Limits::new(&rules.fixed);
-    let stop = [rules.float.stop_below, limits.stop as f64 * 2f64.powi(-36)];
+    let limits = (&limits, rules.opacity);
+    let stop = [
+        rules.float.stop_below,
+        limits.0.stop as f64 * 2f64.powi(-36),
+    ];
     // Transmittance in floating point, and in the hardware's formats, least and most.
     let (mut light, mut fixed) = (1.0f64, [1.0f64; 2]);
     // What was collected, and the most with a stop that only one of the two makes.
     let (mut sum, mut worst) = (0.0, 0.0f64);
     let mut drawn = 0.0;
     for splat in splats {
-        let Some(alpha) = alpha(&rules.float, splat, at, off, &limits) else {
+        let Some(alpha) = alpha(&rules.float, splat, at, off, limits) else {
             continue;
         };
         let left = light * (1.0 - alpha.float);
@@ -176,7 +185,7 @@ fn alpha(
     splat: &Projected,
     at: [u32; 2],
     off: &RoundingErrors,
-    limits: &Limits,
+    (limits, opacity): (&Limits, SplatOpacity),
 ) -> Option<Alpha> {
     let centre = |v: u32| f64::from(v) + rules.pixel_centre;
     let [x, y] = [0, 1].map(|a| centre(at[a]) - splat.mean[a]);
@@ -197,14 +206,24 @@ fn alpha(
         true => exact.min(rules.alpha_cap),
         false => 0.0,
     };
-    // An opacity that rounds to 1 is held below it.
-    let opacity = off.alpha.max(splat.opacity - OPACITY.value(OPACITY.max()));
-    let most = ((-(u - du).max(0.0)).exp() + off.exponential).min(1.0);
-    let least = ((-(u + du)).exp() - off.exponential).max(0.0);
+    let exponentials = |u: f64, du: f64| {
+        let most = ((-(u - du).max(0.0)).exp() + off.exponential).min(1.0);
+        let least = ((-(u + du)).exp() - off.exponential).max(0.0);
+        [least, most]
+    };
+    let [low, high] = match opacity {
+        SplatOpacity::Multiplied => {
+            let [least, most] = exponentials(u, du);
+            // An opacity that rounds to 1 is held below it.
+            let held = off.alpha.max(splat.opacity - OPACITY.value(OPACITY.max()));
+            let low = (splat.opacity - held) * least - off.alpha;
+            [low, (splat.opacity + off.alpha) * most + off.alpha]
+        }
+        SplatOpacity::InPower => exponentials(u - splat.opacity.ln(), du + off.log_opacity),
+    };
     let cap = f64::from(limits.alpha_cap) * OPACITY.ulp();
     let skip = f64::from(limits.alpha_min) * OPACITY.ulp();
-    let high = ((splat.opacity + off.alpha) * most + off.alpha).min(cap);
-    let low = ((splat.opacity - opacity) * least - off.alpha).min(cap);
+    let [low, high] = [low, high].map(|alpha| alpha.min(cap));
     if high < skip && float == 0.0 {
         return None;
     }

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::{DVec2, DVec3};
-use potamoi_formats::config::{Config, Layer};
+use potamoi_formats::config::{Config, Layer, SplatOpacity};
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 use rand::{Rng, SeedableRng};
@@ -10,7 +10,7 @@ use rand_pcg::Pcg64Mcg;
 use super::{Alpha, Limits, Projected, RoundingErrors, alpha};
 
 use crate::profile::Profile;
-use crate::records::record;
+use crate::records::{RecordForm, record};
 use crate::{Footprint, Saturations};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_reference::splat_unit::Forms;
@@ -49,11 +49,11 @@ fn any_splat(random: &mut Pcg64Mcg, size: f64, round: bool) -> Projected {
 /// The alpha that the units compute, before cap and skip.
 fn alpha_of_units(
     splat: &Projected,
-    conic_bits: u32,
+    form: RecordForm,
     config: &Config,
     twins: &mut ReferenceUnits,
 ) -> f64 {
-    let record = record(splat, 0, conic_bits, &mut Saturations::default());
+    let record = record(splat, 0, form, &mut Saturations::default());
     let half = 1 << 11;
     let [p, q] = Forms::new(&record, [half, half]).at(8, 8);
     let exp = &config.vu.exp;
@@ -68,8 +68,13 @@ fn alpha_of_units(
         out[0]
     };
     let power = run(OpCode::SquareSum, 33 - exp.input.frac_bits(), p, q);
-    let exponential = run(OpCode::Exp, 0, power, 0);
     let opacity = i32::from(record.opacity);
+    if form.opacity == SplatOpacity::InPower {
+        let sum = (power + opacity).min((1 << exp.input.width()) - 1);
+        let alpha = run(OpCode::Exp, 0, sum, 0);
+        return f64::from(alpha) * 2f64.powi(-(exp.output_bits as i32));
+    }
+    let exponential = run(OpCode::Exp, 0, power, 0);
     f64::from(run(OpCode::Multiply, exp.output_bits, opacity, exponential)) / 65536.0
 }
 
@@ -78,7 +83,7 @@ fn alpha_of_units(
 #[test]
 fn each_part_of_an_alphas_bound_is_needed() {
     type Part = fn(&mut RoundingErrors);
-    let cases: [(&str, &str, u32, f64, bool, Part); 6] = [
+    let cases: [(&str, &str, u32, f64, bool, Part); 7] = [
         ("factor", "", 10, 0.3, false, |off| off.factor = 0.0),
         ("mean", "", 30, 1.0, false, |off| off.mean = 0.0),
         (
@@ -103,9 +108,21 @@ fn each_part_of_an_alphas_bound_is_needed() {
             true,
             |off| off.alpha = 0.0,
         ),
+        (
+            "logarithm of the opacity",
+            "output_bits = 20\nconstant_bits = 24",
+            30,
+            0.01,
+            true,
+            |off| off.log_opacity = 0.0,
+        ),
     ];
     for (name, knobs, conic_bits, size, round, leave_out) in cases {
         let config = with(&format!("[vu.exp]\n{knobs}"));
+        let opacity = match name {
+            "logarithm of the opacity" => SplatOpacity::InPower,
+            _ => SplatOpacity::Multiplied,
+        };
         let rules = crate::profile::Rules {
             conic_bits,
             alpha_min: 1e-3,
@@ -121,14 +138,18 @@ fn each_part_of_an_alphas_bound_is_needed() {
         let (mut beyond, mut most) = (0u32, 0f64);
         for _ in 0..200_000 {
             let splat = any_splat(&mut random, size, round);
-            let at = |off: &RoundingErrors| alpha(&rules, &splat, [8, 8], off, &limits);
+            let at = |off: &RoundingErrors| alpha(&rules, &splat, [8, 8], off, (&limits, opacity));
             let Some(Alpha { float, fixed }) = at(&off) else {
                 continue;
             };
             if fixed[0] == 0.0 || float == rules.alpha_cap {
                 continue;
             }
-            let found = alpha_of_units(&splat, conic_bits, &config, &mut twins);
+            let form = RecordForm {
+                conic_bits,
+                opacity,
+            };
+            let found = alpha_of_units(&splat, form, &config, &mut twins);
             assert!(
                 (fixed[0]..=fixed[1]).contains(&found.min(rules.alpha_cap)),
                 "{name}: {found} beside {float}, bound {fixed:?}, of {splat:?}"

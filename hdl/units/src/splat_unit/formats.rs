@@ -1,6 +1,6 @@
 //! Widths of the splat unit's signals.
 
-use potamoi_formats::config::{Config, SuConfig};
+use potamoi_formats::config::{Config, SplatOpacity, SuConfig};
 use potamoi_formats::record::{FACTOR, MEAN};
 
 /// Fraction bits of exact forms.
@@ -45,6 +45,8 @@ pub(super) struct Widths {
     pub(super) lanes: u32,
     /// Tiles in flight.
     pub(super) tiles: u32,
+    /// How opacities enter alphas.
+    pub(super) opacity: SplatOpacity,
 }
 
 impl Widths {
@@ -57,6 +59,7 @@ impl Widths {
             exponential: exp.output_bits,
             lanes: su.lanes,
             tiles: su.tiles,
+            opacity: su.opacity,
         }
     }
 
@@ -65,8 +68,12 @@ impl Widths {
         self.slot + PIXEL
     }
 
-    /// What goes along with a power: opacity, colour and pixel.
+    /// What goes along with a power: colour and pixel, and above them the opacity if it is a factor.
     pub(super) const fn info(&self) -> u32 {
-        16 + 48 + self.pixel()
+        let opacity = match self.opacity {
+            SplatOpacity::Multiplied => 16,
+            SplatOpacity::InPower => 0,
+        };
+        opacity + 48 + self.pixel()
     }
 }

@@ -1,12 +1,16 @@
-//! The table of limits: the largest power at which an opacity counts, rounded up.
+//! The table of limits: the largest power at which an opacity counts, rounded up. The host writes it, so
+//! that the unit assumes nothing of the exponential or of the alpha threshold.
 //!
 //! An opacity is its leading one, the six bits after it, and a rest. The limit is a word for the six
-//! bits less a word for the place of the leading one. The host writes both, so that the unit assumes
-//! nothing of the exponential or of the alpha threshold.
+//! bits less a word for the place of the leading one.
+//!
+//! With the opacity in the power, the limit is one word less the opacity's logarithm, exactly.
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_netlist::{Instance, IrErrors, ModuleBuilder, Signal, Ty};
 
 use super::formats::{COMPARE, SEARCH_LIMIT, Widths};
+use crate::circuits::is;
 use crate::memory::{Size, ram_1r1w};
 
 /// Bits after the leading one.
@@ -15,9 +19,11 @@ const INDEX: u32 = 6;
 pub(super) const ADDRESS: u32 = 7;
 
 /// The table and its write port.
-pub(super) struct Table {
-    base: Instance,
-    less: Instance,
+pub(super) enum Table {
+    /// By classes of opacities.
+    Classes { base: Instance, less: Instance },
+    /// The largest power that counts, and whether any does.
+    Sum { most: Signal, counts: Signal },
 }
 
 /// Words of the table for an opacity.
@@ -56,6 +62,9 @@ impl Table {
             Ty::u(w.power + 1),
             "base; or what is subtracted, with the highest bit if any power counts",
         );
+        if w.opacity == SplatOpacity::InPower {
+            return Ok(Self::sum(m, we, address, data));
+        }
         let memory = |name, words, bits| ram_1r1w(name, Size { words, bits });
         let base = memory("splat_limit_base", 1 << INDEX, w.power)?;
         let base = m.instance("limit_base", &base, &[]);
@@ -75,11 +84,39 @@ impl Table {
         }
         let between = m.slice(address, 4, INDEX - 4);
         m.unused(between, "Places of leading ones are 0 to 15.");
-        Ok(Self { base, less })
+        Ok(Self::Classes { base, less })
     }
 
-    /// Reads the words of an opacity at the clock edge.
+    /// The word at address 0.
+    fn sum(m: &mut ModuleBuilder, we: Signal, address: Signal, data: Signal) -> Self {
+        let first = is(m, address, 0);
+        let writes = m.and(we, first);
+        let power = data.width() - 1;
+        let (most, counts) = (m.slice(data, 0, power), m.bit(data, power));
+        let register = |m: &mut ModuleBuilder, name: &str, value: Signal| {
+            let register = m.data_reg(name, value.ty());
+            m.set_next_if(register, writes, value);
+            register
+        };
+        Self::Sum {
+            most: register(m, "limit_most", most),
+            counts: register(m, "limit_counts", counts),
+        }
+    }
+
+    /// Reads the words of an opacity at the clock edge. The opacity stays as it is in the clock after.
     pub(super) fn look_up(&self, m: &mut ModuleBuilder, now: Signal, opacity: Signal) -> Stored {
+        let (of_base, of_less) = match *self {
+            Self::Classes { base, less } => (base, less),
+            Self::Sum { most, counts } => {
+                let within = m.ge(most, opacity);
+                return Stored {
+                    base: most,
+                    less: opacity,
+                    counts: m.and(counts, within),
+                };
+            }
+        };
         let width = opacity.width();
         // The last one that is set counts.
         let mut place = m.lit(0, Ty::u(4));
@@ -98,8 +135,8 @@ impl Table {
             m.connect(memory, "raddr", address);
             m.out(memory, "rdata")
         };
-        let base = read(m, self.base, index);
-        let word = read(m, self.less, place);
+        let base = read(m, of_base, index);
+        let word = read(m, of_less, place);
         let power = word.width() - 1;
         let some = m.any(opacity);
         let counts = m.bit(word, power);

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::formats::{AT_ROW, MAGNITUDE, STEP, Widths};
@@ -128,7 +129,16 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let below = m.le(power, limit);
     let kept = m.and(tag.valid, below);
     m.set_next_if(kept_now, moves, kept);
-    let out = moved(m, "power", power, moves);
+    let (out, info) = match w.opacity {
+        SplatOpacity::Multiplied => (power, info),
+        // Within the limit the sum is no larger than a power.
+        SplatOpacity::InPower => {
+            let other = info.width() - w.power;
+            let opacity = m.slice(info, other, w.power);
+            (m.add(power, opacity), m.slice(info, 0, other))
+        }
+    };
+    let out = moved(m, "power", out, moves);
     let info = m.cat(&[info, tag.pixel]);
     let info = moved(m, "info", info, moves);
     let release = m.and(tag.ends, moves);
@@ -138,7 +148,7 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.output("limit_index", tag.index, "the entry whose limit is used");
     m.output("out_valid", kept_now, "a power that may count");
     m.output("out_power", out, "");
-    m.output("out_info", info, "opacity, colour and pixel");
+    m.output("out_info", info, "of the pair");
     m.output("entry_done", release, "the oldest entry has no more pixels");
     let summed = m.and(tag.valid, moves);
     m.output("summed", summed, "a square sum is compared");

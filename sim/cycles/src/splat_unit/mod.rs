@@ -211,7 +211,7 @@ impl SplatModel {
             front: Front::default(),
             walk: Walk::default(),
             lanes: Lanes::new(config, su)?,
-            tiles: Tiles::new(tiles, su.lanes as usize, settings.thresholds, last_slot),
+            tiles: Tiles::new(tiles, su.lanes as usize, settings, last_slot),
             ending: false,
             is_open: false,
             counters: SplatCounters::default(),

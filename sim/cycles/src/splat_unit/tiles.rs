@@ -1,6 +1,7 @@
 //! Transmittance and colour of the tiles' pixels, pair by pair, and the pass that gives and clears them.
 
-use potamoi_reference::splat_unit::{Outcome, SplatPixel, TILE_PIXELS, Thresholds, TileState};
+use potamoi_formats::config::SplatOpacity;
+use potamoi_reference::splat_unit::{Outcome, SplatPixel, SplatSettings, TILE_PIXELS, TileState};
 
 use super::lanes::Vector;
 use super::{Pair, SplatCounters};
@@ -28,12 +29,12 @@ impl Live {
 /// Registers.
 pub(super) struct Tiles {
     tiles: Vec<TileState>,
-    thresholds: Thresholds,
+    settings: SplatSettings,
     lanes: usize,
     lane: usize,
     /// The pair whose exponential was taken from the vector: stage 0.
     operand: Option<Pair>,
-    /// Stages 1 to 3.
+    /// Stages 1 to 3; an opacity in the power goes from 0 to 3.
     rows: Option<Pair>,
     product: Option<Pair>,
     alpha: Option<Pair>,
@@ -52,12 +53,12 @@ impl Tiles {
     pub(super) fn new(
         tiles: usize,
         lanes: usize,
-        thresholds: Thresholds,
+        settings: SplatSettings,
         last_slot: usize,
     ) -> Self {
         Self {
             tiles: vec![TileState::CLEAR; tiles],
-            thresholds,
+            settings,
             lanes,
             lane: 0,
             operand: None,
@@ -133,13 +134,21 @@ impl Tiles {
             return false;
         }
         self.stages[0] = self.alpha.take();
+        let thresholds = &self.settings.thresholds;
         let counts = |pair: &Pair| {
-            let alpha = pair.alpha().unwrap_or(0).min(self.thresholds.alpha_cap);
-            alpha >= self.thresholds.alpha_min
+            let alpha = pair.alpha().unwrap_or(0).min(thresholds.alpha_cap);
+            alpha >= thresholds.alpha_min
         };
-        self.alpha = self.product.take().filter(counts);
-        self.product = self.rows.take();
-        self.rows = self.operand.take();
+        let multiplied = match self.settings.opacity {
+            SplatOpacity::Multiplied => {
+                let product = self.product.take();
+                self.product = self.rows.take();
+                self.rows = self.operand.take();
+                product
+            }
+            SplatOpacity::InPower => self.operand.take(),
+        };
+        self.alpha = multiplied.filter(counts);
         let Some(vector) = vector else {
             return false;
         };
@@ -163,7 +172,7 @@ impl Tiles {
             let tile = &mut self.tiles[pair.entry.slot];
             let at = 16 * pair.row + pair.column;
             let alpha = pair.alpha().unwrap_or(0);
-            let outcome = tile.composite(at, alpha, pair.entry.colour, &self.thresholds);
+            let outcome = tile.composite(at, alpha, pair.entry.colour, &self.settings.thresholds);
             outcome == Outcome::Stopped
         });
     }

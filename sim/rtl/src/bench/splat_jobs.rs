@@ -1,7 +1,7 @@
 //! Records of the bench of the splat unit: random ones, and such as reach its edges.
 
-use potamoi_formats::config::SuConfig;
-use potamoi_formats::record::SplatRecord;
+use potamoi_formats::config::{SplatOpacity, SuConfig};
+use potamoi_formats::record::{LOG_OPACITY, OPACITY, SplatRecord};
 use potamoi_reference::splat_unit::{SplatEntry, SplatSettings, TILE_PIXELS, Thresholds};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -22,6 +22,7 @@ const PUBLISHED: SplatSettings = SplatSettings {
         spare: 0,
     },
     is_centred: true,
+    opacity: SplatOpacity::Multiplied,
 };
 
 /// A job.
@@ -161,6 +162,7 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
                     spare: 0,
                 },
                 is_centred: false,
+                ..PUBLISHED
             },
             ends_bare: true,
             ..Records::new("without threshold and cap", any(&mut draw, 1, 30))
@@ -173,5 +175,19 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
         entries.iter_mut().for_each(|own| own.slot = slot);
         all.push(Records::new("the last tile", entries));
     }
+    if su.opacity == SplatOpacity::InPower {
+        for own in &mut all {
+            own.settings.opacity = su.opacity;
+            let records = own.entries.iter_mut().map(|entry| &mut entry.record);
+            records.for_each(|record| record.opacity = logarithm(record.opacity));
+        }
+    }
     all
+}
+
+/// The code of an opacity's negated logarithm.
+fn logarithm(opacity: u16) -> u16 {
+    let units = -OPACITY.value(opacity.into()).ln() / LOG_OPACITY.ulp();
+    // The conversion saturates.
+    units.round_ties_even() as u16
 }

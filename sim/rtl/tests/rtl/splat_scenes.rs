@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use potamoi_cycles::{Stalls, StreamStalls};
-use potamoi_formats::config::{Config, SuConfig};
+use potamoi_formats::config::{Config, SplatOpacity, SuConfig};
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::splat_unit::{SplatEntry, TILE};
 use potamoi_rtl::{EngineKind, SplatUnit};
@@ -52,7 +52,7 @@ fn rendered(
         .collect();
     let jobs: Vec<&[SplatEntry]> = jobs.iter().map(Vec::as_slice).collect();
     let unit = SplatUnit::on(EngineKind::Verilator, config, su).unwrap();
-    let settings = unit_settings(view.rules());
+    let settings = unit_settings(view.rules(), su.opacity);
     let last_slot = su.tiles as u16 - 1;
     let run = unit.check(&jobs, last_slot, &settings, &stalls, 5).unwrap();
     for (group, pixels) in groups.iter().zip(&run.jobs) {
@@ -85,6 +85,7 @@ fn unit(preset: &str, lanes: u32) -> (Config, SuConfig) {
         lanes,
         tiles: 16,
         units: 1,
+        opacity: SplatOpacity::Multiplied,
     };
     (Config::preset(preset).unwrap(), su)
 }

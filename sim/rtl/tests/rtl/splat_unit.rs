@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_cycles::{Stalls, StreamStalls};
-use potamoi_formats::config::{Config, SuConfig};
+use potamoi_formats::config::{Config, SplatOpacity, SuConfig};
 use potamoi_formats::record::SplatRecord;
 use potamoi_netlist::{Change, Fault, Module};
 use potamoi_reference::splat_unit::{
@@ -23,6 +23,7 @@ const SETTINGS: SplatSettings = SplatSettings {
         spare: 0,
     },
     is_centred: true,
+    opacity: SplatOpacity::Multiplied,
 };
 
 /// A record near a tile, from less than a pixel to more than a tile wide.
@@ -59,14 +60,21 @@ fn entries(random: &mut Pcg64Mcg, tiles: u16, count: usize) -> Vec<SplatEntry> {
     (0..count).map(of).collect()
 }
 
+/// Settings for records that hold opacities as a unit takes them.
+const fn settings(su: &SuConfig) -> SplatSettings {
+    SplatSettings {
+        opacity: su.opacity,
+        ..SETTINGS
+    }
+}
+
 fn expected(
-    config: &Config,
+    (config, su): (&Config, &SuConfig),
     jobs: &[Vec<SplatEntry>],
-    tiles: u16,
 ) -> (Vec<Vec<SplatPixel>>, SplatUnitCounts) {
     let mut counts = SplatUnitCounts::default();
     let of = |job: &Vec<SplatEntry>| {
-        let mut twin = ReferenceSplatUnit::new(&config.vu.exp, usize::from(tiles), SETTINGS);
+        let mut twin = ReferenceSplatUnit::new(&config.vu.exp, su.tiles as usize, settings(su));
         job.iter().for_each(|entry| twin.composite(entry));
         let own = twin.counts();
         counts.square_sums += own.square_sums;
@@ -87,8 +95,8 @@ fn check(
     let unit = SplatUnit::on(engine, config, su).unwrap();
     let own: Vec<&[SplatEntry]> = jobs.iter().map(Vec::as_slice).collect();
     let last = su.tiles as u16 - 1;
-    let found = unit.check(&own, last, &SETTINGS, &stalls, 1).unwrap();
-    let (wanted, counts) = expected(config, jobs, su.tiles as u16);
+    let found = unit.check(&own, last, &settings(su), &stalls, 1).unwrap();
+    let (wanted, counts) = expected((config, su), jobs);
     for (job, (found, wanted)) in found.jobs.iter().zip(&wanted).enumerate() {
         for (at, (found, wanted)) in found.iter().zip(wanted).enumerate() {
             assert_eq!(found, wanted, "job {job}, pixel {at}; again: {AGAIN}");
@@ -120,11 +128,18 @@ fn stalls() -> Stalls {
 #[test]
 fn random_records_are_composited_bit_by_bit() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
-    for (preset, lanes, tiles) in [("pipelined", 1, 4), ("small", 12, 4)] {
+    let (factor, in_power) = (SplatOpacity::Multiplied, SplatOpacity::InPower);
+    for (preset, lanes, tiles, opacity) in [
+        ("pipelined", 1, 4, factor),
+        ("small", 12, 4, factor),
+        ("pipelined", 1, 4, in_power),
+        ("small", 5, 4, in_power),
+    ] {
         let su = SuConfig {
             lanes,
             tiles,
             units: 1,
+            opacity,
         };
         let jobs: Vec<_> = [400, 0, 1, 60]
             .map(|count| entries(&mut random, tiles as u16, count))
@@ -148,6 +163,7 @@ const SMALL: SuConfig = SuConfig {
     lanes: 3,
     tiles: 2,
     units: 1,
+    opacity: SplatOpacity::Multiplied,
 };
 
 /// Every engine has the pixels of the reference unit and the cycles of the cycle model.
@@ -234,6 +250,7 @@ fn pairs_of_one_pixel_wait_for_each_other() {
         lanes: 6,
         tiles: 2,
         units: 1,
+        opacity: SplatOpacity::Multiplied,
     };
     let mut random = Pcg64Mcg::seed_from_u64(4);
     let entry = |_| SplatEntry {

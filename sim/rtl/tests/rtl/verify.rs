@@ -293,23 +293,25 @@ const WITH_SPLAT_UNIT: &str = "[vu.exp]\npipelined = true\n[su]\nlanes = 1\ntile
 /// Every pixel and every cycle of each job, with and without stalls, and nothing for the vector unit.
 #[test]
 fn the_splat_unit_passes_on_the_garden() {
-    let config = config(WITH_SPLAT_UNIT);
-    let mut none = |_| {};
-    let mut verifier = Verifier::new(&config, settings(EngineKind::Verilator), &mut none);
-    garden_on_splat_unit(&mut verifier, &config).unwrap();
-    let (s, v) = (verifier.splat_report(), verifier.vector_report());
-    assert_eq!((s.jobs, s.jobs_total), (2, 2));
-    assert_eq!((s.pixels, s.pixels_total), (6 * 256, 6 * 256));
-    assert!(
-        s.drawn > 1_000 && s.exponentials >= s.drawn + s.stopped,
-        "{s:?}"
-    );
-    assert!(
-        s.cycles_stalled > s.cycles && s.cycles > s.exponentials,
-        "{s:?}"
-    );
-    assert_eq!(s.cycles_compared, s.cycles + s.cycles_stalled);
-    assert_eq!(v.elements_total, 0);
+    for in_power in ["", "opacity = \"in-power\"\n"] {
+        let config = config(&format!("{WITH_SPLAT_UNIT}{in_power}"));
+        let mut none = |_| {};
+        let mut verifier = Verifier::new(&config, settings(EngineKind::Verilator), &mut none);
+        garden_on_splat_unit(&mut verifier, &config).unwrap();
+        let (s, v) = (verifier.splat_report(), verifier.vector_report());
+        assert_eq!((s.jobs, s.jobs_total), (2, 2));
+        assert_eq!((s.pixels, s.pixels_total), (6 * 256, 6 * 256));
+        assert!(
+            s.drawn > 1_000 && s.exponentials >= s.drawn + s.stopped,
+            "{s:?}"
+        );
+        assert!(
+            s.cycles_stalled > s.cycles && s.cycles > s.exponentials,
+            "{s:?}"
+        );
+        assert_eq!(s.cycles_compared, s.cycles + s.cycles_stalled);
+        assert_eq!(v.elements_total, 0);
+    }
 }
 
 /// One bit of an alpha is found, named, and shown in a dump.

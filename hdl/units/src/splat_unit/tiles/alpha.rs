@@ -1,5 +1,6 @@
 //! The exponential of a lane, and the alpha of its pair: stages 0 to 3.
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::fixed::Rounding;
 use potamoi_netlist::{IrErrors, ModuleBuilder, Signal, Ty};
 
@@ -37,7 +38,8 @@ impl Vector {
 
 /// A lane's exponential and its opacity: factors of the alpha.
 pub(super) struct Factors {
-    opacity: Signal,
+    /// `None` where it is in the power.
+    opacity: Option<Signal>,
     result: Signal,
 }
 
@@ -73,7 +75,8 @@ impl Vector {
         let result = m.name(result, "result");
         let info = one_of(m, self.infos, w.info() + 1);
         let info = m.name(info, "info");
-        let opacity = m.slice(info, w.pixel() + 48, 16);
+        let is_factor = w.opacity == SplatOpacity::Multiplied;
+        let opacity = is_factor.then(|| m.slice(info, w.pixel() + 48, 16));
         let is_pair = m.bit(info, w.info());
         let pair = Pair {
             valid: m.and(self.valid, is_pair),
@@ -82,7 +85,7 @@ impl Vector {
         };
         zero.take(m, pair, pair.valid, moves);
         let factors = Factors {
-            opacity: moved(m, "opacity_0", opacity, moves),
+            opacity: opacity.map(|opacity| moved(m, "opacity_0", opacity, moves)),
             result: moved(m, "result_0", result, moves),
         };
         (factors, pop)
@@ -100,13 +103,20 @@ impl Vector {
         moves: Signal,
     ) -> Result<Signal, IrErrors> {
         m.section("Alpha");
-        let factors = (factors.opacity, factors.result);
-        let product = product_of(m, "opacities", factors, moves)?;
-        stages[1].take(m, stages[0], stages[0].valid, moves);
-        stages[2].take(m, stages[1], stages[1].valid, moves);
-        let product = moved(m, "product_2", product, moves);
-        let alpha = m.round(product, self.exponential, Rounding::HalfUp);
-        let alpha = m.extend(alpha, ALPHA);
+        let alpha = match factors.opacity {
+            Some(opacity) => {
+                let product = product_of(m, "opacities", (opacity, factors.result), moves)?;
+                stages[1].take(m, stages[0], stages[0].valid, moves);
+                stages[2].take(m, stages[1], stages[1].valid, moves);
+                let product = moved(m, "product_2", product, moves);
+                let alpha = m.round(product, self.exponential, Rounding::HalfUp);
+                m.extend(alpha, ALPHA)
+            }
+            None => {
+                let alpha = m.extend(factors.result, ALPHA);
+                m.shl_const(alpha, 16 - self.exponential)
+            }
+        };
         let above = m.gt(alpha, self.cap);
         let alpha = m.mux(above, self.cap, alpha);
         let alpha = m.name(alpha, "alpha");

@@ -3,7 +3,7 @@
 //! | stage | computes |
 //! |---|---|
 //! | 0 | a lane's exponential, with its opacity, pixel and colour |
-//! | 1, 2 | opacity times exponential |
+//! | 1, 2 | opacity times exponential; without these if the opacity is in the power |
 //! | 3 | alpha; the transmittance is read, unless an earlier pair of the pixel is in stages 4 to 7 |
 //! | 4 | the transmittance comes; `65536 - alpha` |
 //! | 5, 6 | `T (65536 - alpha)` |
@@ -19,6 +19,7 @@ mod transmittance;
 
 use std::sync::Arc;
 
+use potamoi_formats::config::SplatOpacity;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use self::alpha::Vector;
@@ -93,7 +94,16 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let drain = Drain::build(m, w, drains, sink, last_slot);
 
     m.section("Pairs in stages");
-    let stages: [Pair; STAGES] = std::array::from_fn(|stage| Pair::declare(m, w, stage));
+    let mut declared = vec![];
+    let stages: [Pair; STAGES] = std::array::from_fn(|stage| {
+        // Without a product stage 3 follows stage 0.
+        if w.opacity == SplatOpacity::InPower && (1..3).contains(&stage) {
+            return declared[0];
+        }
+        let own = Pair::declare(m, w, stage);
+        declared.push(own);
+        own
+    });
     let at_read = stages[3];
     let behind = &stages[4..8];
     let busy_pixel: Vec<Signal> = behind
@@ -125,7 +135,7 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
 
     m.section("Outputs");
     m.output("pop", pop, "takes the vector at the clock edge");
-    let valid = stages.iter().map(|stage| stage.valid);
+    let valid = declared.iter().map(|stage| stage.valid);
     let valid: Vec<Signal> = valid.chain([drawn.stops]).chain(late).collect();
     let busy = m.any_of(&valid);
     m.output("busy", busy, "a pair is on its way");

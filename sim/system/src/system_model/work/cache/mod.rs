@@ -202,7 +202,11 @@ fn of_reads(kind: &str, scene: &Scene, config: &Config) -> Key {
     let key = of_scene(kind, scene);
     match config.rit.pairs {
         RitPairs::All => key,
-        RitPairs::ThatMayCount => key.value("pairs that may count", &scheduled(config).vu.exp),
+        RitPairs::ThatMayCount => {
+            let opacity = config.su.as_ref().map(|su| su.opacity);
+            let key = key.value("pairs that may count", &scheduled(config).vu.exp);
+            key.value("opacity", &opacity)
+        }
     }
 }
 
