@@ -15,6 +15,7 @@ mod ordering;
 mod projection;
 mod sampling;
 mod search;
+mod splat_unit;
 mod table;
 mod warping;
 

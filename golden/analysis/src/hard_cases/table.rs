@@ -10,6 +10,7 @@ fn all() -> Vec<Case> {
         super::exponential::all(),
         super::fog::all(),
         super::compositing::all(),
+        super::splat_unit::all(),
         super::covariance::all(),
         super::projection::all(),
         super::ordering::all(),

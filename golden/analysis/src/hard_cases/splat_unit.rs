@@ -1,0 +1,354 @@
+//! The splat unit: what the cut, the spans and the chain of transmittances may leave out.
+//!
+//! The exact decision on a pair of pixel and Gaussian takes every pixel of the tile: both forms exactly,
+//! their power, the exponential, and the product with the opacity beside the threshold.
+
+use potamoi_formats::config::{Config, SplatOpacity};
+use potamoi_formats::record::{FACTOR, MEAN, SplatRecord};
+use potamoi_reference::exponential::ReferenceExponential;
+use potamoi_reference::splat_unit::{
+    Forms, Outcome, PowerLimits, ReferenceSplatUnit, SplatEntry, SplatSettings, StoredLimits, TILE,
+    TileState,
+};
+use potamoi_splats::{Limits, Profile, unit_settings};
+
+use super::{Case, Draws, Worst, cases};
+
+cases!(
+    opacities_at_the_cut,
+    opacities_that_never_count,
+    powers_at_the_edge_of_a_code,
+    needles_along_a_row,
+    gaussians_larger_than_the_frame,
+    all_records_on_one_pixel,
+    pairs_behind_a_stop,
+);
+
+/// Fraction bits of an exact form.
+const EXACT_BITS: u32 = FACTOR.frac_bits() + MEAN.frac_bits();
+/// Stages from the reading of a transmittance to its writing.
+const STAGES: usize = 4;
+
+fn settings() -> SplatSettings {
+    unit_settings(&Profile::Gsplat.rules(), SplatOpacity::Multiplied)
+}
+
+fn threshold() -> i64 {
+    Limits::new(&Profile::Gsplat.rules()).alpha_min.into()
+}
+
+/// The power at which the alpha of an opacity is the threshold, by the formula.
+fn by_formula(opacity: u16) -> f64 {
+    (f64::from(opacity) / threshold() as f64).ln()
+}
+
+/// The product of an opacity and an exponential, U0.16.
+fn alpha(opacity: u16, e: i32) -> i64 {
+    (i64::from(opacity) * i64::from(e) + (1 << 15)) >> 16
+}
+
+fn codes(value: f64, fraction: u32) -> i32 {
+    (value * f64::from(1u32 << fraction)) as i32
+}
+
+/// A record whose mean is so many pixels from the centre of the tile's first pixel.
+fn entry(off: [f64; 2], factor: [f64; 3], opacity: u16) -> SplatEntry {
+    SplatEntry {
+        slot: 0,
+        tile: [0, 0],
+        last: [15, 15],
+        record: SplatRecord {
+            mean: off.map(|at| codes(at + 0.5, MEAN.frac_bits())),
+            factor: factor.map(|v| codes(v, FACTOR.frac_bits())),
+            opacity,
+            colour: [4096; 3],
+            rank: 0,
+        },
+    }
+}
+
+/// Forms of a record at each pixel of its tile.
+fn forms(own: &SplatEntry) -> Forms {
+    Forms::new(&own.record, [1 << (MEAN.frac_bits() - 1); 2])
+}
+
+/// Half the sum of squares of both forms, S15.16, as a code of 13 fraction bits, with a rounding.
+fn power([p, q]: [i32; 2], half: i128) -> i32 {
+    let [p, q] = [p, q].map(i128::from);
+    ((p * p + q * q + half) >> 20).min(65_535) as i32
+}
+
+const HALF_UP: i128 = 1 << 19;
+
+/// Pairs of a tile that count, the first pixel lowest in each row.
+fn counted(own: &SplatEntry, twin: &ReferenceExponential) -> [u16; 16] {
+    let forms = forms(own);
+    std::array::from_fn(|y| {
+        let counts = |x: &u32| {
+            let u = power(forms.at(*x, y as u32), HALF_UP);
+            alpha(own.record.opacity, twin.exp(u)) >= threshold()
+        };
+        (0..TILE).filter(counts).fold(0, |row, x| row | 1 << x)
+    })
+}
+
+/// Pairs that the unit counts: within spans and limits, and then by the product.
+fn of_unit(own: &SplatEntry, unit: &ReferenceSplatUnit) -> [u16; 16] {
+    let Some(pairs) = unit.pairs(own) else {
+        return [0; 16];
+    };
+    pairs.alphas.map(|row| {
+        let counts = |alpha: &Option<u32>| alpha.is_some_and(|a| i64::from(a) >= threshold());
+        let counted = row.iter().enumerate().filter(|(_, alpha)| counts(alpha));
+        counted.fold(0, |row, (x, _)| row | 1 << x)
+    })
+}
+
+/// Pairs decided otherwise.
+fn wrong(found: [u16; 16], counted: [u16; 16]) -> f64 {
+    let rows = found.into_iter().zip(counted);
+    rows.map(|(a, b)| f64::from((a ^ b).count_ones())).sum()
+}
+
+fn parts() -> (ReferenceExponential, ReferenceSplatUnit) {
+    let exp = &Config::paper().vu.exp;
+    let unit = ReferenceSplatUnit::new(exp, 1, settings());
+    (ReferenceExponential::new(exp), unit)
+}
+
+/// Every opacity, at the powers around its limit.
+fn opacities_at_the_cut() -> Case {
+    let (twin, _) = parts();
+    let exp = &Config::paper().vu.exp;
+    let stored = StoredLimits::new(exp, SplatOpacity::Multiplied, threshold() as i32);
+    let exact = PowerLimits::new(exp, SplatOpacity::Multiplied, threshold() as i32);
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for opacity in 0..=u16::MAX {
+        let Some(limit) = exact.of(opacity) else {
+            continue;
+        };
+        let by_formula = (by_formula(opacity).max(0.0) * 8192.0).round() as i32;
+        for power in (limit as i32 - 2).max(0)..=limit as i32 + 2 {
+            let counts = alpha(opacity, twin.exp(power)) >= threshold();
+            fails.count(counts && power > by_formula);
+            let kept = stored.of(opacity).is_some_and(|most| power as u32 <= most);
+            ours.count(counts && !kept);
+        }
+    }
+    Case {
+        name: "opacities at the cut, each with the powers about its limit",
+        naive: "a limit of ln(o / threshold), rounded",
+        unit: "pairs lost of 327,000",
+        fails,
+        bound: 0.0,
+        from: "the limit is found by a scan of the exponential's codes, and rounded up",
+        ours,
+    }
+}
+
+/// On the mean, where the exponential is largest.
+fn opacities_that_never_count() -> Case {
+    let (twin, unit) = parts();
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for opacity in 0..600 {
+        let own = entry([3.0, 5.0], [1.5, 0.0, 1.5], opacity);
+        let counted = counted(&own, &twin);
+        // What is within the limit counts, and a limit below 0 is 0.
+        let limit = by_formula(opacity).max(0.0) * 8192.0;
+        let forms = forms(&own);
+        let within = std::array::from_fn(|y| {
+            let near = |x: &u32| f64::from(power(forms.at(*x, y as u32), HALF_UP)) <= limit;
+            (0..TILE).filter(near).fold(0, |row, x| row | 1 << x)
+        });
+        fails.0 += wrong(within, counted);
+        ours.0 += wrong(of_unit(&own, &unit), counted);
+    }
+    Case {
+        name: "opacities for which nothing counts",
+        naive: "all within the limit counts, a limit below 0 is 0",
+        unit: "pairs decided wrongly",
+        fails,
+        bound: 0.0,
+        from: "they have no limit, and the product is compared after the cut",
+        ours,
+    }
+}
+
+/// Gaussians whose power at a pixel is half a code above the limit.
+fn powers_at_the_edge_of_a_code() -> Case {
+    let (twin, unit) = parts();
+    let mut draws = Draws(11);
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for _ in 0..4000 {
+        let size = draws.between(0.1, 1.7);
+        let off = [draws.between(-2.0, 17.0), draws.between(-2.0, 17.0)];
+        let opacity = draws.between(300.0, 65_535.0) as u16;
+        let own = entry(off, [size, draws.between(-0.2, 0.2), size], opacity);
+        let counted = counted(&own, &twin);
+        let forms = forms(&own);
+        let cut_off = std::array::from_fn(|y| {
+            let counts = |x: &u32| {
+                let u = power(forms.at(*x, y as u32), 0);
+                alpha(opacity, twin.exp(u)) >= threshold()
+            };
+            (0..TILE).filter(counts).fold(0, |row, x| row | 1 << x)
+        });
+        fails.0 += wrong(cut_off, counted);
+        ours.0 += wrong(of_unit(&own, &unit), counted);
+    }
+    Case {
+        name: "powers at the edge of a code",
+        naive: "half the sum of squares, cut off",
+        unit: "pairs decided wrongly of 1,024,000",
+        fails,
+        bound: 0.0,
+        from: "one rounding, half up, in the unit as in the reference",
+        ours,
+    }
+}
+
+/// Thin across a row, long along it: the ends of spans are met often.
+fn needles_along_a_row() -> Case {
+    let (twin, unit) = parts();
+    let mut draws = Draws(12);
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for _ in 0..4000 {
+        let factor = [
+            draws.between(0.2, 0.6),
+            draws.between(-1.0, 1.0),
+            draws.between(0.8, 1.8),
+        ];
+        let off = [draws.between(0.0, 15.0), draws.between(0.0, 15.0)];
+        let own = entry(off, factor, draws.between(300.0, 65_535.0) as u16);
+        let counted = counted(&own, &twin);
+        fails.0 += lost(counted, by_the_quadratic(&own, factor, off));
+        ours.0 += lost(counted, of_unit(&own, &unit));
+    }
+    Case {
+        name: "needles along a row",
+        naive: "ends of each row's span by the quadratic, in 32 bits, to the nearest pixel inside",
+        unit: "pairs lost",
+        fails,
+        bound: 0.0,
+        from: "start values, steps and the root err outwards",
+        ours,
+    }
+}
+
+/// Pairs that count and are left out.
+fn lost(counted: [u16; 16], kept: [u16; 16]) -> f64 {
+    let rows = counted.into_iter().zip(kept);
+    rows.map(|(a, b)| f64::from((a & !b).count_ones())).sum()
+}
+
+/// Spans from the ends at which the power is ln(o / threshold).
+fn by_the_quadratic(own: &SplatEntry, factor: [f64; 3], off: [f64; 2]) -> [u16; 16] {
+    let [a, b, c] = factor.map(|v| v as f32);
+    let [x0, y0] = off.map(|v| v as f32);
+    let square = 2.0 * by_formula(own.record.opacity) as f32;
+    std::array::from_fn(|y| {
+        let dy = y as f32 - y0;
+        let rest = square - (c * dy) * (c * dy);
+        if rest < 0.0 {
+            return 0;
+        }
+        let (middle, reach) = (x0 - b * dy / a, rest.sqrt() / a);
+        let within = |x: &u32| ((*x as f32) - middle).abs() <= reach;
+        (0..TILE).filter(within).fold(0, |row, x| row | 1 << x)
+    })
+}
+
+/// A start value whose 8 bits before the point, the sign among them, are kept.
+fn low_part(start: i64) -> f64 {
+    let above = 64 - 8 - EXACT_BITS;
+    (start << above >> above) as f64 * 2f64.powi(-(EXACT_BITS as i32))
+}
+
+/// Wide Gaussians whose form is 256 at the tile.
+fn gaussians_larger_than_the_frame() -> Case {
+    let (twin, unit) = parts();
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for wide in [1.0f64, 30.0, 1000.0, 1900.0] {
+        for (along, across) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            let off = [along * 256.0 * wide, across * 256.0 * wide];
+            let own = entry(off, [1.0 / wide, 0.0, 1.0 / wide], u16::MAX);
+            let counted = counted(&own, &twin);
+            let start = forms(&own).start();
+            let step = 1.0 / wide;
+            let kept = std::array::from_fn(|y| {
+                let [p, q] = start.map(low_part);
+                let near = |x: &u32| {
+                    let (p, q) = (p + step * f64::from(*x), q + step * y as f64);
+                    (p * p + q * q) / 2.0 <= 5.5
+                };
+                (0..TILE).filter(near).fold(0, |row, x| row | 1 << x)
+            });
+            fails.0 += wrong(kept, counted);
+            ours.0 += wrong(of_unit(&own, &unit), counted);
+        }
+    }
+    Case {
+        name: "Gaussians larger than the frame, their means aside",
+        naive: "start values of 8 bits before the point, the rest dropped",
+        unit: "pairs decided wrongly",
+        fails,
+        bound: 0.0,
+        from: "factors are below 2: start values of 128 or more reach no pixel of the tile",
+        ours,
+    }
+}
+
+/// 200 records of one pixel: each needs the transmittance that the one before leaves.
+fn all_records_on_one_pixel() -> Case {
+    let alphas: Vec<i64> = (0..200).map(|i| 700 + 37 * (i % 11)).collect();
+    let step = |t: i64, alpha: i64| (t * (65_536 - alpha) + (1 << 15)) >> 16;
+    let exact = alphas.iter().fold(1 << 20, |t, alpha| step(t, *alpha));
+    // Without waiting, the transmittance of some stages before is read.
+    let mut chain = vec![1i64 << 20; STAGES];
+    for alpha in &alphas {
+        chain.push(step(chain[chain.len() - STAGES], *alpha));
+    }
+    let mut tile = TileState::CLEAR;
+    for alpha in &alphas {
+        tile.composite(17, *alpha as u32, [0; 3], &settings().thresholds);
+    }
+    let error = |t: i64| Worst::of([(t - exact) as f64]);
+    Case {
+        name: "all records on one pixel",
+        naive: "each reads the transmittance without waiting for the pairs in the stages before it",
+        unit: "ulp of U1.20",
+        fails: error(chain[chain.len() - 1]),
+        bound: 0.0,
+        from: "a pair waits while one of its pixel is in a stage that has not written",
+        ours: error(tile.transmittance[17].into()),
+    }
+}
+
+/// A pixel ends while pairs of it are in flight: they may change nothing.
+fn pairs_behind_a_stop() -> Case {
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    let thresholds = settings().thresholds;
+    let draw = |tile: &mut TileState, alpha: u32| tile.composite(3, alpha, [4096; 3], &thresholds);
+    for behind in 1..=STAGES {
+        let mut tile = TileState::CLEAR;
+        for expected in [Outcome::Drawn, Outcome::Stopped] {
+            assert_eq!(draw(&mut tile, thresholds.alpha_cap), expected);
+        }
+        // As it was looked up when the pairs entered.
+        let mut looked_up = tile.clone();
+        looked_up.live = TileState::CLEAR.live;
+        for _ in 0..behind {
+            ours.count(draw(&mut tile, 300) != Outcome::Skipped);
+            fails.count(draw(&mut looked_up, 300) != Outcome::Skipped);
+        }
+    }
+    Case {
+        name: "a pixel that stops while its later pairs are in flight",
+        naive: "live pixels are looked up once, before the pairs",
+        unit: "pairs drawn behind the stop",
+        fails,
+        bound: 0.0,
+        from: "the transmittance of a pixel that has stopped holds a bit that says so",
+        ours,
+    }
+}
