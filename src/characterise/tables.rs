@@ -187,7 +187,8 @@ fn splat_unit(run: &SplatUnitRun) {
     let counted = (own.drawn + own.stopped).max(1) as f64;
     say!(
         "splat unit, {}, {} tiles in flight, streams without pauses (cycle model): {} cycles, {:.2} lane clocks \
-         for each pair that draws or stops a pixel, {:.3} square sums and {:.3} exponentials",
+         for each pair that draws or stops a pixel, {:.3} square sums and {:.3} exponentials; {:.3} lanes \
+         of vectors, those without a pair among them",
         match run.lanes {
             1 => "one lane".to_owned(),
             lanes => format!("{lanes} lanes"),
@@ -196,7 +197,8 @@ fn splat_unit(run: &SplatUnitRun) {
         run.cycles,
         run.lane_clocks_a_counted_pair,
         own.square_sums as f64 / counted,
-        own.exponentials as f64 / counted
+        own.exponentials as f64 / counted,
+        run.lane_slots_a_counted_pair
     );
 }
 

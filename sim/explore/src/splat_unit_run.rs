@@ -20,6 +20,9 @@ pub struct SplatUnitRun {
     pub cycles: u64,
     /// Work and busy cycles.
     pub counters: SplatCounters,
+    /// Lanes of the exponential's vectors, those without a pair among them, over pairs that draw or stop a
+    /// pixel.
+    pub lane_slots_a_counted_pair: f64,
     /// Cycles times lanes over pairs that draw or stop a pixel.
     pub lane_clocks_a_counted_pair: f64,
 }
@@ -59,13 +62,18 @@ pub fn splat_unit_run(
         let run = runner.run(&job);
         all += run.map_err(|error| ExploreError::Rtl(error.into()))?;
     }
-    let SplatJobRun { cycles, counters } = all;
+    let SplatJobRun {
+        cycles,
+        counters,
+        lane_slots,
+    } = all;
     let counted = (counters.drawn + counters.stopped).max(1);
     Ok(Some(SplatUnitRun {
         lanes: su.lanes,
         tiles: su.tiles,
         cycles,
         counters,
+        lane_slots_a_counted_pair: lane_slots as f64 / counted as f64,
         lane_clocks_a_counted_pair: cycles as f64 * f64::from(su.lanes) / counted as f64,
     }))
 }

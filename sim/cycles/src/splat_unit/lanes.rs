@@ -19,6 +19,8 @@ pub(super) struct Lanes {
     unit: VectorModel,
     filled: Vector,
     in_flight: VecDeque<Vector>,
+    /// Vectors that were sent.
+    sent: u64,
 }
 
 impl Lanes {
@@ -34,6 +36,7 @@ impl Lanes {
             unit: VectorModel::new(&own)?,
             filled: vec![],
             in_flight: VecDeque::new(),
+            sent: 0,
         })
     }
 
@@ -41,6 +44,11 @@ impl Lanes {
     pub(super) fn offered(&self) -> Option<Vector> {
         let vector = self.in_flight.front().filter(|_| self.unit.offers());
         vector.cloned()
+    }
+
+    /// Lanes of all vectors that were sent, those without a pair among them.
+    pub(super) const fn slots(&self) -> u64 {
+        self.sent * self.lanes as u64
     }
 
     pub(super) fn is_busy(&self) -> bool {
@@ -72,6 +80,7 @@ impl Lanes {
         if sends && outputs.ready {
             let vector = std::mem::take(&mut self.filled);
             self.in_flight.push_back(vector);
+            self.sent += 1;
         }
         if pads || pair.is_some() {
             self.filled.push(pair);

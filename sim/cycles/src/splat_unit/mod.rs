@@ -103,11 +103,14 @@ pub struct SplatJobRun {
     pub cycles: u64,
     /// Counters of the job.
     pub counters: SplatCounters,
+    /// Lanes of the exponential's vectors, those without a pair among them.
+    pub lane_slots: u64,
 }
 
 impl std::ops::AddAssign for SplatJobRun {
     fn add_assign(&mut self, other: Self) {
         self.cycles += other.cycles;
+        self.lane_slots += other.lane_slots;
         let (own, other) = (&mut self.counters, other.counters);
         own.busy += other.busy;
         own.records += other.records;
@@ -180,7 +183,11 @@ impl SplatRunner {
             }
         }
         let counters = model.step(None, true).counters;
-        Ok(SplatJobRun { cycles, counters })
+        Ok(SplatJobRun {
+            cycles,
+            counters,
+            lane_slots: model.lanes.slots(),
+        })
     }
 }
 
