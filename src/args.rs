@@ -18,9 +18,14 @@ pub(crate) const WITHOUT_CONFIGURATION: [&str; 3] = ["warp", "cache", "doctor"];
 /// Options of all subcommands.
 #[derive(Debug, Default, Args)]
 pub(crate) struct Common {
-    /// Configuration file, or a preset: paper, fields, small, compact, parity, feature-major, piecewise, pipelined [default: paper]
-    #[arg(long, global = true, value_name = "FILE")]
+    #[arg(long, global = true, value_name = "FILE", help = config_help())]
     pub(crate) config: Option<PathBuf>,
+}
+
+/// The help of `--config`, with every preset.
+fn config_help() -> String {
+    let names = PRESETS.map(|(name, _)| name).join(", ");
+    format!("Configuration file, or a preset: {names} [default: {DEFAULT_PRESET}]")
 }
 
 impl Common {
