@@ -20,6 +20,8 @@ pub struct SplatUnitRun {
     pub cycles: u64,
     /// Work and busy cycles.
     pub counters: SplatCounters,
+    /// Square sums over pairs that draw or stop a pixel.
+    pub square_sums_a_counted_pair: f64,
     /// Lanes of the exponential's vectors, those without a pair among them, over pairs that draw or stop a
     /// pixel.
     pub lane_slots_a_counted_pair: f64,
@@ -73,6 +75,7 @@ pub fn splat_unit_run(
         tiles: su.tiles,
         cycles,
         counters,
+        square_sums_a_counted_pair: counters.square_sums as f64 / counted as f64,
         lane_slots_a_counted_pair: lane_slots as f64 / counted as f64,
         lane_clocks_a_counted_pair: cycles as f64 * f64::from(su.lanes) / counted as f64,
     }))
