@@ -16,6 +16,7 @@
 //! ```
 
 mod crossbar;
+mod element;
 mod gather;
 mod passes;
 mod pipeline;
@@ -23,8 +24,9 @@ mod power;
 mod rit;
 
 pub use crossbar::CrossbarStage;
+pub use element::ElementStage;
 pub use gather::{GatherStage, ReducerStage};
 pub use passes::{Pass, Passes};
 pub use pipeline::Pipeline;
-pub use power::{AGREEMENT, PowerStage};
+pub use power::{AGREEMENT, PowerRegister, PowerStage};
 pub use rit::RitStage;

@@ -19,6 +19,39 @@ pub enum PowerStage {
     Mantissa,
 }
 
+/// A register stage that a registered unit has beside the [stages of a power](PowerStage).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PowerRegister {
+    /// What the first step starts from.
+    Start,
+    /// Two addends of the product with `log2 e`, of straight pieces.
+    PowerAddends,
+    /// Two addends of the function of the fraction, of straight pieces.
+    MantissaAddends,
+    /// The power by its exponent, before the result's rounding.
+    Scaled,
+}
+
+impl Pipeline<PowerRegister> {
+    /// The stages of a unit that is `registered`. Straight pieces have `multiplications`, the first
+    /// one unless the operand `is_scaled`.
+    #[must_use]
+    pub fn power_registers(registered: bool, multiplications: bool, is_scaled: bool) -> Self {
+        Self::built([
+            (PowerRegister::Start, registered),
+            (
+                PowerRegister::PowerAddends,
+                registered && multiplications && !is_scaled,
+            ),
+            (
+                PowerRegister::MantissaAddends,
+                registered && multiplications,
+            ),
+            (PowerRegister::Scaled, registered),
+        ])
+    }
+}
+
 impl Pipeline<PowerStage> {
     /// A recurrence: `turn` clocks of steps, then the tail, if built.
     #[must_use]

@@ -1,7 +1,12 @@
 //! Rules of the vector unit and its exponential engine.
 
-use crate::config::{Config, ExpBase, ExpConfig, ExpOutput, RuleBreaches};
+use std::ops::RangeInclusive;
+
+use crate::config::{Config, ExpBase, ExpConfig, ExpOutput, OperandWidths, RuleBreaches, VuConfig};
 use crate::units::OpCode;
+
+/// Signed widths of an operand.
+const OPERAND_BITS: RangeInclusive<u32> = 2..=32;
 
 /// Most fraction bits of a sigmoid or softplus: exp(-16) is 0.12 units of 2^-20.
 const LOGISTIC_OUTPUT_BITS: u32 = 20;
@@ -33,6 +38,66 @@ pub(super) fn vector(config: &Config, out: &mut RuleBreaches) {
         "vu.ops",
         OpCode::list(&vu.ops),
         "at least one operation, each once",
+    );
+    operands(vu, out);
+    registered(vu, out);
+}
+
+/// Rules of the widths of operands.
+fn operands(vu: &VuConfig, out: &mut RuleBreaches) {
+    let Some(own) = &vu.operands else { return };
+    let [a, b] = own.multiply;
+    out.require(
+        own.multiply.iter().all(|bits| OPERAND_BITS.contains(bits)),
+        "vu-operands-multiply",
+        "vu.operands.multiply",
+        format_args!("[{a}, {b}]"),
+        "two widths of 2 to 32 bits, the sign included: of a and of b",
+    );
+    out.range(
+        "vu-operands-square-sum",
+        "vu.operands.square_sum",
+        own.square_sum,
+        *OPERAND_BITS.start(),
+        *OPERAND_BITS.end(),
+        "bits of a and of b, the sign included",
+    );
+    let plain = OperandWidths::default();
+    out.require(
+        vu.ops.contains(&OpCode::Multiply) || own.multiply == plain.multiply,
+        "unused-operands-multiply",
+        "vu.operands.multiply",
+        format_args!("[{a}, {b}]"),
+        "left out, or \"multiply\" in vu.ops: no such operation is built",
+    );
+    out.require(
+        vu.ops.contains(&OpCode::SquareSum) || own.square_sum == plain.square_sum,
+        "unused-operands-square-sum",
+        "vu.operands.square_sum",
+        own.square_sum,
+        "left out, or \"square-sum\" in vu.ops: no such operation is built",
+    );
+}
+
+/// Rules of register stages between operations.
+fn registered(vu: &VuConfig, out: &mut RuleBreaches) {
+    if !vu.registered {
+        return;
+    }
+    out.require(
+        !vu.exp.early_out,
+        "vu-registered-early-out",
+        "vu.registered",
+        true,
+        "false, or vu.exp.early_out false: what ends a vector early is known in the clock that it ends",
+    );
+    let logistic = |op: &OpCode| op.is_logistic();
+    out.require(
+        !vu.ops.iter().any(logistic),
+        "vu-registered-logistic",
+        "vu.registered",
+        true,
+        "false, or sigmoid and softplus left out of vu.ops: each of their passes begins from the last",
     );
 }
 
