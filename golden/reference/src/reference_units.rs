@@ -137,6 +137,7 @@ impl Units for ReferenceUnits {
         b: &[i32],
         out: &mut [i32],
     ) -> Result<(), UnitError> {
+        self.vector.within(op.code, a, b)?;
         self.vector.slice(op, a, b, out)?;
         *self.counts.elements.entry(op.code).or_default() += out.len() as u64;
         Ok(())

@@ -31,6 +31,31 @@ pub enum VectorError {
         /// The requested shift.
         shift: u8,
     },
+    /// An operand is beyond the width that the lanes have for it.
+    #[error(
+        "vector operation {} with {operand}[{index}] = {value}: expected {low} to {high}, \
+         {bits} signed bits as {field} gives; another value raises flag 3 of stat_errors \
+         (operand beyond its width)",
+        op.name()
+    )]
+    Beyond {
+        /// The operation.
+        op: OpCode,
+        /// `a` or `b`.
+        operand: char,
+        /// The element.
+        index: usize,
+        /// The operand's value.
+        value: i32,
+        /// The operand's width.
+        bits: u32,
+        /// Smallest value within the width.
+        low: i32,
+        /// Largest value within the width.
+        high: i32,
+        /// Field of the configuration with the width.
+        field: &'static str,
+    },
     /// The slices differ in length.
     #[error(
         "vector operation {op:?} on slices of unequal lengths: a has {a}, b has {b}, \
@@ -56,6 +81,9 @@ const CHUNK: usize = 4096;
 pub struct ReferenceVectorUnit {
     ops: Vec<OpCode>,
     exp: ReferenceExponential,
+    /// Signed widths of `a` and `b` of multiply and of square-sum.
+    multiply: [u32; 2],
+    square_sum: [u32; 2],
 }
 
 impl ReferenceVectorUnit {
@@ -65,6 +93,8 @@ impl ReferenceVectorUnit {
         Self {
             ops: config.ops.clone(),
             exp: ReferenceExponential::new(&config.exp),
+            multiply: config.operand_widths(OpCode::Multiply),
+            square_sum: config.operand_widths(OpCode::SquareSum),
         }
     }
 
@@ -72,6 +102,48 @@ impl ReferenceVectorUnit {
     #[must_use]
     pub fn exp(&self) -> &ReferenceExponential {
         &self.exp
+    }
+
+    /// Signed widths of the operands of an operation, and the field with them.
+    const fn widths(&self, op: OpCode) -> ([u32; 2], &'static str) {
+        match op {
+            OpCode::Multiply => (self.multiply, "vu.operands.multiply"),
+            OpCode::SquareSum => (self.square_sum, "vu.operands.square_sum"),
+            _ => ([32; 2], ""),
+        }
+    }
+
+    /// Whether an operand is beyond its width, which raises bit 3 of `stat_errors`. The result is
+    /// then that of its low bits.
+    #[must_use]
+    pub fn is_beyond(&self, op: OpCode, a: i32, b: i32) -> bool {
+        let ([of_a, of_b], _) = self.widths(op);
+        low_bits(a, of_a) != a || low_bits(b, of_b) != b
+    }
+
+    /// Refuses operands of which one raises the flag.
+    ///
+    /// # Errors
+    /// The first operand that is beyond its width.
+    pub fn within(&self, op: OpCode, a: &[i32], b: &[i32]) -> Result<(), VectorError> {
+        let (widths, field) = self.widths(op);
+        for ((values, operand), bits) in [(a, 'a'), (b, 'b')].into_iter().zip(widths) {
+            let beyond = |value: &i32| low_bits(*value, bits) != *value;
+            if let Some(index) = values.iter().position(beyond) {
+                let high = i32::MAX >> (32 - bits);
+                return Err(VectorError::Beyond {
+                    op,
+                    operand,
+                    index,
+                    value: values[index],
+                    bits,
+                    low: -high - 1,
+                    high,
+                    field,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Computes `op(a, b)` in one lane.
@@ -136,7 +208,9 @@ impl ReferenceVectorUnit {
     }
 
     fn compute(&self, op: VectorOp, a: i32, b: i32) -> i32 {
-        let (x, y) = (i128::from(a), i128::from(b));
+        let ([of_a, of_b], _) = self.widths(op.code);
+        let (x, y) = (low_bits(a, of_a), low_bits(b, of_b));
+        let (x, y) = (i128::from(x), i128::from(y));
         let exact = match op.code {
             OpCode::Pass => x,
             OpCode::Relu => x.max(0),
@@ -153,10 +227,16 @@ impl ReferenceVectorUnit {
     }
 }
 
+/// The value of so many low bits, signed.
+const fn low_bits(value: i32, bits: u32) -> i32 {
+    value << (32 - bits) >> (32 - bits)
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use potamoi_formats::config::OperandWidths;
     use potamoi_formats::fixed::Rounding;
     use proptest::prelude::*;
 
@@ -197,6 +277,39 @@ mod tests {
             let found = twin().element(op(code, shift, rounding), a, b).unwrap();
             assert_eq!(found, expected, "{code:?} >> {shift} {rounding:?} {a} {b}");
         }
+    }
+
+    #[test]
+    fn an_operand_beyond_its_width_is_told_and_its_low_bits_count() {
+        let unit = ReferenceVectorUnit::new(&VuConfig {
+            operands: Some(OperandWidths {
+                multiply: [5, 4],
+                square_sum: 3,
+            }),
+            ..VuConfig::default()
+        });
+        for (code, a, b, beyond, result) in [
+            (OpCode::Multiply, 15, 7, false, 105),
+            (OpCode::Multiply, -16, -8, false, 128),
+            (OpCode::Multiply, 16, 7, true, -112),
+            (OpCode::Multiply, -17, 7, true, 105),
+            (OpCode::Multiply, 3, 8, true, -24),
+            (OpCode::Multiply, 33, 1, true, 1),
+            (OpCode::SquareSum, 3, -4, false, 25),
+            (OpCode::SquareSum, 4, 0, true, 16),
+            (OpCode::SquareSum, 0, -5, true, 9),
+            (OpCode::Add, i32::MAX, 0, false, i32::MAX),
+        ] {
+            let plain = op(code, 0, Rounding::Floor);
+            assert_eq!(unit.element(plain, a, b), Ok(result), "{code:?} {a} {b}");
+            assert_eq!(unit.is_beyond(code, a, b), beyond, "{code:?} {a} {b}");
+            assert_eq!(unit.within(code, &[1, a], &[1, b]).is_err(), beyond);
+        }
+        let error = unit.within(OpCode::Multiply, &[0, 1, -17], &[0; 3]);
+        let told = error.unwrap_err().to_string();
+        let wanted = "vector operation multiply with a[2] = -17: expected -16 to 15, 5 signed bits as \
+                      vu.operands.multiply gives";
+        assert!(told.starts_with(wanted), "{told}");
     }
 
     #[test]
