@@ -44,6 +44,8 @@ pub struct VectorTiming {
     pub interval: u64,
     /// Whether the engine accepts a vector of any operation every cycle.
     pub pipelined: bool,
+    /// Cycles by which the stages of a registered unit delay every result.
+    pub lag: u64,
     /// Largest number of vectors inside.
     pub room: u64,
     /// Cycles in the iterative form by operation code; 1 for an operation that is not built.
@@ -72,10 +74,12 @@ impl VectorTiming {
             };
         }
         let stages = if exp.pipelined { interval + 1 } else { 0 };
+        let lag = u64::from(config.vu.lag());
         Ok(Self {
             interval,
             pipelined: exp.pipelined,
-            room: u64::from(config.vu.fifo_depth) + stages,
+            lag,
+            room: u64::from(config.vu.fifo_depth) + stages + lag,
             clocks,
             by_exponent: exponential::clocks_by_exponent(exp),
         })
@@ -99,11 +103,12 @@ impl VectorTiming {
     /// Cycles from accepting a vector to offering its result.
     #[must_use]
     pub fn latency(&self, code: u8, exponent: u32) -> u64 {
-        if self.pipelined {
-            self.interval + 1
+        let stages = if self.pipelined {
+            self.interval
         } else {
-            self.occupancy(code, exponent) + 1
-        }
+            self.occupancy(code, exponent)
+        };
+        stages + 1 + self.lag
     }
 }
 
@@ -278,6 +283,27 @@ mod tests {
             &ops,
         );
         assert_eq!((taken[499], given[499]), (499, 520));
+    }
+
+    /// Two cycles later, and four with straight pieces; the spacing of vectors stays.
+    #[test]
+    fn a_registered_unit_gives_the_same_later() {
+        use OpCode::{Add, Exp, OneMinusExp, Pass};
+        let ops = [Exp, Pass, Add, OneMinusExp, Exp];
+        for (text, lag) in [
+            ("", 2),
+            ("[vu.exp]\niterations_per_clock = 20", 2),
+            ("[vu.exp]\npipelined = true", 2),
+            ("[vu.exp]\nform = \"piecewise\"\npipelined = true", 4),
+        ] {
+            let (taken, given) = play(model(text), &ops);
+            let text = format!("[vu]\nregistered = true\n{text}");
+            let later = given.iter().map(|cycle| cycle + lag).collect::<Vec<_>>();
+            assert_eq!(play(model(&text), &ops), (taken, later), "{text}");
+            // With the fewest places no cycle is lost.
+            let (taken, _) = play(model(&text), &[Pass; 300]);
+            assert_eq!(taken[299], 299);
+        }
     }
 
     /// The default depth is the fewest: a result is offered two cycles after its operands are taken,

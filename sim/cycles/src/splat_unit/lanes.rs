@@ -30,6 +30,7 @@ impl Lanes {
         let mut own = config.clone();
         own.vu.lanes = su.lanes;
         own.vu.ops = vec![OpCode::Exp];
+        own.vu.operands = None;
         Ok(Self {
             lanes: su.lanes as usize,
             room: VectorTiming::new(&own)?.room as usize,
