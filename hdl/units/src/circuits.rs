@@ -110,6 +110,16 @@ pub(crate) fn ones(width: u32) -> BigInt {
     (BigInt::from(1) << width) - 1
 }
 
+/// A value a clock later; a constant stays one.
+pub(crate) fn held(m: &mut ModuleBuilder, name: &str, value: Signal) -> Signal {
+    if m.is_fixed(value) {
+        return value;
+    }
+    let reg = m.data_reg(name, value.ty());
+    m.set_next(reg, value);
+    reg
+}
+
 /// A value after so many stages, and the shift register that delays it, whose first stage is lowest.
 pub(crate) fn delayed(
     m: &mut ModuleBuilder,

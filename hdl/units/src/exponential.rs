@@ -22,6 +22,7 @@ pub fn alone(config: &Config) -> Config {
     let mut own = config.clone();
     own.vu.lanes = 1;
     own.vu.ops = vec![OpCode::Exp];
+    own.vu.operands = None;
     own
 }
 

@@ -20,6 +20,7 @@ fn lanes_of(config: &Config, w: &Widths) -> Config {
     let mut own = config.clone();
     own.vu.lanes = w.lanes;
     own.vu.ops = vec![OpCode::Exp];
+    own.vu.operands = None;
     own
 }
 

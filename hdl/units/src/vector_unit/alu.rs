@@ -1,12 +1,34 @@
 //! The element-wise operations: an exact result, requantised.
 
+use std::collections::BTreeMap;
+
+use num_bigint::BigInt;
+use potamoi_formats::config::VuConfig;
 use potamoi_formats::units::OpCode;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-use crate::circuits::is;
+use super::addends::Rows;
+use crate::circuits::{held, is};
 
-/// Type of exact results: `a^2 + b^2` reaches `2^63`.
-pub(super) const EXACT: Ty = Ty::s(65);
+/// Type of exact results of operands of 32 bits: `a^2 + b^2` reaches `2^63`.
+const EXACT: Ty = Ty::s(65);
+
+/// Type of exact results of a configuration.
+pub(super) fn exact_type(vu: &VuConfig) -> Ty {
+    if vu.operands.is_none() && !vu.registered {
+        return EXACT;
+    }
+    let bits = vu.ops.iter().map(|op| {
+        let [a, b] = vu.operand_widths(*op);
+        match op {
+            OpCode::Add => a.max(b) + 1,
+            OpCode::Multiply => a + b,
+            OpCode::SquareSum => 2 * a + 1,
+            _ => a,
+        }
+    });
+    Ty::s(bits.max().unwrap_or(EXACT.width))
+}
 
 /// Whether `code` is that of `op`; the signal is named after it.
 pub(super) fn is_op(m: &mut ModuleBuilder, code: Signal, op: OpCode) -> Signal {
@@ -28,38 +50,37 @@ pub(super) fn is_op(m: &mut ModuleBuilder, code: Signal, op: OpCode) -> Signal {
 /// Exact result of an element-wise operation; 0 for any other.
 pub(super) fn exact(
     m: &mut ModuleBuilder,
-    ops: &[OpCode],
+    vu: &VuConfig,
     code: Signal,
     a: Signal,
     b: Signal,
 ) -> Signal {
-    let zero = m.lit(0, EXACT);
+    let ty = exact_type(vu);
+    let zero = m.lit(0, ty);
     let mut value = zero;
-    for op in ops.iter().copied().filter(|op| !op.is_exponential()) {
+    for op in vu.ops.iter().copied().filter(|op| !op.is_exponential()) {
+        let [a, b] = held_operands(m, vu, op, a, b);
         let result = match op {
-            OpCode::Pass => m.extend(a, 65),
+            OpCode::Pass => m.extend(a, ty.width),
             OpCode::Relu => {
-                let sign = m.bit(a, 31);
-                let none = m.lit(0, a.ty());
-                let held = m.mux(sign, none, a);
-                let held = m.name(held, "relu");
-                m.extend(held, 65)
+                let held = relu(m, a);
+                m.extend(held, ty.width)
             }
             OpCode::Add => {
                 let (x, y) = (m.extend(a, 33), m.extend(b, 33));
                 let sum = m.add(x, y);
                 let sum = m.name(sum, "sum");
-                m.extend(sum, 65)
+                m.extend(sum, ty.width)
             }
             OpCode::Multiply => {
                 let product = m.mul(a, b);
                 let product = m.name(product, "product");
-                m.extend(product, 65)
+                m.extend(product, ty.width)
             }
             OpCode::SquareSum => {
                 let (x, y) = (m.mul(a, a), m.mul(b, b));
                 let (x, y) = (m.name(x, "a_square"), m.name(y, "b_square"));
-                let (x, y) = (m.extend(x, 65), m.extend(y, 65));
+                let (x, y) = (m.extend(x, ty.width), m.extend(y, ty.width));
                 m.add(x, y)
             }
             // The engine's.
@@ -71,47 +92,206 @@ pub(super) fn exact(
     m.name(value, "exact_next")
 }
 
-/// `exact / 2^shift`, rounded (0 floor, 1 half-up, 2 half-even) and saturated
-/// to signed 32 bits.
-pub(super) fn requantise(
+/// The operands of an operation within their widths: their low bits.
+fn held_operands(
     m: &mut ModuleBuilder,
-    exact: Signal,
-    shift: Signal,
-    rounding: Signal,
+    vu: &VuConfig,
+    op: OpCode,
+    a: Signal,
+    b: Signal,
+) -> [Signal; 2] {
+    let [of_a, of_b] = vu.operand_widths(op);
+    [m.truncate(a, of_a), m.truncate(b, of_b)]
+}
+
+fn relu(m: &mut ModuleBuilder, a: Signal) -> Signal {
+    let sign = m.bit(a, 31);
+    let none = m.lit(0, a.ty());
+    let held = m.mux(sign, none, a);
+    m.name(held, "relu")
+}
+
+/// Two addends whose sum is the exact result, as [`exact`] has it.
+///
+/// Operations never meet, so that multiply and the square of `a` share one multiplier, and what an
+/// operation does not use is 0.
+pub(super) fn addends(
+    m: &mut ModuleBuilder,
+    vu: &VuConfig,
+    code: Signal,
+    a: Signal,
+    b: Signal,
+) -> [Signal; 2] {
+    let built = |op: OpCode| vu.ops.contains(&op);
+    let here: BTreeMap<_, _> = vu.ops.iter().map(|op| (*op, is_op(m, code, *op))).collect();
+    let is = |op: OpCode| here.get(&op).copied();
+    let mut rows = Rows::new("addend", exact_type(vu).width);
+    if let Some(multiply) = is(OpCode::Multiply) {
+        let [x, y] = held_operands(m, vu, OpCode::Multiply, a, b);
+        let (x, y) = match is(OpCode::SquareSum) {
+            Some(square) => {
+                let [z, _] = held_operands(m, vu, OpCode::SquareSum, a, b);
+                (either(m, square, z, x), either(m, square, z, y))
+            }
+            None => (x, y),
+        };
+        let x = m.name(x, "factor_x");
+        let any = is(OpCode::SquareSum).map_or(multiply, |square| m.or(multiply, square));
+        let y = only(m, any, y);
+        let y = m.name(y, "factor_y");
+        rows.signed_product(m, x, y);
+    }
+    if let Some(square) = is(OpCode::SquareSum) {
+        let [x, z] = held_operands(m, vu, OpCode::SquareSum, a, b);
+        if !built(OpCode::Multiply) {
+            let x = only(m, square, x);
+            let x = m.name(x, "root_x");
+            rows.square(m, x);
+        }
+        let z = only(m, square, z);
+        let z = m.name(z, "root_z");
+        rows.square(m, z);
+    }
+    let plain = [OpCode::Pass, OpCode::Relu, OpCode::Add].into_iter();
+    let plain: Vec<_> = plain.filter_map(|op| Some((op, is(op)?))).collect();
+    if !plain.is_empty() {
+        let negative = m.bit(a, 31);
+        let positive = m.not(negative);
+        let takes = plain.iter().map(|(op, here)| match op {
+            OpCode::Relu => m.and(*here, positive),
+            _ => *here,
+        });
+        let takes: Vec<_> = takes.collect();
+        let takes = m.any_of(&takes);
+        let first = only(m, takes, a);
+        let first = m.name(first, "first");
+        rows.value(m, first);
+    }
+    if let Some(add) = is(OpCode::Add) {
+        let second = only(m, add, b);
+        let second = m.name(second, "second");
+        rows.value(m, second);
+    }
+    rows.two(m)
+}
+
+/// `one` or `other`, both signed, in the wider type.
+fn either(m: &mut ModuleBuilder, take: Signal, one: Signal, other: Signal) -> Signal {
+    let width = one.width().max(other.width());
+    let (one, other) = (m.extend(one, width), m.extend(other, width));
+    m.mux(take, one, other)
+}
+
+/// The value where `take`, otherwise 0; its type stays.
+fn only(m: &mut ModuleBuilder, take: Signal, value: Signal) -> Signal {
+    let mask = m.repeat(take, value.width());
+    let bits = m.as_unsigned(value);
+    let bits = m.and(bits, mask);
+    match value.ty().signed {
+        true => m.as_signed(bits),
+        false => bits,
+    }
+}
+
+/// Whether an operand of `code` is beyond its width.
+pub(super) fn beyond(
+    m: &mut ModuleBuilder,
+    vu: &VuConfig,
+    code: Signal,
+    a: Signal,
+    b: Signal,
 ) -> Signal {
+    let mut found = vec![];
+    for op in &vu.ops {
+        let widths = vu.operand_widths(*op);
+        let mut wrong = vec![];
+        for (value, width) in [a, b].into_iter().zip(widths) {
+            if width < value.width() {
+                // Bits from the narrow sign on differ.
+                let signs = m.slice(value, width - 1, value.width() - width + 1);
+                let (some, all) = (m.any(signs), m.all(signs));
+                wrong.push(m.xor(some, all));
+            }
+        }
+        if !wrong.is_empty() {
+            let here = is(m, code, op.code().into());
+            let wrong = m.any_of(&wrong);
+            found.push(m.and(here, wrong));
+        }
+    }
+    m.any_of(&found)
+}
+
+/// An exact result without the bits that its shift drops.
+pub(super) struct Shifted {
+    floor: Signal,
+    /// The highest dropped bit, and whether a bit below it is set.
+    guard: Signal,
+    sticky: Signal,
+    odd: Signal,
+}
+
+/// Shifts an exact result.
+pub(super) fn shifted(m: &mut ModuleBuilder, exact: Signal, shift: Signal) -> Shifted {
+    let width = exact.width();
     let none = m.lit(0, Ty::bit());
     let doubled = m.cat(&[exact, none]);
     let doubled = m.as_signed(doubled);
     let doubled = m.name(doubled, "exact_doubled");
     let shifted = m.shr(doubled, shift);
     let shifted = m.name(shifted, "shifted");
-    let floor = m.slice(shifted, 1, 65);
+    let floor = m.slice(shifted, 1, width);
     let floor = m.name(floor, "floor");
     let floor = m.as_signed(floor);
     let guard = m.bit(shifted, 0);
-    // Bits below the guard: shift - 1 of them.
-    let ones = m.lit((1u128 << 64) - 1, Ty::u(64));
+    // Bits below the guard: shift - 1 of them, 62 at most. Those above the result are as its sign.
+    let most = width.min(63);
+    let ones = m.lit((BigInt::from(1) << (most + 1)) - 1, Ty::u(most + 1));
     let above = m.shl(ones, shift);
     let below = m.not(above);
     let below = m.name(below, "dropped_bits");
-    let below = m.slice(below, 1, 63);
-    let low = m.slice(exact, 0, 63);
+    let below = m.slice(below, 1, most);
+    let low = m.slice(exact, 0, most);
     let rest = m.and(low, below);
     let sticky = m.any(rest);
-    let odd = m.bit(shifted, 1);
-    let tie_up = m.or(sticky, odd);
-    let even = m.and(guard, tie_up);
-    let is_up = is(m, rounding, 1);
-    let is_even = is(m, rounding, 2);
-    let up = m.and(is_up, guard);
-    let even = m.and(is_even, even);
-    let up = m.or(up, even);
-    let up = m.name(up, "round_up");
-    let wide = m.extend(floor, 66);
-    let up = m.extend(up, 66);
-    let up = m.as_signed(up);
-    let rounded = m.add(wide, up);
-    let rounded = m.name(rounded, "rounded_value");
-    let held = m.saturate(rounded, Ty::s(32));
-    m.as_unsigned(held)
+    Shifted {
+        floor,
+        guard,
+        sticky,
+        odd: m.bit(shifted, 1),
+    }
+}
+
+impl Shifted {
+    /// As a register stage holds it. What does not fit into 33 bits saturates however it is rounded.
+    pub(super) fn registered(self, m: &mut ModuleBuilder) -> Self {
+        let floor = m.saturate(self.floor, Ty::s(33));
+        let floor = held(m, "floor_held", floor);
+        Self {
+            floor,
+            guard: held(m, "guard", self.guard),
+            sticky: held(m, "sticky", self.sticky),
+            odd: m.bit(floor, 0),
+        }
+    }
+
+    /// Rounded (0 floor, 1 half-up, 2 half-even) and saturated to signed 32 bits.
+    pub(super) fn rounded(&self, m: &mut ModuleBuilder, rounding: Signal) -> Signal {
+        let tie_up = m.or(self.sticky, self.odd);
+        let even = m.and(self.guard, tie_up);
+        let is_up = is(m, rounding, 1);
+        let is_even = is(m, rounding, 2);
+        let up = m.and(is_up, self.guard);
+        let even = m.and(is_even, even);
+        let up = m.or(up, even);
+        let up = m.name(up, "round_up");
+        let wide = self.floor.width() + 1;
+        let floor = m.extend(self.floor, wide);
+        let up = m.extend(up, wide);
+        let up = m.as_signed(up);
+        let rounded = m.add(floor, up);
+        let rounded = m.name(rounded, "rounded_value");
+        let held = m.saturate(rounded, Ty::s(32));
+        m.as_unsigned(held)
+    }
 }

@@ -2,7 +2,7 @@
 
 use potamoi_netlist::{Instance, ModuleBuilder};
 
-use super::result_control::VALID_STAGES;
+use super::result_control::{LAG_STAGES, VALID_STAGES};
 use crate::stream_checks::stable_stream;
 
 /// Width of the counters in bits.
@@ -25,6 +25,9 @@ pub(crate) fn vector_unit_checks(m: &mut ModuleBuilder, fifo: Instance, depth: u
     }
     if m.has(VALID_STAGES) {
         all.push(format!("ones({VALID_STAGES})"));
+    }
+    if m.has(LAG_STAGES) {
+        all.push(format!("ones({LAG_STAGES})"));
     }
     m.assert(
         "balance",

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use num_bigint::BigInt;
 use potamoi_formats::config::Config;
-use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Ty};
+use potamoi_formats::timing::Pipeline;
+use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-use super::alu::{EXACT, exact, requantise};
+use super::alu::{Shifted, addends, beyond, exact, exact_type, shifted};
 use super::exponential;
 use super::lane_control::LaneControl;
 use super::operation_kinds::OperationKinds;
@@ -43,27 +44,33 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
             "The exponential engine is told when to begin instead.",
         );
     }
-    let plain = kinds.elementwise.then(|| {
-        m.section("Element-wise operations");
-        let next = exact(m, &config.vu.ops, control.code, a, b);
-        let held = m.data_reg("exact", EXACT);
-        m.set_next_if(held, control.accept, next);
-        held
-    });
+    let plain = kinds
+        .elementwise
+        .then(|| element_wise(m, config, &control, a, b));
     let powers = kinds.exp.then(|| {
         let form = widths.form;
         form.powers(m, config, &widths, &control, a)
     });
     m.section("Result stage");
-    let value = plain.map(|held| requantise(m, held, control.shift, control.rounding));
+    let value = plain.map(|plain| {
+        let shifted = match plain {
+            Plain::Exact(held) => shifted(m, held, control.shift),
+            Plain::Shifted(held) => held,
+        };
+        shifted.rounded(m, control.rounding)
+    });
     let value = match (value, exp.pipelined && kinds.exp) {
-        (Some(v), true) => Some(delayed(m, "value_stages", v, exp.interval() - 1, None).0),
+        (Some(v), true) => {
+            let own = Pipeline::element_wise(config.vu.registered).cycles();
+            let stages = exp.interval() + config.vu.lag() - own;
+            Some(delayed(m, "value_stages", v, stages, None).0)
+        }
         (v, _) => v,
     };
     let more = powers.as_ref().and_then(|p| p.more);
     let remainders = powers.as_ref().map_or(vec![], |p| p.remainders.clone());
     let power = powers.map(|p| {
-        let result = widths.result(m, &p, control.was_one_minus);
+        let result = widths.result(m, &p, control.was_one_minus, config.vu.registered);
         match p.logistic.filter(|_| kinds.softplus) {
             Some((_, sum)) => {
                 let softplus = widths.softplus(m, sum);
@@ -83,16 +90,67 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let (some, all) = (m.any(keep), m.all(keep));
     let torn = m.xor(some, all);
     m.output("torn", torn, "some bytes are kept and some are not");
+    if config.vu.has_narrow_operands() {
+        let beyond = beyond(m, &config.vu, control.code, a, b);
+        let kept = m.bit(keep, 0);
+        let beyond = m.and(beyond, kept);
+        m.output(
+            "beyond",
+            beyond,
+            "an operand of a kept lane is beyond its width",
+        );
+    }
     if let Some(more) = more {
         m.output("more", more, "has steps to take after the next clock");
     }
     if kinds.elementwise {
-        let register = "exact".to_owned();
-        let enable = "accept";
-        held_without_enable(m, &[Held { register, enable }]);
+        let registers: &[&str] = match config.vu.registered {
+            true => &["addend0", "addend1"],
+            false => &["exact"],
+        };
+        let held = registers.iter().map(|register| Held {
+            register: (*register).to_owned(),
+            enable: "accept",
+        });
+        held_without_enable(m, &held.collect::<Vec<_>>());
     }
     remainder_checks(m, &remainders);
     builder.finish()
+}
+
+/// What the result stage rounds of an element-wise operation.
+enum Plain {
+    /// It shifts too.
+    Exact(Signal),
+    Shifted(Shifted),
+}
+
+fn element_wise(
+    m: &mut ModuleBuilder,
+    config: &Config,
+    control: &LaneControl,
+    a: Signal,
+    b: Signal,
+) -> Plain {
+    let vu = &config.vu;
+    m.section("Element-wise operations");
+    if !vu.registered {
+        let next = exact(m, vu, control.code, a, b);
+        let held = m.data_reg("exact", exact_type(vu));
+        m.set_next_if(held, control.accept, next);
+        return Plain::Exact(held);
+    }
+    let next = addends(m, vu, control.code, a, b);
+    let [one, other] = [0, 1].map(|i| {
+        let reg = m.data_reg(&format!("addend{i}"), next[i].ty());
+        m.set_next_if(reg, control.accept, next[i]);
+        reg
+    });
+    let sum = m.add(one, other);
+    let sum = m.as_signed(sum);
+    let held = m.data_reg("exact", exact_type(vu));
+    m.set_next(held, sum);
+    Plain::Shifted(shifted(m, held, control.shift).registered(m))
 }
 
 /// Each clock of a pipelined exponential leaves at most so much of the remainder, once its registers

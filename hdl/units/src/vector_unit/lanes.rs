@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::timing::{ElementStage, Pipeline};
 use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal};
 
 use super::acceptance::{Acceptance, Inputs};
@@ -12,12 +13,15 @@ use super::exponential::shift_registers::{exp_constants, sub_name};
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Order, Sequence};
+use crate::circuits::delayed;
 
 /// Control signals of all lanes in a cycle.
 pub(super) struct LaneSignals<'a> {
     pub(super) config: &'a Config,
     pub(super) kinds: OperationKinds,
     pub(super) pipelined: bool,
+    /// Stages of an element-wise operation in a registered unit.
+    pub(super) lag: Option<Pipeline<ElementStage>>,
     pub(super) accepted: &'a Acceptance,
     /// Orders of sigmoid and softplus.
     pub(super) logistic: [Option<Order>; 2],
@@ -51,7 +55,21 @@ impl LaneSignals<'_> {
             return;
         }
         inputs.extend([("code".into(), self.accepted.code)]);
-        let (shift, rounding) = if self.pipelined {
+        let (shift, rounding) = if let (true, Some(lag)) = (self.pipelined, &self.lag) {
+            // As many clocks after acceptance as the stages of the addends and of the exact result,
+            // and of the shifted one.
+            let mut late = |name: &str, value: Signal, clocks: u32| {
+                let (value, _) = delayed(m, name, value, clocks, None);
+                value
+            };
+            let before = lag.cycles() - 1;
+            (
+                late("shift_next", self.accepted.shift, before),
+                late("rounding_next", self.accepted.rounding, before + 1),
+            )
+        } else if let Some(before) = self.tag.shift_before {
+            (before, self.tag.rounding)
+        } else if self.pipelined {
             let early = |m: &mut ModuleBuilder, name: &str, from: Signal| {
                 let reg = m.data_reg(name, from.ty());
                 m.set_next(reg, from);
@@ -104,7 +122,14 @@ impl LaneSignals<'_> {
         };
         m.section("Constants, shared by the lanes");
         let module = exp_constants(own, self.config, &widths)?;
-        let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
+        // What the steps start from is registered first.
+        let registered = self.lag.is_some();
+        let late = |m: &mut ModuleBuilder, name: &str, signal: Signal| match registered {
+            true => delayed(m, name, signal, 1, Some(0)).0,
+            false => signal,
+        };
+        let rotate = late(m, "rotate_held", sequence.rotate);
+        let constants = m.instance("constants", &module, &[("rotate", rotate)]);
         if let Some(ending) = sequence.ending {
             m.connect(constants, "restart", ending);
         }
@@ -118,11 +143,14 @@ impl LaneSignals<'_> {
             }
         }
         inputs.extend([
-            ("step".into(), sequence.step),
-            ("begin_power".into(), sequence.begin),
+            ("step".into(), late(m, "step_held", sequence.step)),
+            ("begin_power".into(), late(m, "begin_held", sequence.begin)),
         ]);
+        if registered {
+            inputs.push(("load_power".into(), sequence.begin));
+        }
         if exp.tail {
-            inputs.push(("tail".into(), sequence.tail));
+            inputs.push(("tail".into(), late(m, "tail_held", sequence.tail)));
         }
         if let (Some(phase), Some(_)) = (self.accepted.phase, sequence.ending) {
             inputs.push(("phase".into(), phase));
@@ -137,6 +165,8 @@ pub(super) struct LaneResults {
     pub(super) values: Signal,
     /// Whether a lane of the offered vector is kept in part.
     pub(super) torn: Signal,
+    /// With narrow operands, whether one of a kept lane is beyond its width.
+    pub(super) beyond: Option<Signal>,
     /// With early termination, whether each lane has steps left.
     pub(super) more: Option<Signal>,
 }
@@ -171,9 +201,14 @@ pub(super) fn lanes(
         m.and(more, told.tag.keep)
     });
     let torn = m.all_out(all, "torn");
+    let beyond = told.config.vu.has_narrow_operands().then(|| {
+        let beyond = m.all_out(all, "beyond");
+        m.any(beyond)
+    });
     LaneResults {
         values: m.all_out(all, "result"),
         torn: m.any(torn),
+        beyond,
         more,
     }
 }

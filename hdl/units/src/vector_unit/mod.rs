@@ -1,6 +1,7 @@
 //! The vector unit. Its interface and timing: `docs/reference/vector-unit.md`.
 
 mod acceptance;
+mod addends;
 mod alu;
 mod bound;
 mod checks;

@@ -3,10 +3,15 @@
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::sequence::Sequence;
+use super::timing::Timing;
 use crate::circuits::delayed;
 
 /// In the pipelined form, whether a vector is in each stage; the first is the lowest bit.
 pub(super) const VALID_STAGES: &str = "valid_stages";
+
+/// In a registered unit, whether a vector is in each stage between the operation's last clock and the
+/// result stage; the first is the lowest bit.
+pub(super) const LAG_STAGES: &str = "lag_stages";
 
 /// Control data of the vector in the result stage.
 pub(super) struct ResultControl {
@@ -16,6 +21,8 @@ pub(super) struct ResultControl {
     pub(super) is_exp: Signal,
     pub(super) one_minus: Signal,
     pub(super) shift: Signal,
+    /// In the clock before the result stage, of an iterative unit that is registered.
+    pub(super) shift_before: Option<Signal>,
     pub(super) rounding: Signal,
     pub(super) keep: Signal,
     pub(super) last: Signal,
@@ -23,30 +30,46 @@ pub(super) struct ResultControl {
 
 impl ResultControl {
     /// Registers the tag beside the vector: once in the iterative form, in every stage of the
-    /// pipelined one.
+    /// pipelined one, and in the stages by which a registered unit lags.
     pub(super) fn follow(
         m: &mut ModuleBuilder,
         s: &Sequence,
         accept: Signal,
-        interval: u32,
-        pipelined: bool,
+        timing: &Timing,
         values: [Signal; 6],
     ) -> Self {
         let names = ["is_exp", "one_minus", "shift", "rounding", "keep", "last"];
         let valid = m.reg("result_valid", Ty::bit(), 0);
-        if !pipelined {
-            m.set_next(valid, s.done);
-            let held = std::array::from_fn(|i| {
-                let reg = m.data_reg(&format!("result_{}", names[i]), values[i].ty());
-                m.set_next_if(reg, accept, values[i]);
-                reg
-            });
-            return Self::of(valid, None, held);
+        if !timing.pipelined {
+            let (done, _) = delayed(m, LAG_STAGES, s.done, timing.lag, Some(0));
+            m.set_next(valid, done);
+            let mut held = values;
+            let mut shift_before = None;
+            for (value, name) in held.iter_mut().zip(names) {
+                let reg = match timing.lag {
+                    0 => m.data_reg(&format!("result_{name}"), value.ty()),
+                    _ => m.data_reg(&format!("taken_{name}"), value.ty()),
+                };
+                m.set_next_if(reg, accept, *value);
+                let width = reg.width();
+                let (last, all) = delayed(m, &format!("result_{name}"), reg, timing.lag, None);
+                if let (Some(all), "shift") = (all, name) {
+                    shift_before = Some(m.slice(all, (timing.lag - 2) * width, width));
+                }
+                *value = last;
+            }
+            let own = Self::of(valid, None, held);
+            return Self {
+                shift_before,
+                ..own
+            };
         }
-        let stages = interval - 1;
+        let stages = timing.interval - 1;
         let (from_valid, inside) = delayed(m, VALID_STAGES, accept, stages, Some(0));
+        let (from_valid, _) = delayed(m, LAG_STAGES, from_valid, timing.lag, Some(0));
         m.set_next(valid, from_valid);
         let held = std::array::from_fn(|i| {
+            let stages = stages + timing.lag;
             let (from, _) = delayed(m, &format!("{}_stages", names[i]), values[i], stages, None);
             let reg = m.data_reg(&format!("result_{}", names[i]), from.ty());
             m.set_next(reg, from);
@@ -70,6 +93,7 @@ impl ResultControl {
             is_exp,
             one_minus,
             shift,
+            shift_before: None,
             rounding,
             keep,
             last,

@@ -12,6 +12,8 @@ pub(super) struct Timing {
     /// Clocks of the longest operation.
     pub(super) longest: u32,
     pub(super) pipelined: bool,
+    /// Clocks by which register stages of a registered unit delay every result.
+    pub(super) lag: u32,
     /// Largest number of vectors in flight: those in the FIFO, and those in the stages.
     pub(super) depth: u32,
 }
@@ -26,11 +28,13 @@ impl Timing {
             _ => interval,
         };
         let pipelined = kinds.exp && exp.pipelined;
+        let lag = config.vu.lag();
         Self {
             interval,
             longest,
             pipelined,
-            depth: config.vu.fifo_depth + if pipelined { interval + 1 } else { 0 },
+            lag,
+            depth: config.vu.fifo_depth + lag + if pipelined { interval + 1 } else { 0 },
         }
     }
 }

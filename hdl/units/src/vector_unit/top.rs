@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::config::Config;
+use potamoi_formats::timing::Pipeline;
 use potamoi_formats::units::VECTOR_UNIT;
 use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal};
 
@@ -10,7 +11,7 @@ use super::acceptance::{Acceptance, Inputs};
 use super::checks::vector_unit_checks;
 use super::exponential::form;
 use super::lane::lane;
-use super::lanes::{LaneSignals, lanes};
+use super::lanes::{LaneResults, LaneSignals, lanes};
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Sequence, passes, sequence};
@@ -52,8 +53,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         m,
         &sequence,
         accepted.accept,
-        timing.interval,
-        timing.pipelined,
+        &timing,
         [
             accepted.is_exp,
             accepted.one_minus,
@@ -67,6 +67,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         config,
         kinds,
         pipelined: timing.pipelined,
+        lag: (timing.lag > 0).then(|| Pipeline::element_wise(true)),
         accepted: &accepted,
         logistic,
         sequence: &sequence,
@@ -78,7 +79,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
         sequence.end(m, &config.vu.exp, phase, of_lanes.more);
     }
     let results = Results::build(m, &timing, &inputs, &accepted, &tag, of_lanes.values)?;
-    let counted = Counted::build(m, &inputs, &accepted, (&sequence, &tag), of_lanes.torn);
+    let counted = Counted::build(m, &inputs, &accepted, (&sequence, &tag), &of_lanes);
     m.section("Outputs");
     results.outputs(m, config.vu.lanes, accepted.ready);
     counted.outputs(m);
@@ -144,7 +145,8 @@ struct Counted {
     vectors: Signal,
     busy: Signal,
     stall: Signal,
-    flags: [Signal; 3],
+    /// The highest bit first.
+    flags: Vec<Signal>,
     idle: Signal,
 }
 
@@ -154,7 +156,7 @@ impl Counted {
         inputs: &Inputs,
         accepted: &Acceptance,
         (sequence, tag): (&Sequence, &ResultControl),
-        torn: Signal,
+        lanes: &LaneResults,
     ) -> Self {
         m.section("Counters and flags");
         let (clear, accept) = (inputs.clear, accepted.accept);
@@ -172,14 +174,19 @@ impl Counted {
         let reserved = is(m, accepted.rounding, 3);
         let reserved = m.and(accept, reserved);
         let reserved = sticky(m, "rounding_reserved", clear, reserved);
-        let torn = m.and(accept, torn);
+        let torn = m.and(accept, lanes.torn);
         let torn = sticky(m, "torn_lane", clear, torn);
+        let mut flags = vec![torn, reserved, unknown];
+        if let Some(beyond) = lanes.beyond {
+            let beyond = m.and(accept, beyond);
+            flags.insert(0, sticky(m, "operand_beyond", clear, beyond));
+        }
         let flying = m.any(accepted.inside);
         Self {
             vectors,
             busy,
             stall,
-            flags: [torn, reserved, unknown],
+            flags,
             idle: m.not(flying),
         }
     }
@@ -198,10 +205,11 @@ impl Counted {
         );
         m.output("idle", self.idle, "no vector is in flight");
         let flags = m.cat(&self.flags);
-        m.output(
-            "stat_errors",
-            flags,
-            "sticky: 2 torn lane, 1 reserved rounding, 0 not built",
-        );
+        let doc = "2 torn lane, 1 reserved rounding, 0 not built";
+        let doc = match self.flags.len() {
+            4.. => format!("sticky: 3 operand beyond its width, {doc}"),
+            _ => format!("sticky: {doc}"),
+        };
+        m.output("stat_errors", flags, &doc);
     }
 }

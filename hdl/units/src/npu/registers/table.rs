@@ -119,10 +119,14 @@ const GATHER_FLAGS: [(&str, &str); 9] = [
     ),
 ];
 /// Flags of the vector unit, from bit 0 on.
-const VECTOR_FLAGS: [(&str, &str); 3] = [
+const VECTOR_FLAGS: [(&str, &str); 4] = [
     ("NOT_BUILT", "an operation that was not built"),
     ("ROUNDING_RESERVED", "a reserved rounding code"),
     ("TORN_LANE", "a lane with only some of its bytes kept"),
+    (
+        "OPERAND_BEYOND",
+        "an operand beyond its width, where widths are below 32 bits",
+    ),
 ];
 
 /// The map of a configuration whose units have these ports.
@@ -130,7 +134,7 @@ const VECTOR_FLAGS: [(&str, &str); 3] = [
 pub fn register_map(config: &Config, gathers: &[PortInfo], vectors: &[PortInfo]) -> RegisterMap {
     let mut registers = identity(config, gathers);
     registers.extend(control());
-    registers.extend(jobs(config, gathers));
+    registers.extend(jobs(config, gathers, vectors));
     registers.extend(counters(gathers, &OF_GATHERS));
     registers.extend(counters(vectors, &OF_VECTORS));
     RegisterMap {
@@ -415,7 +419,8 @@ fn control() -> Vec<Register> {
 }
 
 /// Settings, length and progress of jobs, and error flags.
-fn jobs(config: &Config, gathers: &[PortInfo]) -> Vec<Register> {
+fn jobs(config: &Config, gathers: &[PortInfo], vectors: &[PortInfo]) -> Vec<Register> {
+    let vector_flags = width(vectors, "stat_errors") as usize;
     let smallest = config.supported_vertices().first().map_or(0, |v| v.log2());
     let built = SETTINGS.iter().filter(|own| width(gathers, own.0) > 0);
     let settings = built.map(|(port, name, low, text)| {
@@ -479,7 +484,7 @@ fn jobs(config: &Config, gathers: &[PortInfo]) -> Vec<Register> {
             0x058,
             status,
             "Error flags of the vector unit, sticky until CLEAR.",
-            bits(&VECTOR_FLAGS),
+            bits(&VECTOR_FLAGS[..vector_flags.min(VECTOR_FLAGS.len())]),
         ),
     ]
 }

@@ -68,9 +68,10 @@ pub fn error_bound(config: &Config, op: OpCode) -> Result<Option<Bound>, IrError
     if !known {
         return Ok(None);
     }
-    // Lanes are alike.
+    // Lanes are alike, and register stages between change no bit.
     let mut one = config.clone();
     one.vu.lanes = 1;
+    one.vu.registered = false;
     let module = vector_unit(&one)?;
     Ok(largest(&one, op, &module))
 }

@@ -7,7 +7,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::form::{Powers, Recurrence, Shift, State, StepInputs, Widths};
 use super::logistic::Size;
-use crate::circuits::bits_for;
+use crate::circuits::{bits_for, held};
 
 impl Widths {
     /// `Z ln 2`, centred.
@@ -276,8 +276,18 @@ impl Widths {
         m: &mut ModuleBuilder,
         powers: &Powers,
         one_minus: Signal,
+        registered: bool,
     ) -> Signal {
-        let s = powers.state;
+        // Before the result stage; what is shifted is held shifted instead.
+        let hold = |m: &mut ModuleBuilder, name: &str, value: Signal| match registered {
+            true => held(m, name, value),
+            false => value,
+        };
+        let mut s = powers.state;
+        if self.form.is_bare() || self.exp.output == ExpOutput::General {
+            s.accum = hold(m, "accum_held", s.accum);
+            s.digits = hold(m, "digits_held", s.digits);
+        }
         let (wa, f) = (self.engine.accumulator_bits, self.exp.output_bits);
         if self.form.is_bare() {
             let rounded = m.round(s.accum, wa - f, Rounding::HalfUp);
@@ -299,6 +309,7 @@ impl Widths {
             m.shr(fixed, k)
         };
         let scaled = m.name(scaled, "scaled");
+        let scaled = hold(m, "scaled_held", scaled);
         let whole = m.slice(scaled, 1, fixed_width - 1);
         let up = m.bit(scaled, 0);
         let up = m.extend(up, whole.width());

@@ -14,6 +14,8 @@ use crate::vector_unit::lane_control::LaneControl;
 struct StepSignals {
     step: Signal,
     begin: Signal,
+    /// In a registered unit, a clock before `begin`: the start is registered.
+    load: Option<Signal>,
     tail: Option<Signal>,
     own: Option<Own>,
     places: Vec<StepInputs>,
@@ -34,6 +36,13 @@ impl StepSignals {
             Ty::bit(),
             "this cycle's steps start from the operand",
         );
+        let load = config.vu.registered.then(|| {
+            m.input(
+                "load_power",
+                Ty::bit(),
+                "takes the start of the operand at the clock edge",
+            )
+        });
         let tail = exp.tail.then(|| {
             m.input(
                 "tail",
@@ -44,6 +53,7 @@ impl StepSignals {
         Self {
             step,
             begin,
+            load,
             tail,
             own: exp.early_out.then(|| Own::declare(m, exp)),
             places: (0..exp.iterations_per_clock)
@@ -58,6 +68,8 @@ impl StepSignals {
 struct Start {
     regs: State,
     now: State,
+    /// The remainder that the operand starts from.
+    first: Signal,
     /// From the operand, or as sigmoid's second exponential.
     begin: Signal,
     large: Signal,
@@ -95,7 +107,14 @@ impl Start {
             Some(again) => m.or(told.begin, again),
             None => told.begin,
         };
-        let mut now = from(m, begin, start, regs);
+        let mut now = match told.load {
+            // The register of the remainder has the start already.
+            Some(_) => {
+                let remain = regs.remain;
+                from(m, begin, State { remain, ..start }, regs)
+            }
+            None => from(m, begin, start, regs),
+        };
         let mut rescaled = None;
         let mut logistic = None;
         if let (Some(passes), Some((_, _, sum))) = (passes, early) {
@@ -114,6 +133,7 @@ impl Start {
                 accum: m.name(now.accum, "accum_now"),
                 digits: m.name(now.digits, "digits_now"),
             },
+            first: start.remain,
             begin,
             large,
             rescaled,
@@ -172,14 +192,30 @@ pub(super) fn iterative(
         Some(own) => own.steps(m, told.step, begin),
         None => told.step,
     };
-    m.set_next_if(regs.remain, step, state.remain);
+    match told.load {
+        Some(load) => {
+            let next = m.mux(load, start.first, state.remain);
+            let changes = m.or(load, step);
+            m.set_next_if(regs.remain, changes, next);
+        }
+        None => m.set_next_if(regs.remain, step, state.remain),
+    }
     m.set_next_if(regs.accum, step, state.accum);
     m.set_next_if(regs.digits, step, state.digits);
     let large = if widths.kinds.one_minus || start.rescaled.is_some() {
         let held = start
             .rescaled
             .unwrap_or_else(|| m.data_reg("r_rescaled", Ty::bit()));
-        m.set_next_if(held, begin, start.large);
+        let large = match told.load {
+            // The last power is scaled as the next one is loaded.
+            Some(load) => {
+                let loaded = m.data_reg("loaded_rescaled", Ty::bit());
+                m.set_next_if(loaded, load, start.large);
+                loaded
+            }
+            None => start.large,
+        };
+        m.set_next_if(held, begin, large);
         held
     } else {
         start.large

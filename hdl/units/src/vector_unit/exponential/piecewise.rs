@@ -3,12 +3,16 @@
 //! `v = u log2 e = k + f`. The power is `2^-(k+1) y` with `y = 2^(1-f)` in (1, 2]. On each piece, y
 //! is a start value minus a slope times the offset of f within the piece.
 
+use num_bigint::BigInt;
 use potamoi_formats::config::{Config, Engine, ExpConfig};
 use potamoi_formats::fixed::Rounding;
+use potamoi_formats::timing::{Pipeline, PowerRegister};
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants;
 use super::form::{Form, Powers, State, Widths};
+use crate::circuits::held;
+use crate::vector_unit::addends::Rows;
 use crate::vector_unit::lane_control::LaneControl;
 
 /// Integer bits of v: 16 log2 e is 23.1.
@@ -33,12 +37,13 @@ impl Form for Piecewise {
     fn powers(
         &self,
         m: &mut ModuleBuilder,
-        _: &Config,
+        config: &Config,
         widths: &Widths,
         control: &LaneControl,
         a: Signal,
     ) -> Powers {
-        pieces(m, widths, control, a)
+        let stages = config.vu.power_registers();
+        pieces(m, widths, control, a, &stages)
     }
 
     fn exponent(&self, _: &mut ModuleBuilder, _: &Widths, s: State, _: Signal) -> Signal {
@@ -46,32 +51,34 @@ impl Form for Piecewise {
     }
 }
 
-/// Pipeline stages: exponent of two, and piece.
-fn pieces(m: &mut ModuleBuilder, widths: &Widths, control: &LaneControl, a: Signal) -> Powers {
+/// Pipeline stages: exponent of two, and piece; with those between of a registered unit.
+fn pieces(
+    m: &mut ModuleBuilder,
+    widths: &Widths,
+    control: &LaneControl,
+    a: Signal,
+    stages: &Pipeline<PowerRegister>,
+) -> Powers {
     m.section("Exponential: power of two");
     let bits = widths.engine.constant_bits;
-    let (operand, frac) = operand(m, widths, control, a);
+    let (mut operand, frac) = operand(m, widths, control, a);
+    if stages.has(PowerRegister::Start) {
+        operand = held(m, "operand_held", operand);
+    }
     let power = match widths.exp.piece_widths().scale_bits {
         Some(scale) => {
-            let ty = Ty::u(scale + 1);
-            let factor = m.param("LOG2_E", constants::log2_e(scale), ty, "log2 e");
-            let product = m.mul(operand, factor);
-            let product = m.name(product, "power_product");
-            // An operand of fewer fraction bits: fewer are dropped.
-            let power = match (scale + frac).checked_sub(bits) {
-                Some(drop) => m.round(product, drop, Rounding::HalfUp),
-                None => {
-                    let width = product.width() + bits - scale - frac;
-                    let wide = m.extend(product, width);
-                    m.shl_const(wide, bits - scale - frac)
-                }
+            let power = match stages.has(PowerRegister::PowerAddends) {
+                true => scaled_in_two_clocks(m, operand, scale, (scale + frac, bits)),
+                false => scaled(m, operand, scale, (scale + frac, bits)),
             };
             let power = m.name(power, "power_rounded");
             let power = fit(m, power, INTEGER + bits);
-            let power = m.exact(power);
-            let held = m.data_reg("s_power", power.ty());
-            m.set_next(held, power);
-            held
+            // Sums of rows are beyond the range analysis.
+            let power = match stages.has(PowerRegister::PowerAddends) {
+                true => power,
+                false => m.exact(power),
+            };
+            held(m, "s_power", power)
         }
         None => {
             let wide = fit(m, operand, INTEGER + frac);
@@ -82,16 +89,15 @@ fn pieces(m: &mut ModuleBuilder, widths: &Widths, control: &LaneControl, a: Sign
     let power = m.name(power, "power_of_two");
     m.note(power, &format!("the result is 2^-power, U{INTEGER}.{bits}"));
     m.section("Exponential: pieces");
-    let accum = mantissa(m, widths, power);
+    let in_two_clocks = stages.has(PowerRegister::MantissaAddends);
+    let accum = mantissa(m, widths, power, in_two_clocks);
     let whole = m.slice(power, bits, INTEGER);
     let one = m.lit(1, whole.ty());
-    let exponent = m.add(whole, one);
-    let mut hold = |name: &str, value: Signal| {
-        let reg = m.data_reg(name, value.ty());
-        m.set_next(reg, value);
-        reg
-    };
-    let (accum, digits) = (hold("s_accum", accum), hold("s_exponent", exponent));
+    let mut exponent = m.add(whole, one);
+    if in_two_clocks {
+        exponent = held(m, "exponent_next", exponent);
+    }
+    let (accum, digits) = (held(m, "s_accum", accum), held(m, "s_exponent", exponent));
     Powers {
         state: State {
             remain: m.lit(0, widths.remain),
@@ -104,6 +110,54 @@ fn pieces(m: &mut ModuleBuilder, widths: &Widths, control: &LaneControl, a: Sign
         more: None,
         remainders: vec![],
     }
+}
+
+/// The operand times `log2 e`, rounded from `from` fraction bits to `to`; with `scale` fraction bits of
+/// the factor.
+fn scaled(m: &mut ModuleBuilder, operand: Signal, scale: u32, (from, to): (u32, u32)) -> Signal {
+    let ty = Ty::u(scale + 1);
+    let factor = m.param("LOG2_E", constants::log2_e(scale), ty, "log2 e");
+    let product = m.mul(operand, factor);
+    let product = m.name(product, "power_product");
+    // An operand of fewer fraction bits: fewer are dropped.
+    match from.checked_sub(to) {
+        Some(drop) => m.round(product, drop, Rounding::HalfUp),
+        None => {
+            let wide = m.extend(product, product.width() + to - from);
+            m.shl_const(wide, to - from)
+        }
+    }
+}
+
+/// As [`scaled`], with a register of the product's addends.
+fn scaled_in_two_clocks(
+    m: &mut ModuleBuilder,
+    operand: Signal,
+    scale: u32,
+    (from, to): (u32, u32),
+) -> Signal {
+    // The rounding may carry.
+    let mut rows = Rows::new("power_addend", operand.width() + scale + 2);
+    rows.multiple(m, operand, &constants::log2_e(scale));
+    if from > to {
+        rows.constant(&(BigInt::from(1) << (from - to - 1)));
+    }
+    let sum = held_sum(m, rows, "s_power_addend");
+    match from.checked_sub(to) {
+        Some(drop) => m.slice(sum, drop, sum.width() - drop),
+        None => {
+            let wide = m.extend(sum, sum.width() + to - from);
+            m.shl_const(wide, to - from)
+        }
+    }
+}
+
+/// The sum of rows, whose two addends are registered.
+fn held_sum(m: &mut ModuleBuilder, rows: Rows<'_>, name: &str) -> Signal {
+    let [one, other] = rows.two(m);
+    let one = held(m, &format!("{name}0"), one);
+    let other = held(m, &format!("{name}1"), other);
+    m.add(one, other)
 }
 
 /// The operand, unsigned, with its fraction bits.
@@ -127,8 +181,8 @@ fn operand(
     (m.name(operand, "operand"), bits)
 }
 
-/// `y`: the piece's start minus slope times offset.
-fn mantissa(m: &mut ModuleBuilder, widths: &Widths, power: Signal) -> Signal {
+/// `y`: the piece's start minus slope times offset, in one clock or two.
+fn mantissa(m: &mut ModuleBuilder, widths: &Widths, power: Signal, in_two_clocks: bool) -> Signal {
     let (engine, table) = (&widths.engine, widths.exp.piece_widths());
     let within = engine.constant_bits - table.index_bits;
     let index = m.slice(power, within, table.index_bits);
@@ -148,9 +202,20 @@ fn mantissa(m: &mut ModuleBuilder, widths: &Widths, power: Signal) -> Signal {
     let start_bits = most.map_or(1, |most| most.bits() as u32);
     let start = column(0, "piece_start", Ty::u(start_bits));
     let slope = column(1, "piece_slope", Ty::u(table.slope_bits + 1));
+    let drop = table.slope_bits + engine.constant_bits - engine.accumulator_bits;
+    if in_two_clocks {
+        // start - floor((x + h) / 2^d) with h = 2^(d - 1) is floor((start 2^d - x + h - 1) / 2^d).
+        let mut rows = Rows::new("piece_addend", widths.accum.width + drop);
+        rows.minus_product(m, slope, rest);
+        rows.shifted(m, start, drop);
+        let one = BigInt::from(1) << drop;
+        rows.constant(&(&one - 1 - (&one >> 1u32)));
+        let sum = held_sum(m, rows, "s_piece_addend");
+        let accum = m.slice(sum, drop, widths.accum.width);
+        return m.name(accum, "accum");
+    }
     let product = m.mul(slope, rest);
     let product = m.name(product, "piece_product");
-    let drop = table.slope_bits + engine.constant_bits - engine.accumulator_bits;
     let fall = m.round(product, drop, Rounding::HalfUp);
     let fall = m.name(fall, "piece_fall");
     let start = m.extend(start, widths.accum.width);

@@ -6,7 +6,7 @@ use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::constants::{Step, steps};
 use super::form::{Powers, Recurrence, Shift, State, StepInputs, Widths};
-use crate::circuits::delayed;
+use crate::circuits::{delayed, held};
 use crate::vector_unit::lane_control::LaneControl;
 
 /// Builds one register stage for each clock's steps.
@@ -21,10 +21,17 @@ pub(super) fn pipelined(
     m.section("Exponential: start");
     let exp = &config.vu.exp;
     let r = exp.iterations_per_clock as usize;
-    let (mut state, large) = widths.start(own, m, a, control.one_minus, None);
+    let (mut state, mut large) = widths.start(own, m, a, control.one_minus, None);
     let all = steps(own, exp, widths.remain.width);
     let mut most = Some(widths.start_most(own));
     let mut remainders = vec![];
+    if config.vu.registered {
+        state.remain = held(m, "s_start", state.remain);
+        if widths.kinds.one_minus {
+            large = held(m, "rescaled_start", large);
+        }
+        remainders.extend(most.clone().map(|most| ("s_start".to_owned(), most)));
+    }
     // Stages, and those since the last digit of the exponent.
     let (mut held, mut since_digits) = (0, 0);
     for stage in exp.power_pipeline().stages() {
