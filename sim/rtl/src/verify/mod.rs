@@ -289,6 +289,7 @@ impl Units for Verifier<'_> {
         out: &mut [i32],
     ) -> Result<(), UnitError> {
         self.stopped()?;
+        self.vector_twin.within(op.code, a, b)?;
         self.vector_twin.slice(op, a, b, out)?;
         self.verify_vector(op, a, b, out)?;
         self.show_progress();

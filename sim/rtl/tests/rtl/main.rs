@@ -16,6 +16,7 @@ mod gather_cells;
 mod gather_common;
 mod gather_unit;
 mod logistic;
+mod narrow_lanes;
 mod npu;
 mod readmemh;
 mod scenes_common;

@@ -4,14 +4,14 @@
 //! Double precision stands in for the function here: its error, below 2^-50,
 //! is far under the third decimal of a unit of 2^-16 that is asserted.
 use potamoi_cycles::{Stalls, StreamStalls};
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, VuConfig};
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
 use potamoi_reference::exact_exponential::ExactExponential;
 use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_reference::widths::{budget, target};
-use potamoi_rtl::{Check, EngineKind, VectorBatch, VectorUnit};
+use potamoi_rtl::{Check, EngineKind, RtlError, VectorBatch, VectorTotals, VectorUnit};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -358,6 +358,7 @@ fn units_of_any_sort(seeds: std::ops::Range<u64>) {
             pick(&[
                 r#"["exp", "one-minus-exp"]"#,
                 r#"["exp", "relu", "multiply"]"#,
+                r#"["exp", "square-sum", "add", "multiply"]"#,
                 r#"["exp"]"#,
                 r#"["add", "one-minus-exp"]"#,
             ])
@@ -365,6 +366,7 @@ fn units_of_any_sort(seeds: std::ops::Range<u64>) {
             pick(&[
                 r#"["exp", "one-minus-exp"]"#,
                 r#"["exp", "relu", "multiply"]"#,
+                r#"["square-sum", "exp", "pass"]"#,
                 r#"["exp", "one-minus-exp", "sigmoid", "softplus"]"#,
                 r#"["add", "softplus"]"#,
                 r#"["sigmoid", "one-minus-exp", "pass"]"#,
@@ -403,11 +405,28 @@ fn units_of_any_sort(seeds: std::ops::Range<u64>) {
                 pick(&["1", "2", "3", "7"]),
             ),
         };
-        let config = config(&format!(
-            "[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n{engine}\n{knobs}\noutput_bits = {}",
+        let vu = format!(
+            "lanes = {}\nfifo_depth = {}",
             pick(&["1", "2", "5"]),
-            pick(&["3", "4", "7"]),
-            pick(&["6", "12", "16", "20"]),
+            pick(&["3", "4", "7"])
+        );
+        let output = pick(&["6", "12", "16", "20"]);
+        let logistic = ops.contains("sig") || ops.contains("soft");
+        let registered = match logistic || knobs.contains("early_out") {
+            true => "false",
+            false => pick(&["true", "false"]),
+        };
+        let mut operands = String::new();
+        if ops.contains("multiply") && pick(&["true", "false"]) == "true" {
+            let (a, b) = (pick(&["2", "9", "22", "32"]), pick(&["3", "18", "31"]));
+            operands += &format!("multiply = [{a}, {b}]\n");
+        }
+        if ops.contains("square-sum") {
+            operands += &format!("square_sum = {}\n", pick(&["2", "19", "25", "32"]));
+        }
+        let config = config(&format!(
+            "[vu]\n{vu}\nregistered = {registered}\nops = {ops}\n[vu.operands]\n{operands}\
+             [vu.exp]\n{engine}\n{knobs}\noutput_bits = {output}",
         ));
         let unit = VectorUnit::on(EngineKind::Interpreter, &config).unwrap();
         agrees(&config, &unit, seed);
@@ -416,14 +435,29 @@ fn units_of_any_sort(seeds: std::ops::Range<u64>) {
 
 /// One run of random work under random stalls.
 fn agrees(config: &Config, unit: &VectorUnit, seed: u64) {
-    let twin = ReferenceVectorUnit::new(&config.vu);
+    let found = compared(config, &config.vu, unit, seed);
+    let totals =
+        found.unwrap_or_else(|e| panic!("{:?}, seed {seed}: {e}\nagain: {AGAIN}", config.vu));
+    assert!(totals.vectors >= 40);
+}
+
+/// The same against the results and flags of a reference unit of `vu`.
+pub(crate) fn compared(
+    config: &Config,
+    vu: &VuConfig,
+    unit: &VectorUnit,
+    seed: u64,
+) -> Result<VectorTotals, RtlError> {
+    let twin = ReferenceVectorUnit::new(vu);
+    let mut flags = 0;
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let (mut work, mut results) = (vec![], vec![]);
     for _ in 0..40 {
         let op = VectorOp {
             code: config.vu.ops[random.random_range(0..config.vu.ops.len())],
             shift: random.random_range(0..40),
-            rounding: Rounding::HalfEven,
+            rounding: [Rounding::HalfEven, Rounding::HalfUp, Rounding::Floor]
+                [random.random_range(0..3)],
         };
         let count = random.random_range(1..100);
         let mut operand = || -> Vec<i32> {
@@ -434,6 +468,7 @@ fn agrees(config: &Config, unit: &VectorUnit, seed: u64) {
         let (a, b) = (operand(), operand());
         let mut out = vec![0; count];
         twin.slice(op, &a, &b, &mut out).unwrap();
+        flags |= u64::from(twin.within(op.code, &a, &b).is_err()) << 3;
         results.extend(out);
         work.push((op, a, b));
     }
@@ -453,11 +488,8 @@ fn agrees(config: &Config, unit: &VectorUnit, seed: u64) {
     let check = Check {
         stalls,
         seed,
-        flags: 0,
+        flags,
         progress: &mut |_| {},
     };
-    let totals = unit
-        .check(config, &batches, &results, check)
-        .unwrap_or_else(|e| panic!("{:?}, seed {seed}: {e}\nagain: {AGAIN}", config.vu));
-    assert!(totals.vectors >= 40);
+    unit.check(config, &batches, &results, check)
 }

@@ -48,6 +48,11 @@ fn configurations() -> Vec<(String, Config)> {
             "[gu]\nbanks = 1\nports = 1\n[rit]\nentries = 2\n[vu]\nlanes = 3\n[vu.exp]\nearly_out = true\n",
         ),
         (
+            "narrow lanes",
+            "[gu]\nbanks = 1\nports = 1\n[rit]\nentries = 2\n[vu]\nlanes = 3\nregistered = true\n\
+             [vu.operands]\nmultiply = [12, 15]\nsquare_sum = 13\n",
+        ),
+        (
             "feature-major",
             "[gu]\norganisation = \"feature-major\"\nbanks = 4\nlanes = 4\n[rit]\nentries = 4\n\
              [mvoxel]\nrows = 64\n",
