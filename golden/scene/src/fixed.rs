@@ -3,6 +3,7 @@
 use potamoi_formats::config::{Config, ExpBase, ExpOutput, RitPairs, SplatOpacity, SuConfig};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
+use potamoi_formats::units::OpCode;
 
 use super::render::{FrameCounts, Rendered, SplatCounts};
 use super::{Model, Scene, SceneError};
@@ -164,6 +165,7 @@ impl Scene {
             widths: splats::Widths {
                 power: config.vu.exp.input.frac_bits(),
                 exponential: config.vu.exp.output_bits,
+                form: config.vu.operand_widths(OpCode::SquareSum)[0],
             },
             work: self.splat_work(),
             ..splats::FixedOptions::default()
@@ -248,6 +250,49 @@ impl Scene {
         WithEarlyTermination::new(field, self.precision.stop_below)
     }
 
+    /// Checks that the vector unit's operands hold what compositing multiplies.
+    fn operands_hold_splats(&self, config: &Config) -> Result<(), SceneError> {
+        let Some(own) = config.vu.operands.as_ref() else {
+            return Ok(());
+        };
+        if self.splat_unit(config).is_some() {
+            return Ok(());
+        }
+        let refuse = |field, value: String, expected: String| {
+            Err(SceneError::Config {
+                scene: self.name.clone(),
+                field,
+                value,
+                expected,
+            })
+        };
+        let exp = &config.vu.exp;
+        let [a, b] = splats::Widths::least_factors(exp.output_bits);
+        let [of_a, of_b] = own.multiply;
+        if of_a < a || of_b < b {
+            return refuse(
+                "vu.operands.multiply",
+                format!("[{of_a}, {of_b}]"),
+                format!(
+                    "at least [{a}, {b}]: a transmittance of 21 bits, and a complement of 17 bits or an                      exponential of {}, each with a sign",
+                    exp.output_bits
+                ),
+            );
+        }
+        let least = splats::Widths::least_form(exp.input.frac_bits(), exp.input.max());
+        if own.square_sum < least {
+            return refuse(
+                "vu.operands.square_sum",
+                own.square_sum.to_string(),
+                format!(
+                    "at least {least}: a form that is held within its bits must make the largest                      argument of the exponential, {}",
+                    exp.input
+                ),
+            );
+        }
+        Ok(())
+    }
+
     /// Checks that records fit: they take 16-bit codes and a fixed number of channels.
     fn check_splats(&self, config: &Config) -> Result<(), SceneError> {
         let refuse = |field, value: String, expected: String| {
@@ -294,7 +339,7 @@ impl Scene {
             );
             return refuse("gu.segments", config.gu.segments.to_string(), expected);
         }
-        Ok(())
+        self.operands_hold_splats(config)
     }
 }
 

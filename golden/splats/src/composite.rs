@@ -12,7 +12,9 @@
 //! | T' | T times 65536 - alpha, shift 16, half up; to fewer bits if the rules carry fewer | U1.20 |
 //! | colour | exact sum of (T - T') times the channel | 32 fraction bits |
 //!
-//! G and F are fraction bits of the exponential unit ([`Widths`]); the paper's are 13 and 16.
+//! G and F are fraction bits of the exponential unit ([`Widths`]); the paper's are 13 and 16. Where the
+//! vector unit takes fewer than 32 bits of p and q, they are first held within these: a form at either
+//! end makes u the largest argument by itself ([`Widths::least_form`]).
 //!
 //! Early termination: a pixel stops where the exact product T (65536 - alpha) is below the
 //! threshold, before rounding. After rounding, two capped samples would decide differently from a
@@ -20,7 +22,7 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::fixed::Rounding;
+use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::record::{MEAN, SplatRecord};
 use potamoi_formats::units::{OpCode, VectorOp};
 
@@ -148,21 +150,60 @@ const fn op(code: OpCode, shift: u8) -> VectorOp {
 }
 const EXP: VectorOp = VectorOp::new(OpCode::Exp);
 
-/// Fraction bits of the exponential unit.
+/// Bits of the vector unit's operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Widths {
     /// Fraction bits of the argument, which has at least three integer bits: `exp(-8)` is skipped.
     pub power: u32,
     /// Fraction bits of the result.
     pub exponential: u32,
+    /// Signed bits of p and q.
+    pub form: u32,
 }
+
+/// Signed bits that transmittance (U1.20) and opacity (U0.16) need in a product.
+const TRANSMITTANCE_BITS: u32 = 22;
+/// Signed bits of an alpha's complement, up to 2^16.
+const COMPLEMENT_BITS: u32 = 18;
 
 impl Widths {
     /// The paper's widths.
     pub const PAPER: Self = Self {
         power: 13,
         exponential: 16,
+        form: 32,
     };
+
+    /// Fewest signed bits of p and q with which the picture is that of 32 bits: the ends of their
+    /// range give `largest`, the largest argument of the exponential, or more.
+    #[must_use]
+    pub fn least_form(power: u32, largest: i128) -> u32 {
+        let shift = 33u32.saturating_sub(power);
+        let decides = |bits: &u32| {
+            let end = (1i128 << (bits - 1)) - 1;
+            round_shift(end * end, shift, Rounding::HalfUp) >= largest
+        };
+        (2..32).find(decides).unwrap_or(32)
+    }
+
+    /// Fewest signed bits of the two factors of a product, with so many fraction bits of an
+    /// exponential.
+    #[must_use]
+    pub fn least_factors(exponential: u32) -> [u32; 2] {
+        [TRANSMITTANCE_BITS, COMPLEMENT_BITS.max(exponential + 1)]
+    }
+
+    /// A form within its bits.
+    const fn held(self, form: i32) -> i32 {
+        let most = i32::MAX >> (32 - self.form);
+        if form > most {
+            most
+        } else if form < -most - 1 {
+            -most - 1
+        } else {
+            form
+        }
+    }
 
     /// The operation for half the sum of two squares, from 32 fraction bits to those of the
     /// argument.
@@ -296,8 +337,8 @@ impl Compositor {
             let forms = Forms::new(record, tile.corner);
             for &pixel in &tile.live {
                 let [p, q] = forms.at(u32::from(pixel) % TILE, u32::from(pixel) / TILE);
-                wave.a.push(p);
-                wave.b.push(q);
+                wave.a.push(self.widths.held(p));
+                wave.b.push(self.widths.held(q));
                 wave.opacity.push(i32::from(record.opacity));
                 wave.lanes.push(Lane {
                     tile: t as u32,
@@ -403,6 +444,30 @@ mod tests {
         // 257 is below 1/255 and 258 is not.
         let least = (65536.0f64 / 255.0).ceil();
         assert_eq!(least, 258.0);
+    }
+
+    /// The paper's: 18 bits of magnitude, of which 16 are a fraction, so that 4 is beyond them.
+    #[test]
+    fn a_form_that_is_held_decides_by_itself() {
+        let paper = Widths::least_form(13, (1 << 16) - 1);
+        assert_eq!(paper, 19);
+        assert_eq!(Widths::least_factors(16), [22, 18]);
+        let narrow = Widths {
+            form: paper,
+            ..Widths::PAPER
+        };
+        let exp = |form: i32| round_shift(i128::from(form).pow(2), 20, Rounding::HalfUp);
+        for far in [1 << 18, i32::MAX, i32::MIN, -(1 << 18) - 1, 300_000] {
+            assert!(exp(narrow.held(far)) >= (1 << 16) - 1, "{far}");
+        }
+        for near in [0, (1 << 18) - 1, -(1 << 18)] {
+            assert_eq!(narrow.held(near), near);
+        }
+        let short = Widths { form: 18, ..narrow };
+        assert!(exp(short.held(i32::MAX)) < (1 << 16) - 1);
+        assert_eq!(Widths::PAPER.held(i32::MIN), i32::MIN);
+        // A step of the argument as fine as the square: more bits.
+        assert!(Widths::least_form(20, (1 << 23) - 1) > paper);
     }
 
     #[test]
