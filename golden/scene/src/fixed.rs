@@ -274,7 +274,8 @@ impl Scene {
                 "vu.operands.multiply",
                 format!("[{of_a}, {of_b}]"),
                 format!(
-                    "at least [{a}, {b}]: a transmittance of 21 bits, and a complement of 17 bits or an                      exponential of {}, each with a sign",
+                    "at least [{a}, {b}]: a transmittance of 21 bits, and a complement of 17 bits or an \
+                     exponential of {}, each with a sign",
                     exp.output_bits
                 ),
             );
@@ -285,7 +286,8 @@ impl Scene {
                 "vu.operands.square_sum",
                 own.square_sum.to_string(),
                 format!(
-                    "at least {least}: a form that is held within its bits must make the largest                      argument of the exponential, {}",
+                    "at least {least}: a form that is held within its bits must make the largest \
+                     argument of the exponential, {}",
                     exp.input
                 ),
             );

@@ -116,7 +116,7 @@ impl<'a> Rows<'a> {
                 let other = self.pairs(m, low, i + half);
                 bits = m.or(bits, other);
             }
-            self.rows.push(bits);
+            self.push(m, bits);
         }
         // (u - s 2^n)^2 = u^2 - s u 2^(n + 1) + s 2^(2 n).
         let bits = masked(m, low, high, 0);
@@ -146,8 +146,13 @@ impl<'a> Rows<'a> {
     fn row(&mut self, m: &mut ModuleBuilder, bits: Signal, at: u32) {
         if at < self.width {
             let row = self.placed(m, bits, at);
-            self.rows.push(row);
+            self.push(m, row);
         }
+    }
+
+    fn push(&mut self, m: &mut ModuleBuilder, row: Signal) {
+        let row = m.name(row, &format!("{}_row{}", self.name, self.rows.len()));
+        self.rows.push(row);
     }
 
     /// Bits at their place in a row; those above it fall off.

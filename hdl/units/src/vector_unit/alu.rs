@@ -8,6 +8,7 @@ use potamoi_formats::units::OpCode;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
 use super::addends::Rows;
+use super::lane_control::LaneControl;
 use crate::circuits::{held, is};
 
 /// Type of exact results of operands of 32 bits: `a^2 + b^2` reaches `2^63`.
@@ -118,68 +119,81 @@ fn relu(m: &mut ModuleBuilder, a: Signal) -> Signal {
 pub(super) fn addends(
     m: &mut ModuleBuilder,
     vu: &VuConfig,
-    code: Signal,
+    asked: &BTreeMap<OpCode, Signal>,
     a: Signal,
     b: Signal,
 ) -> [Signal; 2] {
-    let built = |op: OpCode| vu.ops.contains(&op);
-    let here: BTreeMap<_, _> = vu.ops.iter().map(|op| (*op, is_op(m, code, *op))).collect();
-    let is = |op: OpCode| here.get(&op).copied();
+    let asks = |op: OpCode| asked.get(&op).copied();
+    let (multiply, square) = (asks(OpCode::Multiply), asks(OpCode::SquareSum));
     let mut rows = Rows::new("addend", exact_type(vu).width);
-    if let Some(multiply) = is(OpCode::Multiply) {
-        let [x, y] = held_operands(m, vu, OpCode::Multiply, a, b);
-        let (x, y) = match is(OpCode::SquareSum) {
-            Some(square) => {
-                let [z, _] = held_operands(m, vu, OpCode::SquareSum, a, b);
-                (either(m, square, z, x), either(m, square, z, y))
-            }
-            None => (x, y),
-        };
-        let x = m.name(x, "factor_x");
-        let any = is(OpCode::SquareSum).map_or(multiply, |square| m.or(multiply, square));
-        let y = only(m, any, y);
-        let y = m.name(y, "factor_y");
-        rows.signed_product(m, x, y);
-    }
-    if let Some(square) = is(OpCode::SquareSum) {
-        let [x, z] = held_operands(m, vu, OpCode::SquareSum, a, b);
-        if !built(OpCode::Multiply) {
-            let x = only(m, square, x);
-            let x = m.name(x, "root_x");
+    let factors = [OpCode::Multiply, OpCode::SquareSum].map(|op| held_operands(m, vu, op, a, b));
+    let [[x, y], [root, other_root]] = factors;
+    match (multiply, square) {
+        (Some(multiply), Some(square)) => {
+            let width = x.width().max(root.width());
+            let [wide_root, wide_x] = [root, x].map(|v| m.extend(v, width));
+            let x = m.mux(square, wide_root, wide_x);
+            let width = y.width().max(root.width());
+            let [wide_root, wide_y] = [root, y].map(|v| m.extend(v, width));
+            let [one, other] = [only(m, square, wide_root), only(m, multiply, wide_y)];
+            let y = m.or(one, other);
+            let (x, y) = (m.name(x, "factor_x"), m.name(y, "factor_y"));
+            rows.signed_product(m, x, y);
+        }
+        (Some(multiply), None) => {
+            let y = only(m, multiply, y);
+            let y = m.name(y, "factor_y");
+            rows.signed_product(m, x, y);
+        }
+        (None, Some(square)) => {
+            let x = only(m, square, root);
+            let x = m.name(x, "root_a");
             rows.square(m, x);
         }
-        let z = only(m, square, z);
-        let z = m.name(z, "root_z");
+        (None, None) => {}
+    }
+    if let Some(square) = square {
+        let z = only(m, square, other_root);
+        let z = m.name(z, "root_b");
         rows.square(m, z);
     }
-    let plain = [OpCode::Pass, OpCode::Relu, OpCode::Add].into_iter();
-    let plain: Vec<_> = plain.filter_map(|op| Some((op, is(op)?))).collect();
-    if !plain.is_empty() {
-        let negative = m.bit(a, 31);
-        let positive = m.not(negative);
-        let takes = plain.iter().map(|(op, here)| match op {
-            OpCode::Relu => m.and(*here, positive),
-            _ => *here,
+    plain_rows(m, &mut rows, asked, a, b);
+    rows.two(m)
+}
+
+/// The addends of pass, relu and add.
+fn plain_rows(
+    m: &mut ModuleBuilder,
+    rows: &mut Rows<'_>,
+    asked: &BTreeMap<OpCode, Signal>,
+    a: Signal,
+    b: Signal,
+) {
+    let mut takes = vec![];
+    for op in [OpCode::Pass, OpCode::Relu, OpCode::Add] {
+        let Some(asked) = asked.get(&op).copied() else {
+            continue;
+        };
+        takes.push(match op {
+            OpCode::Relu => {
+                let negative = m.bit(a, 31);
+                let positive = m.not(negative);
+                m.and(asked, positive)
+            }
+            _ => asked,
         });
-        let takes: Vec<_> = takes.collect();
+    }
+    if !takes.is_empty() {
         let takes = m.any_of(&takes);
         let first = only(m, takes, a);
         let first = m.name(first, "first");
         rows.value(m, first);
     }
-    if let Some(add) = is(OpCode::Add) {
-        let second = only(m, add, b);
+    if let Some(add) = asked.get(&OpCode::Add) {
+        let second = only(m, *add, b);
         let second = m.name(second, "second");
         rows.value(m, second);
     }
-    rows.two(m)
-}
-
-/// `one` or `other`, both signed, in the wider type.
-fn either(m: &mut ModuleBuilder, take: Signal, one: Signal, other: Signal) -> Signal {
-    let width = one.width().max(other.width());
-    let (one, other) = (m.extend(one, width), m.extend(other, width));
-    m.mux(take, one, other)
 }
 
 /// The value where `take`, otherwise 0; its type stays.
@@ -193,11 +207,11 @@ fn only(m: &mut ModuleBuilder, take: Signal, value: Signal) -> Signal {
     }
 }
 
-/// Whether an operand of `code` is beyond its width.
+/// Whether an operand of the operation is beyond its width.
 pub(super) fn beyond(
     m: &mut ModuleBuilder,
     vu: &VuConfig,
-    code: Signal,
+    control: &LaneControl,
     a: Signal,
     b: Signal,
 ) -> Signal {
@@ -214,13 +228,20 @@ pub(super) fn beyond(
             }
         }
         if !wrong.is_empty() {
-            let here = is(m, code, op.code().into());
+            let here = match control.asked.get(op) {
+                Some(asked) => *asked,
+                None => is(m, control.code, op.code().into()),
+            };
             let wrong = m.any_of(&wrong);
             found.push(m.and(here, wrong));
         }
     }
     m.any_of(&found)
 }
+
+/// Bits of a registered result before its rounding, and of its lower half.
+const FLOOR: u32 = 33;
+const HALF: u32 = 16;
 
 /// An exact result without the bits that its shift drops.
 pub(super) struct Shifted {
@@ -263,20 +284,8 @@ pub(super) fn shifted(m: &mut ModuleBuilder, exact: Signal, shift: Signal) -> Sh
 }
 
 impl Shifted {
-    /// As a register stage holds it. What does not fit into 33 bits saturates however it is rounded.
-    pub(super) fn registered(self, m: &mut ModuleBuilder) -> Self {
-        let floor = m.saturate(self.floor, Ty::s(33));
-        let floor = held(m, "floor_held", floor);
-        Self {
-            floor,
-            guard: held(m, "guard", self.guard),
-            sticky: held(m, "sticky", self.sticky),
-            odd: m.bit(floor, 0),
-        }
-    }
-
-    /// Rounded (0 floor, 1 half-up, 2 half-even) and saturated to signed 32 bits.
-    pub(super) fn rounded(&self, m: &mut ModuleBuilder, rounding: Signal) -> Signal {
+    /// Whether the result is rounded up (0 floor, 1 half-up, 2 half-even).
+    fn up(&self, m: &mut ModuleBuilder, rounding: Signal) -> Signal {
         let tie_up = m.or(self.sticky, self.odd);
         let even = m.and(self.guard, tie_up);
         let is_up = is(m, rounding, 1);
@@ -284,12 +293,44 @@ impl Shifted {
         let up = m.and(is_up, self.guard);
         let even = m.and(is_even, even);
         let up = m.or(up, even);
-        let up = m.name(up, "round_up");
+        m.name(up, "round_up")
+    }
+
+    /// Rounded and saturated to signed 32 bits.
+    pub(super) fn rounded(&self, m: &mut ModuleBuilder, rounding: Signal) -> Signal {
+        let up = self.up(m, rounding);
         let wide = self.floor.width() + 1;
         let floor = m.extend(self.floor, wide);
         let up = m.extend(up, wide);
         let up = m.as_signed(up);
         let rounded = m.add(floor, up);
+        let rounded = m.name(rounded, "rounded_value");
+        let held = m.saturate(rounded, Ty::s(32));
+        m.as_unsigned(held)
+    }
+
+    /// As [`Shifted::rounded`], with a register stage before the rounding.
+    pub(super) fn rounded_a_clock_later(&self, m: &mut ModuleBuilder, rounding: Signal) -> Signal {
+        // What does not fit into 33 bits saturates however it is rounded.
+        let floor = m.saturate(self.floor, Ty::s(FLOOR));
+        let up = self.up(m, rounding);
+        let (floor, up) = (held(m, "floor_held", floor), held(m, "up_held", up));
+        // A carry runs through either half alone.
+        let low = m.slice(floor, 0, HALF);
+        let high = m.slice(floor, HALF, FLOOR - HALF);
+        let high = m.as_signed(high);
+        let full = m.all(low);
+        let carries = m.and(full, up);
+        let carries = m.name(carries, "half_carries");
+        let up = m.extend(up, HALF);
+        let low = m.add(low, up);
+        let high = m.extend(high, FLOOR - HALF + 1);
+        let one = m.lit(1, high.ty());
+        let next = m.add(high, one);
+        let next = m.name(next, "high_next");
+        let high = m.mux(carries, next, high);
+        let rounded = m.cat(&[high, low]);
+        let rounded = m.as_signed(rounded);
         let rounded = m.name(rounded, "rounded_value");
         let held = m.saturate(rounded, Ty::s(32));
         m.as_unsigned(held)

@@ -7,7 +7,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::timing::Pipeline;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
-use super::alu::{Shifted, addends, beyond, exact, exact_type, shifted};
+use super::alu::{addends, beyond, exact, exact_type, shifted};
 use super::exponential;
 use super::lane_control::LaneControl;
 use super::operation_kinds::OperationKinds;
@@ -25,7 +25,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let mut builder = ModuleBuilder::new("vector_lane");
     let m = &mut builder;
     m.doc("one lane of the vector unit: element-wise operations and the exponential engine.");
-    let control = LaneControl::declare(m, kinds);
+    let control = LaneControl::declare(m, &config.vu, kinds);
     let a = m.input("a", Ty::s(32), "");
     let b = m.input("b", Ty::s(32), "");
     let reads_b = config.vu.ops.iter().any(|o| o.takes_both());
@@ -52,12 +52,12 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         form.powers(m, config, &widths, &control, a)
     });
     m.section("Result stage");
-    let value = plain.map(|plain| {
-        let shifted = match plain {
-            Plain::Exact(held) => shifted(m, held, control.shift),
-            Plain::Shifted(held) => held,
-        };
-        shifted.rounded(m, control.rounding)
+    let value = plain.map(|held| {
+        let shifted = shifted(m, held, control.shift);
+        match config.vu.registered {
+            true => shifted.rounded_a_clock_later(m, control.rounding),
+            false => shifted.rounded(m, control.rounding),
+        }
     });
     let value = match (value, exp.pipelined && kinds.exp) {
         (Some(v), true) => {
@@ -91,7 +91,7 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let torn = m.xor(some, all);
     m.output("torn", torn, "some bytes are kept and some are not");
     if config.vu.has_narrow_operands() {
-        let beyond = beyond(m, &config.vu, control.code, a, b);
+        let beyond = beyond(m, &config.vu, &control, a, b);
         let kept = m.bit(keep, 0);
         let beyond = m.and(beyond, kept);
         m.output(
@@ -118,29 +118,23 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
     builder.finish()
 }
 
-/// What the result stage rounds of an element-wise operation.
-enum Plain {
-    /// It shifts too.
-    Exact(Signal),
-    Shifted(Shifted),
-}
-
+/// The exact result of an element-wise operation, a clock or two after its operands.
 fn element_wise(
     m: &mut ModuleBuilder,
     config: &Config,
     control: &LaneControl,
     a: Signal,
     b: Signal,
-) -> Plain {
+) -> Signal {
     let vu = &config.vu;
     m.section("Element-wise operations");
     if !vu.registered {
         let next = exact(m, vu, control.code, a, b);
         let held = m.data_reg("exact", exact_type(vu));
         m.set_next_if(held, control.accept, next);
-        return Plain::Exact(held);
+        return held;
     }
-    let next = addends(m, vu, control.code, a, b);
+    let next = addends(m, vu, &control.asked, a, b);
     let [one, other] = [0, 1].map(|i| {
         let reg = m.data_reg(&format!("addend{i}"), next[i].ty());
         m.set_next_if(reg, control.accept, next[i]);
@@ -150,7 +144,7 @@ fn element_wise(
     let sum = m.as_signed(sum);
     let held = m.data_reg("exact", exact_type(vu));
     m.set_next(held, sum);
-    Plain::Shifted(shifted(m, held, control.shift).registered(m))
+    held
 }
 
 /// Each clock of a pipelined exponential leaves at most so much of the remainder, once its registers

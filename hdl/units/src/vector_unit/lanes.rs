@@ -10,6 +10,7 @@ use super::acceptance::{Acceptance, Inputs};
 use super::exponential;
 use super::exponential::constants::multiples;
 use super::exponential::shift_registers::{exp_constants, sub_name};
+use super::lane_control::asked_port;
 use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Order, Sequence};
@@ -54,21 +55,26 @@ impl LaneSignals<'_> {
         if !self.kinds.elementwise {
             return;
         }
-        inputs.extend([("code".into(), self.accepted.code)]);
+        let vu = &self.config.vu;
+        match vu.registered {
+            // Decoded once: the multiplication is all that fits the clock.
+            true => {
+                let asked = vu.ops.iter().zip(&self.accepted.built);
+                let asked = asked.filter(|(op, _)| !op.is_exponential());
+                inputs.extend(asked.map(|(op, is_it)| (asked_port(*op), *is_it)));
+            }
+            false => inputs.push(("code".into(), self.accepted.code)),
+        }
         let (shift, rounding) = if let (true, Some(lag)) = (self.pipelined, &self.lag) {
-            // As many clocks after acceptance as the stages of the addends and of the exact result,
-            // and of the shifted one.
-            let mut late = |name: &str, value: Signal, clocks: u32| {
-                let (value, _) = delayed(m, name, value, clocks, None);
-                value
-            };
-            let before = lag.cycles() - 1;
+            // Of the clock after the stages of the addends and of the exact result.
+            let clocks = lag.cycles() - 1;
+            let mut late = |name: &str, value: Signal| delayed(m, name, value, clocks, None).0;
             (
-                late("shift_next", self.accepted.shift, before),
-                late("rounding_next", self.accepted.rounding, before + 1),
+                late("shift_next", self.accepted.shift),
+                late("rounding_next", self.accepted.rounding),
             )
-        } else if let Some(before) = self.tag.shift_before {
-            (before, self.tag.rounding)
+        } else if let Some(before) = self.tag.before {
+            before
         } else if self.pipelined {
             let early = |m: &mut ModuleBuilder, name: &str, from: Signal| {
                 let reg = m.data_reg(name, from.ty());
@@ -122,14 +128,13 @@ impl LaneSignals<'_> {
         };
         m.section("Constants, shared by the lanes");
         let module = exp_constants(own, self.config, &widths)?;
-        // What the steps start from is registered first.
+        // What the steps start from is registered first, as the constants are in the lanes.
         let registered = self.lag.is_some();
         let late = |m: &mut ModuleBuilder, name: &str, signal: Signal| match registered {
             true => delayed(m, name, signal, 1, Some(0)).0,
             false => signal,
         };
-        let rotate = late(m, "rotate_held", sequence.rotate);
-        let constants = m.instance("constants", &module, &[("rotate", rotate)]);
+        let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
         if let Some(ending) = sequence.ending {
             m.connect(constants, "restart", ending);
         }

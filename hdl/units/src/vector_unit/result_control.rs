@@ -21,9 +21,10 @@ pub(super) struct ResultControl {
     pub(super) is_exp: Signal,
     pub(super) one_minus: Signal,
     pub(super) shift: Signal,
-    /// In the clock before the result stage, of an iterative unit that is registered.
-    pub(super) shift_before: Option<Signal>,
     pub(super) rounding: Signal,
+    /// Shift and rounding in the clock before the result stage, of an iterative unit that is
+    /// registered.
+    pub(super) before: Option<(Signal, Signal)>,
     pub(super) keep: Signal,
     pub(super) last: Signal,
 }
@@ -44,7 +45,7 @@ impl ResultControl {
             let (done, _) = delayed(m, LAG_STAGES, s.done, timing.lag, Some(0));
             m.set_next(valid, done);
             let mut held = values;
-            let mut shift_before = None;
+            let mut before = vec![];
             for (value, name) in held.iter_mut().zip(names) {
                 let reg = match timing.lag {
                     0 => m.data_reg(&format!("result_{name}"), value.ty()),
@@ -53,16 +54,17 @@ impl ResultControl {
                 m.set_next_if(reg, accept, *value);
                 let width = reg.width();
                 let (last, all) = delayed(m, &format!("result_{name}"), reg, timing.lag, None);
-                if let (Some(all), "shift") = (all, name) {
-                    shift_before = Some(m.slice(all, (timing.lag - 2) * width, width));
+                if let (Some(all), "shift" | "rounding") = (all, name) {
+                    before.push(m.slice(all, (timing.lag - 2) * width, width));
                 }
                 *value = last;
             }
             let own = Self::of(valid, None, held);
-            return Self {
-                shift_before,
-                ..own
+            let before = match before[..] {
+                [shift, rounding] => Some((shift, rounding)),
+                _ => None,
             };
+            return Self { before, ..own };
         }
         let stages = timing.interval - 1;
         let (from_valid, inside) = delayed(m, VALID_STAGES, accept, stages, Some(0));
@@ -93,8 +95,8 @@ impl ResultControl {
             is_exp,
             one_minus,
             shift,
-            shift_before: None,
             rounding,
+            before: None,
             keep,
             last,
         }

@@ -179,7 +179,9 @@ pub fn readmemh(
         let results: Vec<i32> = computed.iter().flat_map(|c| c.out.clone()).collect();
         let mut suite = vector_suite(config)?;
         let garbage = &mut Garbage::new(SEED);
-        let job = vector::job(config, &suite.ports, &batches, &results, garbage, false)?;
+        // Renderers send nothing that raises a flag.
+        let expected = (&*results, 0);
+        let job = vector::job(config, &suite.ports, &batches, expected, garbage, false)?;
         suite.jobs.push(job);
         add(VECTOR_UNIT, &suite)?;
     }
@@ -266,9 +268,16 @@ fn edges_of_vectors(config: &Config) -> Result<Suite, RtlError> {
     let mut suite = vector_suite(config)?;
     let mut garbage = Garbage::new(SEED);
     let mut of = |ports: &UnitPorts, own: &[Batch]| {
-        let results = computed_by_twin(config, own)?;
+        let (results, flags) = computed_by_twin(config, own)?;
         let batches: Vec<_> = own.iter().map(Batch::borrowed).collect();
-        vector::job(config, ports, &batches, &results, &mut garbage, true)
+        vector::job(
+            config,
+            ports,
+            &batches,
+            (&results, flags),
+            &mut garbage,
+            true,
+        )
     };
     for own in vector_operands::jobs(config, SEED) {
         let job = of(&suite.ports, &own)?;
@@ -312,17 +321,20 @@ fn edges_of_splats(config: &Config) -> Result<Suite, RtlError> {
     Ok(suite)
 }
 
-/// Results of all elements, by the reference unit.
-fn computed_by_twin(config: &Config, batches: &[Batch]) -> Result<Vec<i32>, RtlError> {
+/// Results of all elements, and the flags that they raise, by the reference unit.
+fn computed_by_twin(config: &Config, batches: &[Batch]) -> Result<(Vec<i32>, u64), RtlError> {
     let twin = ReferenceVectorUnit::new(&config.vu);
-    let mut results = vec![];
+    let (mut results, mut flags) = (vec![], 0);
     for Batch { op, a, b } in batches {
         let mut out = vec![0; a.len()];
         let computed = twin.slice(*op, a, b, &mut out);
         computed.map_err(|error| RtlError::Usage(error.to_string()))?;
         results.extend(out);
+        if twin.within(op.code, a, b).is_err() {
+            flags |= vector_flags::BEYOND;
+        }
     }
-    Ok(results)
+    Ok((results, flags))
 }
 
 /// Features (or sums) and flags of tasks, by the reference unit.

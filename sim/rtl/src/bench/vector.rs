@@ -10,7 +10,7 @@ use super::ports::UnitPorts;
 use crate::RtlError;
 use crate::vector_drive::{VectorBatch, Vectors};
 
-/// The job of batches. `results` are those of all elements. The elements of a vector lie in its
+/// The job of batches. `results` are those of all elements, and `flags` what they raise. The elements of a vector lie in its
 /// first lanes, or scattered.
 ///
 /// # Errors
@@ -19,7 +19,7 @@ pub(super) fn job(
     config: &Config,
     ports: &UnitPorts,
     batches: &[VectorBatch<'_>],
-    results: &[i32],
+    (results, flags): (&[i32], u64),
     garbage: &mut Garbage,
     scattered: bool,
 ) -> Result<Job, RtlError> {
@@ -81,7 +81,7 @@ pub(super) fn job(
             ("stat_vectors", vectors_in),
             ("stat_busy", busy),
             ("stat_stall_out", stall_out),
-            ("stat_errors", 0),
+            ("stat_errors", flags),
         ]
         .into(),
     })

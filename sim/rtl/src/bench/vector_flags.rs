@@ -13,6 +13,9 @@ use super::vector_operands::Batch;
 const NOT_BUILT: u64 = 1;
 const ROUNDING: u64 = 1 << 1;
 const TORN: u64 = 1 << 2;
+/// An operand beyond its width, where widths are below 32 bits. Operands of a script are 0.
+pub(super) const BEYOND: u64 = 1 << 3;
+/// Flags of every configuration.
 const ALL: u64 = NOT_BUILT | ROUNDING | TORN;
 /// Bytes of a lane's operands.
 const LANE_BYTES: usize = 8;
@@ -121,15 +124,24 @@ pub(super) fn batches(config: &Config, vectors: usize) -> Vec<Batch> {
     let ops = config.vu.ops.iter().filter(|op| !op.is_exponential());
     let ops: Vec<_> = ops.cycle().take(vectors).collect();
     let batch = |(i, code): (usize, &&OpCode)| {
-        let operand = |lane: usize, by: i32| by.wrapping_mul(1 + (i * lanes + lane) as i32);
+        let widths = config.vu.operand_widths(**code);
+        let operand = |lane: usize, which: usize, by: i32| {
+            let most = i32::MAX >> (32 - widths[which]);
+            let value = by.wrapping_mul(1 + (i * lanes + lane) as i32);
+            value.clamp(-most - 1, most)
+        };
         Batch {
             op: VectorOp {
                 code: **code,
                 shift: (i % 8) as u8,
                 rounding: Rounding::HalfUp,
             },
-            a: (0..lanes).map(|lane| operand(lane, 0x0135_79bd)).collect(),
-            b: (0..lanes).map(|lane| operand(lane, -0x2468_ace1)).collect(),
+            a: (0..lanes)
+                .map(|lane| operand(lane, 0, 0x0135_79bd))
+                .collect(),
+            b: (0..lanes)
+                .map(|lane| operand(lane, 1, -0x2468_ace1))
+                .collect(),
         }
     };
     ops.iter().enumerate().map(batch).collect()

@@ -8,6 +8,7 @@ use super::early_out::Own;
 use super::form::{Powers, Recurrence, Shift, State, StepInputs, Widths};
 use super::logistic::Passes;
 use super::shift_registers::sub_name;
+use crate::circuits::held;
 use crate::vector_unit::lane_control::LaneControl;
 
 /// Control signals of the steps, for all lanes.
@@ -57,7 +58,13 @@ impl StepSignals {
             tail,
             own: exp.early_out.then(|| Own::declare(m, exp)),
             places: (0..exp.iterations_per_clock)
-                .map(|i| place(own, m, widths, i))
+                .map(|i| {
+                    let place = place(own, m, widths, i);
+                    match config.vu.registered {
+                        true => place.held(m, i),
+                        false => place,
+                    }
+                })
                 .collect(),
             passes: Passes::declare(m, widths),
         }
@@ -244,6 +251,23 @@ fn from(m: &mut ModuleBuilder, take: Signal, one: State, other: State) -> State 
         remain: m.mux(take, one.remain, other.remain),
         accum: m.mux(take, one.accum, other.accum),
         digits: m.mux(take, one.digits, other.digits),
+    }
+}
+
+impl StepInputs {
+    /// A clock later, in registers of the lane: what all lanes share is far from each.
+    fn held(self, m: &mut ModuleBuilder, i: u32) -> Self {
+        let constants = self.constants.into_iter().enumerate();
+        Self {
+            constants: constants
+                .map(|(at, constant)| held(m, &format!("constant{at}_held{i}"), constant))
+                .collect(),
+            shift: match self.shift {
+                Shift::Of(shift) => Shift::Of(held(m, &format!("mul_held{i}"), shift)),
+                fixed @ Shift::By(_) => fixed,
+            },
+            digit: held(m, &format!("digit_held{i}"), self.digit),
+        }
     }
 }
 
