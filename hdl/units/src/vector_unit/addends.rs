@@ -1,17 +1,23 @@
 //! Sums of products as two addends, which a register stage holds between a multiplication and its sum.
 //!
 //! A product is rows of bits, one for each bit of a factor. Three rows become two with the same sum,
-//! without a carry that runs through them, until two are left.
+//! without a carry that runs through them, until two are left. Sums that never meet share their rows.
 
 use std::collections::VecDeque;
 
 use num_bigint::BigInt;
 use potamoi_netlist::{ModuleBuilder, Signal, Ty};
 
-/// Rows whose sum is a value modulo 2^width.
+/// Rows of alternatives; the sum of the rows is that of the alternative that is on, modulo 2^width.
 pub(super) struct Rows<'a> {
     name: &'a str,
     width: u32,
+    alternatives: Vec<Alternative>,
+}
+
+/// Rows that are 0 unless they are on.
+struct Alternative {
+    on: Signal,
     rows: Vec<Signal>,
     /// The sum of the rows' constants.
     constant: BigInt,
@@ -23,17 +29,35 @@ impl<'a> Rows<'a> {
         Self {
             name,
             width,
+            alternatives: vec![],
+        }
+    }
+
+    /// Rows of one sum, which is always on.
+    pub(super) fn always(name: &'a str, width: u32, m: &mut ModuleBuilder) -> Self {
+        let mut own = Self::new(name, width);
+        let on = m.lit(1, Ty::bit());
+        own.or_if(on);
+        own
+    }
+
+    /// Begins another alternative. At most one is on in a clock.
+    pub(super) fn or_if(&mut self, on: Signal) {
+        self.alternatives.push(Alternative {
+            on,
             rows: vec![],
             constant: BigInt::ZERO,
-        }
+        });
     }
 
     /// Adds a constant.
     pub(super) fn constant(&mut self, value: &BigInt) {
-        self.constant += value;
+        if let Some(own) = self.alternatives.last_mut() {
+            own.constant += value;
+        }
     }
 
-    /// Adds a value.
+    /// Adds a value, which is 0 where its alternative is not on.
     pub(super) fn value(&mut self, m: &mut ModuleBuilder, value: Signal) {
         let width = value.width();
         if !value.ty().signed || width >= self.width {
@@ -43,34 +67,26 @@ impl<'a> Rows<'a> {
         }
         // A sign of weight -2^p is its complement of weight 2^p, and -2^p.
         let (low, sign) = (m.slice(value, 0, width - 1), m.bit(value, width - 1));
-        let plus = m.not(sign);
+        let plus = self.complement(m, sign);
         let bits = m.cat(&[plus, low]);
         self.row(m, bits, 0);
         self.weigh(-1, width - 1);
     }
 
-    /// Adds the product of two unsigned factors; each bit of `y` is a row.
-    pub(super) fn product(&mut self, m: &mut ModuleBuilder, x: Signal, y: Signal) {
-        for at in 0..y.width() {
-            let bits = masked(m, x, y, at);
-            self.row(m, bits, at);
-        }
+    /// Adds an unsigned value times 2^at, which is 0 where its alternative is not on.
+    pub(super) fn shifted(&mut self, m: &mut ModuleBuilder, value: Signal, at: u32) {
+        self.row(m, value, at);
     }
 
     /// Subtracts the product of two unsigned factors: -v of n bits is its complement, 1 and -2^n.
     pub(super) fn minus_product(&mut self, m: &mut ModuleBuilder, x: Signal, y: Signal) {
         for at in 0..y.width() {
             let bits = masked(m, x, y, at);
-            let bits = m.not(bits);
+            let bits = self.complement(m, bits);
             self.row(m, bits, at);
             self.weigh(1, at);
             self.weigh(-1, at + x.width());
         }
-    }
-
-    /// Adds an unsigned value times 2^at.
-    pub(super) fn shifted(&mut self, m: &mut ModuleBuilder, value: Signal, at: u32) {
-        self.row(m, value, at);
     }
 
     /// Adds the product of an unsigned factor and a constant.
@@ -83,19 +99,20 @@ impl<'a> Rows<'a> {
     /// Adds the product of two signed factors of at least two bits (Baugh and Wooley): signs have a
     /// negative weight, as in [`Rows::value`].
     pub(super) fn signed_product(&mut self, m: &mut ModuleBuilder, x: Signal, y: Signal) {
+        let y = self.only(m, y);
         let (sign, last) = (x.width() - 1, y.width() - 1);
         let low = m.slice(x, 0, sign);
         let high = m.bit(x, sign);
         for at in 0..last {
             let bits = masked(m, low, y, at);
             let own = masked(m, high, y, at);
-            let own = m.not(own);
+            let own = self.complement(m, own);
             let bits = m.cat(&[own, bits]);
             self.row(m, bits, at);
             self.weigh(-1, sign + at);
         }
         let bits = masked(m, low, y, last);
-        let bits = m.not(bits);
+        let bits = self.complement(m, bits);
         let own = masked(m, high, y, last);
         let bits = m.cat(&[own, bits]);
         self.row(m, bits, last);
@@ -106,25 +123,33 @@ impl<'a> Rows<'a> {
     /// Adds the square of a signed value of at least two bits: half the bits of a product, since
     /// each pair of bits meets once, with twice the weight.
     pub(super) fn square(&mut self, m: &mut ModuleBuilder, z: Signal) {
+        let z = self.only(m, z);
         let sign = z.width() - 1;
         let (low, high) = (m.slice(z, 0, sign), m.bit(z, sign));
-        // Row i ends below row i + half, so that both are one.
+        // (u - s 2^n)^2 = u^2 - s u 2^(n + 1) + s 2^(2 n).
+        let crossed = masked(m, low, high, 0);
+        let crossed = self.complement(m, crossed);
+        self.row(m, crossed, sign + 1);
+        self.weigh(1, sign + 1);
+        self.weigh(-1, 2 * sign + 1);
+        // Row i ends below row i + half, so that both are one; the last of them below the sign's.
         let half = z.width().div_ceil(2);
+        let fits = half < sign;
         for i in 0..half.min(sign) {
             let mut bits = self.pairs(m, low, i);
             if i + half < sign {
                 let other = self.pairs(m, low, i + half);
                 bits = m.or(bits, other);
             }
-            self.push(m, bits);
+            if i == 0 && fits && 2 * sign < self.width {
+                let own = self.placed(m, high, 2 * sign);
+                bits = m.or(bits, own);
+            }
+            self.row(m, bits, 0);
         }
-        // (u - s 2^n)^2 = u^2 - s u 2^(n + 1) + s 2^(2 n).
-        let bits = masked(m, low, high, 0);
-        let bits = m.not(bits);
-        self.row(m, bits, sign + 1);
-        self.weigh(1, sign + 1);
-        self.weigh(-1, 2 * sign + 1);
-        self.row(m, high, 2 * sign);
+        if !fits {
+            self.row(m, high, 2 * sign);
+        }
     }
 
     /// Bit i of a square by itself and with the bits above it, at its place.
@@ -143,16 +168,29 @@ impl<'a> Rows<'a> {
         self.placed(m, bits, 2 * i)
     }
 
+    /// The value where the alternative is on, otherwise 0.
+    fn only(&self, m: &mut ModuleBuilder, value: Signal) -> Signal {
+        let bits = m.as_unsigned(value);
+        let Some(own) = self.alternatives.last() else {
+            return bits;
+        };
+        let mask = m.repeat(own.on, value.width());
+        m.and(bits, mask)
+    }
+
+    /// The complement of bits, 0 where the alternative is not on.
+    fn complement(&self, m: &mut ModuleBuilder, bits: Signal) -> Signal {
+        let bits = m.not(bits);
+        self.only(m, bits)
+    }
+
     fn row(&mut self, m: &mut ModuleBuilder, bits: Signal, at: u32) {
         if at < self.width {
             let row = self.placed(m, bits, at);
-            self.push(m, row);
+            if let Some(own) = self.alternatives.last_mut() {
+                own.rows.push(row);
+            }
         }
-    }
-
-    fn push(&mut self, m: &mut ModuleBuilder, row: Signal) {
-        let row = m.name(row, &format!("{}_row{}", self.name, self.rows.len()));
-        self.rows.push(row);
     }
 
     /// Bits at their place in a row; those above it fall off.
@@ -169,17 +207,37 @@ impl<'a> Rows<'a> {
     }
 
     fn weigh(&mut self, sign: i32, at: u32) {
-        self.constant += BigInt::from(sign) << at;
+        self.constant(&(BigInt::from(sign) << at));
+    }
+
+    /// The rows of all alternatives, each named: one that is not on is 0.
+    fn joined(&self, m: &mut ModuleBuilder) -> VecDeque<Signal> {
+        let most = self.alternatives.iter().map(|own| own.rows.len()).max();
+        let mut joined = VecDeque::new();
+        for at in 0..most.unwrap_or(0) {
+            let here = self.alternatives.iter().filter_map(|own| own.rows.get(at));
+            let row = here.copied().reduce(|all, row| m.or(all, row));
+            let named = row.map(|row| m.name(row, &format!("{}_row{at}", self.name)));
+            joined.extend(named);
+        }
+        let modulus = BigInt::from(1) << self.width;
+        let mut constants = vec![];
+        for own in &self.alternatives {
+            let constant = ((&own.constant % &modulus) + &modulus) % &modulus;
+            if constant != BigInt::ZERO {
+                let constant = m.lit(constant, Ty::u(self.width));
+                let mask = m.repeat(own.on, self.width);
+                constants.push(m.and(constant, mask));
+            }
+        }
+        let constant = constants.into_iter().reduce(|all, own| m.or(all, own));
+        joined.extend(constant.map(|own| m.name(own, &format!("{}_constant", self.name))));
+        joined
     }
 
     /// Two addends with the sum of the rows.
-    pub(super) fn two(mut self, m: &mut ModuleBuilder) -> [Signal; 2] {
-        let modulus = BigInt::from(1) << self.width;
-        let constant = ((self.constant % &modulus) + &modulus) % &modulus;
-        if constant != BigInt::ZERO {
-            self.rows.push(m.lit(constant, Ty::u(self.width)));
-        }
-        let mut queue: VecDeque<_> = self.rows.into();
+    pub(super) fn two(self, m: &mut ModuleBuilder) -> [Signal; 2] {
+        let mut queue = self.joined(m);
         let mut step = 0;
         while let [a, b, c, ..] = *queue.make_contiguous() {
             queue.drain(..3);
@@ -232,7 +290,7 @@ mod tests {
             m.input("x", ty(widths[0]), ""),
             m.input("y", ty(widths[1]), ""),
         );
-        let mut rows = Rows::new("rows", out);
+        let mut rows = Rows::always("rows", out, &mut m);
         build(&mut m, &mut rows, x, y);
         let [a, b] = rows.two(&mut m);
         let sum = m.add(a, b);
@@ -267,13 +325,6 @@ mod tests {
                     true,
                     out,
                     |m, r, x, y| r.signed_product(m, x, y),
-                    |x, y| x * y,
-                );
-                every(
-                    widths,
-                    false,
-                    out,
-                    |m, r, x, y| r.product(m, x, y),
                     |x, y| x * y,
                 );
             }
@@ -315,6 +366,45 @@ mod tests {
                     },
                     |x, y| x * x + y,
                 );
+            }
+        }
+    }
+
+    /// A product, a square, a value or nothing, by what is on.
+    #[test]
+    fn alternatives_share_their_rows() {
+        let mut m = ModuleBuilder::new("sum");
+        let ons = ["product", "square", "value"].map(|name| m.input(name, Ty::bit(), ""));
+        let (x, y) = (m.input("x", Ty::s(5), ""), m.input("y", Ty::s(4), ""));
+        let mut rows = Rows::new("rows", 12);
+        rows.or_if(ons[0]);
+        rows.signed_product(&mut m, x, y);
+        rows.or_if(ons[1]);
+        rows.square(&mut m, x);
+        rows.square(&mut m, y);
+        rows.or_if(ons[2]);
+        let held = rows.only(&mut m, x);
+        let held = m.as_signed(held);
+        rows.value(&mut m, held);
+        let [a, b] = rows.two(&mut m);
+        let sum = m.add(a, b);
+        m.output("sum", sum, "");
+        let module = m.finish().unwrap();
+        let mut run = Interpreter::new(&module, 1);
+        let [x, y, sum] = ["x", "y", "sum"].map(|name| run.port(name).unwrap());
+        let ons = ["product", "square", "value"].map(|name| run.port(name).unwrap());
+        for chosen in 0..4 {
+            for (at, on) in ons.into_iter().enumerate() {
+                run.set_u64(on, u64::from(at == chosen)).unwrap();
+            }
+            for i in -16i64..16 {
+                for j in -8i64..8 {
+                    run.set_u64(x, i as u64 & 31).unwrap();
+                    run.set_u64(y, j as u64 & 15).unwrap();
+                    run.eval().unwrap();
+                    let wanted = [i * j, i * i + j * j, i, 0][chosen] as u64 & 0xfff;
+                    assert_eq!(run.get_u64(sum).unwrap(), wanted, "{chosen} {i} {j}");
+                }
             }
         }
     }

@@ -114,8 +114,7 @@ fn relu(m: &mut ModuleBuilder, a: Signal) -> Signal {
 
 /// Two addends whose sum is the exact result, as [`exact`] has it.
 ///
-/// Operations never meet, so that multiply and the square of `a` share one multiplier, and what an
-/// operation does not use is 0.
+/// Operations never meet, so that they share the rows of the sum and all that adds them up.
 pub(super) fn addends(
     m: &mut ModuleBuilder,
     vu: &VuConfig,
@@ -124,38 +123,18 @@ pub(super) fn addends(
     b: Signal,
 ) -> [Signal; 2] {
     let asks = |op: OpCode| asked.get(&op).copied();
-    let (multiply, square) = (asks(OpCode::Multiply), asks(OpCode::SquareSum));
     let mut rows = Rows::new("addend", exact_type(vu).width);
-    let factors = [OpCode::Multiply, OpCode::SquareSum].map(|op| held_operands(m, vu, op, a, b));
-    let [[x, y], [root, other_root]] = factors;
-    match (multiply, square) {
-        (Some(multiply), Some(square)) => {
-            let width = x.width().max(root.width());
-            let [wide_root, wide_x] = [root, x].map(|v| m.extend(v, width));
-            let x = m.mux(square, wide_root, wide_x);
-            let width = y.width().max(root.width());
-            let [wide_root, wide_y] = [root, y].map(|v| m.extend(v, width));
-            let [one, other] = [only(m, square, wide_root), only(m, multiply, wide_y)];
-            let y = m.or(one, other);
-            let (x, y) = (m.name(x, "factor_x"), m.name(y, "factor_y"));
-            rows.signed_product(m, x, y);
-        }
-        (Some(multiply), None) => {
-            let y = only(m, multiply, y);
-            let y = m.name(y, "factor_y");
-            rows.signed_product(m, x, y);
-        }
-        (None, Some(square)) => {
-            let x = only(m, square, root);
-            let x = m.name(x, "root_a");
-            rows.square(m, x);
-        }
-        (None, None) => {}
+    if let Some(on) = asks(OpCode::Multiply) {
+        let [x, y] = held_operands(m, vu, OpCode::Multiply, a, b);
+        rows.or_if(on);
+        rows.signed_product(m, x, y);
     }
-    if let Some(square) = square {
-        let z = only(m, square, other_root);
-        let z = m.name(z, "root_b");
-        rows.square(m, z);
+    if let Some(on) = asks(OpCode::SquareSum) {
+        let roots = held_operands(m, vu, OpCode::SquareSum, a, b);
+        rows.or_if(on);
+        for root in roots {
+            rows.square(m, root);
+        }
     }
     plain_rows(m, &mut rows, asked, a, b);
     rows.two(m)
@@ -169,26 +148,27 @@ fn plain_rows(
     a: Signal,
     b: Signal,
 ) {
-    let mut takes = vec![];
-    for op in [OpCode::Pass, OpCode::Relu, OpCode::Add] {
-        let Some(asked) = asked.get(&op).copied() else {
-            continue;
-        };
-        takes.push(match op {
-            OpCode::Relu => {
-                let negative = m.bit(a, 31);
-                let positive = m.not(negative);
-                m.and(asked, positive)
-            }
-            _ => asked,
-        });
+    let plain = [OpCode::Pass, OpCode::Relu, OpCode::Add].into_iter();
+    let plain = plain.filter_map(|op| Some((op, *asked.get(&op)?)));
+    let plain: Vec<_> = plain.collect();
+    if plain.is_empty() {
+        return;
     }
-    if !takes.is_empty() {
-        let takes = m.any_of(&takes);
-        let first = only(m, takes, a);
-        let first = m.name(first, "first");
-        rows.value(m, first);
-    }
+    let any: Vec<_> = plain.iter().map(|(_, asked)| *asked).collect();
+    rows.or_if(m.any_of(&any));
+    let takes = plain.iter().map(|(op, asked)| match op {
+        OpCode::Relu => {
+            let negative = m.bit(a, 31);
+            let positive = m.not(negative);
+            m.and(*asked, positive)
+        }
+        _ => *asked,
+    });
+    let takes: Vec<_> = takes.collect();
+    let takes = m.any_of(&takes);
+    let first = only(m, takes, a);
+    let first = m.name(first, "first");
+    rows.value(m, first);
     if let Some(add) = asked.get(&OpCode::Add) {
         let second = only(m, *add, b);
         let second = m.name(second, "second");

@@ -137,7 +137,7 @@ fn scaled_in_two_clocks(
     (from, to): (u32, u32),
 ) -> Signal {
     // The rounding may carry.
-    let mut rows = Rows::new("power_addend", operand.width() + scale + 2);
+    let mut rows = Rows::always("power_addend", operand.width() + scale + 2, m);
     rows.multiple(m, operand, &constants::log2_e(scale));
     if from > to {
         rows.constant(&(BigInt::from(1) << (from - to - 1)));
@@ -205,7 +205,7 @@ fn mantissa(m: &mut ModuleBuilder, widths: &Widths, power: Signal, in_two_clocks
     let drop = table.slope_bits + engine.constant_bits - engine.accumulator_bits;
     if in_two_clocks {
         // start - floor((x + h) / 2^d) with h = 2^(d - 1) is floor((start 2^d - x + h - 1) / 2^d).
-        let mut rows = Rows::new("piece_addend", widths.accum.width + drop);
+        let mut rows = Rows::always("piece_addend", widths.accum.width + drop, m);
         rows.minus_product(m, slope, rest);
         rows.shifted(m, start, drop);
         let one = BigInt::from(1) << drop;
