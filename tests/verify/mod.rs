@@ -368,6 +368,33 @@ fn other_engines_agree_on_a_share() {
     }
 }
 
+/// Lanes as wide as what splats send, with register stages between; a scene of voxels sends more.
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn narrow_lanes_agree_on_splats_and_refuse_voxels_by_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[vu]\nregistered = true\n[vu.operands]\nmultiply = [22, 18]\nsquare_sum = 19\n";
+    std::fs::write(folder.path().join("narrow.toml"), text).unwrap();
+    let verify = |code: i32, scene: &str, level: &str| {
+        let args = [
+            "verify",
+            "--config",
+            "narrow.toml",
+            "--scene",
+            scene,
+            "--width",
+            "64",
+            "--level",
+            level,
+        ];
+        expect(folder.path(), code, &args)
+    };
+    let said = verify(0, "garden", "full");
+    assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+    let said = verify(2, "lantern", "quick");
+    assert!(said.contains("vu.operands.multiply"), "{said}");
+}
+
 /// What compared nothing has shown nothing.
 #[test]
 fn an_empty_view_is_inconclusive() {

@@ -35,7 +35,7 @@ pub enum VectorError {
     #[error(
         "vector operation {} with {operand}[{index}] = {value}: expected {low} to {high}, \
          {bits} signed bits as {field} gives; another value raises flag 3 of stat_errors \
-         (operand beyond its width)",
+         (operand beyond its width); widen the field, or leave it out for 32 bits",
         op.name()
     )]
     Beyond {

@@ -22,7 +22,6 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::record::{MEAN, SplatRecord};
 use potamoi_formats::units::{OpCode, VectorOp};
 
@@ -30,6 +29,7 @@ use super::error::RenderError;
 use super::profile::Rules;
 use super::transmittance::TRANSMITTANCE;
 use super::view::{TILE, TILE_PIXELS};
+use super::widths::{Widths, op};
 use potamoi_reference::splat_unit::{Forms, Thresholds};
 use potamoi_reference::{GatherTask, Product, Units};
 
@@ -141,80 +141,7 @@ pub(crate) struct Compositor {
     pub(crate) drawn: u64,
 }
 
-const fn op(code: OpCode, shift: u8) -> VectorOp {
-    VectorOp {
-        code,
-        shift,
-        rounding: Rounding::HalfUp,
-    }
-}
 const EXP: VectorOp = VectorOp::new(OpCode::Exp);
-
-/// Bits of the vector unit's operands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Widths {
-    /// Fraction bits of the argument, which has at least three integer bits: `exp(-8)` is skipped.
-    pub power: u32,
-    /// Fraction bits of the result.
-    pub exponential: u32,
-    /// Signed bits of p and q.
-    pub form: u32,
-}
-
-/// Signed bits that transmittance (U1.20) and opacity (U0.16) need in a product.
-const TRANSMITTANCE_BITS: u32 = 22;
-/// Signed bits of an alpha's complement, up to 2^16.
-const COMPLEMENT_BITS: u32 = 18;
-
-impl Widths {
-    /// The paper's widths.
-    pub const PAPER: Self = Self {
-        power: 13,
-        exponential: 16,
-        form: 32,
-    };
-
-    /// Fewest signed bits of p and q with which the picture is that of 32 bits: the ends of their
-    /// range give `largest`, the largest argument of the exponential, or more.
-    #[must_use]
-    pub fn least_form(power: u32, largest: i128) -> u32 {
-        let shift = 33u32.saturating_sub(power);
-        let decides = |bits: &u32| {
-            let end = (1i128 << (bits - 1)) - 1;
-            round_shift(end * end, shift, Rounding::HalfUp) >= largest
-        };
-        (2..32).find(decides).unwrap_or(32)
-    }
-
-    /// Fewest signed bits of the two factors of a product, with so many fraction bits of an
-    /// exponential.
-    #[must_use]
-    pub fn least_factors(exponential: u32) -> [u32; 2] {
-        [TRANSMITTANCE_BITS, COMPLEMENT_BITS.max(exponential + 1)]
-    }
-
-    /// A form within its bits.
-    const fn held(self, form: i32) -> i32 {
-        let most = i32::MAX >> (32 - self.form);
-        if form > most {
-            most
-        } else if form < -most - 1 {
-            -most - 1
-        } else {
-            form
-        }
-    }
-
-    /// The operation for half the sum of two squares, from 32 fraction bits to those of the
-    /// argument.
-    const fn to_power(self) -> VectorOp {
-        op(OpCode::SquareSum, 33u32.saturating_sub(self.power) as u8)
-    }
-
-    const fn to_alpha(self) -> VectorOp {
-        op(OpCode::Multiply, self.exponential as u8)
-    }
-}
 
 impl Compositor {
     /// `places` holds, for each slot, the first pixel of its tile and the number of the tile's
@@ -444,30 +371,6 @@ mod tests {
         // 257 is below 1/255 and 258 is not.
         let least = (65536.0f64 / 255.0).ceil();
         assert_eq!(least, 258.0);
-    }
-
-    /// The paper's: 18 bits of magnitude, of which 16 are a fraction, so that 4 is beyond them.
-    #[test]
-    fn a_form_that_is_held_decides_by_itself() {
-        let paper = Widths::least_form(13, (1 << 16) - 1);
-        assert_eq!(paper, 19);
-        assert_eq!(Widths::least_factors(16), [22, 18]);
-        let narrow = Widths {
-            form: paper,
-            ..Widths::PAPER
-        };
-        let exp = |form: i32| round_shift(i128::from(form).pow(2), 20, Rounding::HalfUp);
-        for far in [1 << 18, i32::MAX, i32::MIN, -(1 << 18) - 1, 300_000] {
-            assert!(exp(narrow.held(far)) >= (1 << 16) - 1, "{far}");
-        }
-        for near in [0, (1 << 18) - 1, -(1 << 18)] {
-            assert_eq!(narrow.held(near), near);
-        }
-        let short = Widths { form: 18, ..narrow };
-        assert!(exp(short.held(i32::MAX)) < (1 << 16) - 1);
-        assert_eq!(Widths::PAPER.held(i32::MIN), i32::MIN);
-        // A step of the argument as fine as the square: more bits.
-        assert!(Widths::least_form(20, (1 << 23) - 1) > paper);
     }
 
     #[test]

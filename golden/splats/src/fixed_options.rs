@@ -2,10 +2,10 @@
 
 use potamoi_march::streams::UnitStreams;
 
-use super::composite::Widths;
 use super::reorder_buffer::Order;
 use super::schedule::ScheduleOptions;
 use super::view::Work;
+use super::widths::Widths;
 
 /// The unit that composites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

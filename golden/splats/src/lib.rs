@@ -56,12 +56,12 @@ mod tile_test;
 mod transmittance;
 mod unit_entries;
 mod view;
+mod widths;
 
 pub use axes::{Axes, UnknownAxes};
 pub use bound::{Pair, error_bounds};
 pub use cloud::{Cloud, CloudError, Field};
 pub use composite::Limits;
-pub use composite::Widths;
 pub use decisions::{Decisions, Flips};
 pub use error::RenderError;
 pub use file_content::{Loaded, Raw};
@@ -84,3 +84,4 @@ pub use tile_test::TileLimits;
 pub use transmittance::TRANSMITTANCE;
 pub use unit_entries::{unit_entries, unit_settings};
 pub use view::{Sorting, TILE, View, Work, is_any_in_view, is_in_order};
+pub use widths::Widths;

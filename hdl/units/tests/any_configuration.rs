@@ -100,13 +100,21 @@ fn text(seed: u64) -> String {
         && !(logistic || tail || pipelined)
         && pick(&["true", "false"]) == "true";
     let steps = if one_clock { 1 } else { steps };
+    let registered = !early_out && !logistic && pick(&["true", "false"]) == "true";
+    let mut operands = String::new();
+    if ops.contains("multiply") && pick(&["true", "false"]) == "true" {
+        let (a, b) = (pick(&["2", "9", "22", "32"]), pick(&["3", "18", "31"]));
+        let root = pick(&["2", "3", "19", "32"]);
+        operands = format!("multiply = [{a}, {b}]\nsquare_sum = {root}\n");
+    }
     let text = format!(
         "[gu]\norganisation = \"{organisation}\"\npipelined = {deep}\n\
          sums = \"{sums}\"\nrecords_a_row = {records}\n\
          banks = {}\nports = {ports}\nextra_ports = \"{extra}\"\nmodes = \"{modes}\"\nvertices = {vertices}\n\
          feature_bits = {}\nweight_bits = {}\nweights = \"{trusted}\"\nsegments = {}\n\
          fifo_depth = {}\ncounter_bits = {}\n[rit]\nentry = \"{entry}\"\nentries = {}\nslot_bits = {}\n\
-         [mvoxel]\nrows = {}\n[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n[vu.exp]\n\
+         [mvoxel]\nrows = {}\n[vu]\nlanes = {}\nfifo_depth = {}\nops = {ops}\n\
+         registered = {registered}\n[vu.operands]\n{operands}[vu.exp]\n\
          form = \"{form}\"\noutput = \"{output}\"\ninput = \"{input}\"\niterations = {}\ntail = {tail}\n\
          iterations_per_clock = {steps}\npipelined = {pipelined}\nearly_out = {early_out}\noutput_bits = {}\n\
          one_minus_frac_bits = {}\npieces = {}\nbase = \"{}\"\n",

@@ -193,6 +193,20 @@ fn lengths(found: usize, expected: usize) -> RtlError {
     RtlError::Usage(format!("{found} expected values: expected {expected}"))
 }
 
+/// Names of flags of the vector unit.
+pub(super) fn vector_flags(flags: u64) -> impl Iterator<Item = String> {
+    let names = [
+        "an operation that was not built",
+        "a reserved rounding code",
+        "a lane with only some of its bytes kept",
+        "an operand beyond its width (vu.operands)",
+    ];
+    let raised = names.into_iter().enumerate();
+    raised
+        .filter(move |(bit, _)| flags >> bit & 1 == 1)
+        .map(|(_, name)| format!("raised: {name}"))
+}
+
 pub(super) fn flags(
     module: &'static str,
     found: u64,
@@ -202,12 +216,21 @@ pub(super) fn flags(
     if found == expected {
         return Ok(());
     }
+    let mut place = "at the end of the run".to_owned();
+    if module == VECTOR_UNIT {
+        let raised = vector_flags(found & !expected);
+        place = [place]
+            .into_iter()
+            .chain(raised)
+            .collect::<Vec<_>>()
+            .join(", ");
+    }
     Err(Box::new(Mismatch {
         module,
         cycle,
         signal: "stat_errors".to_owned(),
         expected: format!("{expected:#010b}"),
         found: format!("{found:#010b}"),
-        place: "at the end of the run".to_owned(),
+        place,
     }))
 }

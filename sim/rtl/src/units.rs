@@ -9,6 +9,7 @@ use potamoi_reference::gathering_unit::Reducer;
 use potamoi_reference::splat_unit::{Composited, SplatJob, SplatUnitCounts};
 use potamoi_reference::{GatherTask, Product, UnitCounts, UnitError, Units};
 
+use super::compare::vector_flags;
 use super::engine::EngineKind;
 use super::gather::GatherUnit;
 use super::model::RtlError;
@@ -149,12 +150,14 @@ impl RtlUnits {
         };
         let run = unit.run(&[VectorBatch { op, a, b }], &Stalls::NONE, 0)?;
         if run.results.len() != out.len() || run.totals.errors != 0 {
+            let raised: Vec<_> = vector_flags(run.totals.errors).collect();
             return Err(RtlError::Usage(format!(
-                "{:?}: {} results for {} places, stat_errors = {:#b}",
+                "{:?}: {} results for {} places, stat_errors = {:#b} {}",
                 op.code,
                 run.results.len(),
                 out.len(),
-                run.totals.errors
+                run.totals.errors,
+                raised.join(", ")
             )));
         }
         out.copy_from_slice(&run.results);

@@ -84,6 +84,18 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
         ("[gu]\nfeature_bits = 12", "gu.feature_bits"),
         ("[gu]\nbanks = 4\nsegments = 3", "gu.segments"),
         (
+            "[vu.operands]\nmultiply = [22, 17]\nsquare_sum = 19",
+            "vu.operands.multiply",
+        ),
+        (
+            "[vu.operands]\nmultiply = [21, 18]\nsquare_sum = 19",
+            "vu.operands.multiply",
+        ),
+        (
+            "[vu.operands]\nmultiply = [22, 18]\nsquare_sum = 18",
+            "vu.operands.square_sum",
+        ),
+        (
             "[vu.exp]\nform = \"piecewise\"\npipelined = true\nbase = \"two\"",
             "vu.exp.base",
         ),
@@ -97,6 +109,40 @@ fn a_configuration_that_cannot_hold_splats_is_refused_by_field() {
         let error = scene.render_fixed(&config, &mut units).unwrap_err();
         assert!(error.to_string().contains(field), "{error}");
     }
+}
+
+/// What splats send is narrower than 32 bits once forms are held; what fields send is not.
+#[test]
+fn narrow_operands_change_no_picture_or_are_refused_by_field() {
+    let narrow = "[vu.operands]\nmultiply = [22, 18]\nsquare_sum = 19";
+    let [paper, narrow] = ["", narrow].map(|text| Config::from_toml(text, "test").unwrap());
+    let through = |scene: &Scene, config: &Config| {
+        let mut units = ReferenceUnits::new(config);
+        scene.render_fixed(config, &mut units)
+    };
+    let mut garden = opened("garden");
+    garden.set_size(Some(64), Some(64)).unwrap();
+    let wanted = through(&garden, &paper).unwrap();
+    let found = through(&garden, &narrow).unwrap();
+    assert!(wanted.picture.rgb == found.picture.rgb);
+    assert_eq!(wanted.covered, found.covered);
+    assert_eq!(wanted.counts.elements, found.counts.elements);
+
+    // Forms that are not held go beyond their bits, so that holding them is no idle step.
+    let cloud = garden.cloud().unwrap();
+    let options = garden.splat_options(&paper);
+    let mut units = ReferenceUnits::new(&narrow);
+    let (camera, profile) = (&garden.camera, garden.profile);
+    let error = potamoi_splats::render_fixed(cloud, camera, profile, &options, &mut units);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("vu.operands.square_sum"), "{error}");
+
+    let mut lantern = opened("lantern");
+    lantern.set_size(Some(16), Some(16)).unwrap();
+    assert!(through(&lantern, &paper).is_ok());
+    let error = through(&lantern, &narrow).unwrap_err().to_string();
+    let words = ["lantern", "vu.operands.multiply", "flag 3 of stat_errors"];
+    assert!(words.iter().all(|w| error.contains(w)), "{error}");
 }
 
 /// Errors of fields name the scene and a remedy.

@@ -5,9 +5,13 @@ use potamoi_cycles::Stalls;
 use potamoi_formats::config::Config;
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
+use potamoi_reference::Units;
 use potamoi_reference::vector_unit::ReferenceVectorUnit;
-use potamoi_rtl::{Check, EngineKind, RtlError, VectorBatch, VectorUnit};
+use potamoi_rtl::verify::{Settings, Verifier};
+use potamoi_rtl::{Check, EngineKind, RtlError, RtlUnits, VectorBatch, VectorUnit};
+use potamoi_scene::Scene;
 
+use super::scenes_common::garden_through;
 use super::vector_unit::compared;
 
 /// What splats send.
@@ -75,6 +79,49 @@ fn other_units_are_as_predicted_on_the_interpreter() {
             ),
         ],
         2,
+    );
+}
+
+/// A frame of splats through narrow lanes: no flag, every bit and cycle. Forms that are not held, as by
+/// a renderer of 32 bits, are refused by name, and the unit raises its flag.
+#[test]
+fn a_frame_of_splats_raises_no_flag() {
+    let config = config(&format!("[vu]\nlanes = 4\nregistered = true\n{SPLATS}"));
+    let mut none = |_| {};
+    let settings = Settings {
+        engine: EngineKind::Interpreter,
+        seed: 5,
+        gather_every: 8,
+        vector_every: 60,
+        splat_every: 1,
+        inject: None,
+        rtl: None,
+        excerpt: None,
+    };
+    let mut scene = Scene::open("garden").unwrap();
+    scene.set_size(Some(32), Some(32)).unwrap();
+    let mut verifier = Verifier::new(&config, settings, &mut none);
+    scene.render_fixed(&config, &mut verifier).unwrap();
+    assert_eq!(verifier.failure(), None);
+    let report = verifier.vector_report().clone();
+    assert!(report.elements > 2_000, "{report:?}");
+
+    let error = garden_through(&mut verifier, 32).unwrap_err().to_string();
+    assert!(error.contains("vu.operands.square_sum"), "{error}");
+    let mut units = RtlUnits::on(EngineKind::Interpreter, &config);
+    let squares = VectorOp::new(OpCode::SquareSum);
+    let mut out = [0];
+    assert!(
+        units
+            .vector(squares, &[(1 << 18) - 1], &[-1 << 18], &mut out)
+            .is_ok()
+    );
+    let error = units
+        .vector(squares, &[1 << 18], &[0], &mut out)
+        .unwrap_err();
+    assert!(
+        error.to_string().contains("an operand beyond its width"),
+        "{error}"
     );
 }
 

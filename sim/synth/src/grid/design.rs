@@ -114,9 +114,10 @@ impl Family {
                 (None, _) => usual.get(field) == Some(value),
             };
             if !is_as_usual {
-                let expected = match &usual[field] {
-                    Value::Null => "nothing".to_owned(),
-                    usual => usual.to_string(),
+                // A field that is left out by default has no usual value.
+                let expected = match usual.get(field) {
+                    None | Some(Value::Null) => "nothing".to_owned(),
+                    Some(usual) => usual.to_string(),
                 };
                 others.push(format!("{field} = {value}, expected {expected}"));
             }
@@ -363,7 +364,8 @@ fn matters(field: &str, unit: UnitKind) -> bool {
         UnitKind::Vector => field.starts_with("vu."),
         // Units side by side are each the same.
         UnitKind::Splat => {
-            field.starts_with("vu.exp.") || field.starts_with("su.") && field != "su.units"
+            let of_lanes = field.starts_with("vu.exp.") || field == "vu.registered";
+            of_lanes || field.starts_with("su.") && field != "su.units"
         }
         UnitKind::ArrayMac => false,
     }
@@ -463,6 +465,15 @@ mod tests {
         let (family, beyond) = of(compact, UnitKind::Vector).unwrap();
         assert_eq!(family, Family::Vector);
         assert_eq!(beyond, ["vu.lanes = 2, the grid has 4 to 48"]);
+        let narrow = "vu.registered = true\n[vu.operands]\nsquare_sum = 19";
+        assert_eq!(
+            of(narrow, UnitKind::Vector).unwrap_err(),
+            [
+                "vu.operands.multiply = [32,32], expected nothing",
+                "vu.operands.square_sum = 19, expected nothing",
+                "vu.registered = true, expected nothing"
+            ]
+        );
         let radix = of(
             "vu.exp.form = \"radix-4\"\nvu.exp.iterations = 8",
             UnitKind::Vector,
