@@ -7,8 +7,8 @@ use potamoi_formats::config::{Config, SplatOpacity};
 use potamoi_formats::record::{FACTOR, MEAN, SplatRecord};
 use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::splat_unit::{
-    Forms, Outcome, PowerLimits, ReferenceSplatUnit, SplatEntry, SplatSettings, StoredLimits, TILE,
-    TileState,
+    Forms, Outcome, PowerLimits, ReferenceSplatUnit, SplatEntry, SplatJob, SplatSettings,
+    StoredLimits, TILE, TileState,
 };
 use potamoi_splats::{Limits, Profile, unit_settings};
 
@@ -19,13 +19,10 @@ cases!(
     opacities_that_never_count,
     powers_at_the_edge_of_a_code,
     needles_along_a_row,
-    gaussians_larger_than_the_frame,
     all_records_on_one_pixel,
     pairs_behind_a_stop,
 );
 
-/// Fraction bits of an exact form.
-const EXACT_BITS: u32 = FACTOR.frac_bits() + MEAN.frac_bits();
 /// Stages from the reading of a transmittance to its writing.
 const STAGES: usize = 4;
 
@@ -92,15 +89,18 @@ fn counted(own: &SplatEntry, twin: &ReferenceExponential) -> [u16; 16] {
     })
 }
 
-/// Pairs that the unit counts: within spans and limits, and then by the product.
-fn of_unit(own: &SplatEntry, unit: &ReferenceSplatUnit) -> [u16; 16] {
-    let Some(pairs) = unit.pairs(own) else {
-        return [0; 16];
+/// Pairs that the unit draws on a clear tile.
+fn of_unit(own: &SplatEntry, unit: &mut ReferenceSplatUnit) -> [u16; 16] {
+    let settings = settings();
+    let job = SplatJob {
+        settings,
+        tiles: 1,
+        entries: &[*own],
     };
-    pairs.alphas.map(|row| {
-        let counts = |alpha: &Option<u32>| alpha.is_some_and(|a| i64::from(a) >= threshold());
-        let counted = row.iter().enumerate().filter(|(_, alpha)| counts(alpha));
-        counted.fold(0, |row, (x, _)| row | 1 << x)
+    let pixels = unit.run(&job).pixels;
+    std::array::from_fn(|y| {
+        let drawn = |x: &u32| pixels[16 * y + *x as usize].transmittance != 1 << 20;
+        (0..TILE).filter(drawn).fold(0, |row, x| row | 1 << x)
     })
 }
 
@@ -148,7 +148,7 @@ fn opacities_at_the_cut() -> Case {
 
 /// On the mean, where the exponential is largest.
 fn opacities_that_never_count() -> Case {
-    let (twin, unit) = parts();
+    let (twin, mut unit) = parts();
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for opacity in 0..600 {
         let own = entry([3.0, 5.0], [1.5, 0.0, 1.5], opacity);
@@ -161,7 +161,7 @@ fn opacities_that_never_count() -> Case {
             (0..TILE).filter(near).fold(0, |row, x| row | 1 << x)
         });
         fails.0 += wrong(within, counted);
-        ours.0 += wrong(of_unit(&own, &unit), counted);
+        ours.0 += wrong(of_unit(&own, &mut unit), counted);
     }
     Case {
         name: "opacities for which nothing counts",
@@ -176,7 +176,7 @@ fn opacities_that_never_count() -> Case {
 
 /// Gaussians whose power at a pixel is half a code above the limit.
 fn powers_at_the_edge_of_a_code() -> Case {
-    let (twin, unit) = parts();
+    let (twin, mut unit) = parts();
     let mut draws = Draws(11);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for _ in 0..4000 {
@@ -194,7 +194,7 @@ fn powers_at_the_edge_of_a_code() -> Case {
             (0..TILE).filter(counts).fold(0, |row, x| row | 1 << x)
         });
         fails.0 += wrong(cut_off, counted);
-        ours.0 += wrong(of_unit(&own, &unit), counted);
+        ours.0 += wrong(of_unit(&own, &mut unit), counted);
     }
     Case {
         name: "powers at the edge of a code",
@@ -209,7 +209,7 @@ fn powers_at_the_edge_of_a_code() -> Case {
 
 /// Thin across a row, long along it: the ends of spans are met often.
 fn needles_along_a_row() -> Case {
-    let (twin, unit) = parts();
+    let (twin, mut unit) = parts();
     let mut draws = Draws(12);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for _ in 0..4000 {
@@ -222,7 +222,7 @@ fn needles_along_a_row() -> Case {
         let own = entry(off, factor, draws.between(300.0, 65_535.0) as u16);
         let counted = counted(&own, &twin);
         fails.0 += lost(counted, by_the_quadratic(&own, factor, off));
-        ours.0 += lost(counted, of_unit(&own, &unit));
+        ours.0 += lost(counted, of_unit(&own, &mut unit));
     }
     Case {
         name: "needles along a row",
@@ -256,46 +256,6 @@ fn by_the_quadratic(own: &SplatEntry, factor: [f64; 3], off: [f64; 2]) -> [u16; 
         let within = |x: &u32| ((*x as f32) - middle).abs() <= reach;
         (0..TILE).filter(within).fold(0, |row, x| row | 1 << x)
     })
-}
-
-/// A start value whose 8 bits before the point, the sign among them, are kept.
-fn low_part(start: i64) -> f64 {
-    let above = 64 - 8 - EXACT_BITS;
-    (start << above >> above) as f64 * 2f64.powi(-(EXACT_BITS as i32))
-}
-
-/// Wide Gaussians whose form is 256 at the tile.
-fn gaussians_larger_than_the_frame() -> Case {
-    let (twin, unit) = parts();
-    let (mut fails, mut ours) = (Worst::default(), Worst::default());
-    for wide in [1.0f64, 30.0, 1000.0, 1900.0] {
-        for (along, across) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-            let off = [along * 256.0 * wide, across * 256.0 * wide];
-            let own = entry(off, [1.0 / wide, 0.0, 1.0 / wide], u16::MAX);
-            let counted = counted(&own, &twin);
-            let start = forms(&own).start();
-            let step = 1.0 / wide;
-            let kept = std::array::from_fn(|y| {
-                let [p, q] = start.map(low_part);
-                let near = |x: &u32| {
-                    let (p, q) = (p + step * f64::from(*x), q + step * y as f64);
-                    (p * p + q * q) / 2.0 <= 5.5
-                };
-                (0..TILE).filter(near).fold(0, |row, x| row | 1 << x)
-            });
-            fails.0 += wrong(kept, counted);
-            ours.0 += wrong(of_unit(&own, &unit), counted);
-        }
-    }
-    Case {
-        name: "Gaussians larger than the frame, their means aside",
-        naive: "start values of 8 bits before the point, the rest dropped",
-        unit: "pairs decided wrongly",
-        fails,
-        bound: 0.0,
-        from: "factors are below 2: start values of 128 or more reach no pixel of the tile",
-        ours,
-    }
 }
 
 /// 200 records of one pixel: each needs the transmittance that the one before leaves.
