@@ -145,8 +145,11 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
             vec![
                 entry(at(8, 8, [ONE, 0, ONE], 0)),
                 entry(at(8, 8, [ONE, 0, ONE], 257)),
-                entry(at(100_000, 8, [ONE, 0, ONE], 65_535)),
-                entry(at(8, -90_000, [ONE, ONE, ONE], 65_535)),
+                // Their start values end in as many zeros as the format has bits before the point.
+                entry(at(8 + 256, 8, [ONE, 0, ONE], 65_535)),
+                entry(at(8, 8 - 128, [ONE, 0, ONE], 65_535)),
+                entry(at(8 - 25_600, 8, [ONE, 0, ONE], 65_535)),
+                entry(at(8, 8 + 64_000, [ONE, ONE, ONE], 65_535)),
             ],
         ),
         Records {

@@ -26,6 +26,22 @@ const SETTINGS: SplatSettings = SplatSettings {
     opacity: SplatOpacity::Multiplied,
 };
 
+/// Records so far away that the low bits of a start value are those of one on the tile's first pixel.
+fn far_entries() -> [SplatEntry; 2] {
+    [[256, 0], [0, 128]].map(|off| SplatEntry {
+        slot: 0,
+        tile: [0, 0],
+        last: [15, 15],
+        record: SplatRecord {
+            mean: off.map(|pixels: i32| pixels << 12),
+            factor: [1 << 30, 0, 1 << 30],
+            opacity: u16::MAX / 2,
+            colour: [1 << 12; 3],
+            rank: 0,
+        },
+    })
+}
+
 /// A record near a tile, from less than a pixel to more than a tile wide.
 fn record(random: &mut Pcg64Mcg, tile: [u16; 2]) -> SplatRecord {
     let mut mean = || random.random_range(-24 * 4096..40 * 4096);
@@ -141,9 +157,10 @@ fn random_records_are_composited_bit_by_bit() {
             units: 1,
             opacity,
         };
-        let jobs: Vec<_> = [400, 0, 1, 60]
+        let mut jobs = [400, 0, 1, 60]
             .map(|count| entries(&mut random, tiles as u16, count))
             .to_vec();
+        jobs.push(far_entries().to_vec());
         check(
             EngineKind::Verilator,
             (&config(preset), &su),
@@ -200,6 +217,8 @@ fn faults_in_the_splat_unit_are_found() {
         ("splat_setup", "p_sum", 40),
         ("splat_setup", "dy_held", 20),
         ("splat_setup", "q_first", 40),
+        ("splat_setup", "p_is_far", 0),
+        ("splat_setup", "q_is_far", 0),
         ("splat_setup", "limit", 9),
         ("splat_setup", "settled", 0),
         ("splat_rows", "rows_left", 3),
