@@ -284,7 +284,7 @@ mod tests {
         build: impl Fn(&mut ModuleBuilder, &mut Rows<'_>, Signal, Signal),
         expected: impl Fn(i64, i64) -> i64,
     ) {
-        let mut m = ModuleBuilder::new("sum");
+        let mut m = ModuleBuilder::new("adder");
         let ty = |width| Ty { width, signed };
         let (x, y) = (
             m.input("x", ty(widths[0]), ""),
@@ -373,7 +373,7 @@ mod tests {
     /// A product, a square, a value or nothing, by what is on.
     #[test]
     fn alternatives_share_their_rows() {
-        let mut m = ModuleBuilder::new("sum");
+        let mut m = ModuleBuilder::new("adder");
         let ons = ["product", "square", "value"].map(|name| m.input(name, Ty::bit(), ""));
         let (x, y) = (m.input("x", Ty::s(5), ""), m.input("y", Ty::s(4), ""));
         let mut rows = Rows::new("rows", 12);
