@@ -429,11 +429,12 @@ mod tests {
         #[test]
         fn results_come_once_and_in_time(
             pipelined in any::<bool>(), depth in 3u32..8, r in 1u32..20,
-            early in any::<bool>(),
+            early in any::<bool>(), registered in any::<bool>(),
             ops in prop::collection::vec((0u8..7, any::<bool>(), any::<bool>(), 0u32..30), 1..400),
         ) {
             let early = early && !pipelined && r < 7;
-            let text = format!("[vu]\nfifo_depth = {depth}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}\nearly_out = {early}");
+            let registered = registered && !early;
+            let text = format!("[vu]\nfifo_depth = {depth}\nregistered = {registered}\n[vu.exp]\npipelined = {pipelined}\niterations_per_clock = {r}\nearly_out = {early}");
             let mut unit = model(&text);
             let timing = unit.timing.clone();
             let mut due = VecDeque::new();
