@@ -286,15 +286,25 @@ fn the_units_pass_on_both_simulators_with_and_without_a_prefix() {
 
 #[test]
 fn units_of_other_kinds_pass() {
-    for text in [
-        "organisation = \"feature-major\"\nbanks = 8\nports = 2\nlanes = 6\nsegments = 2",
-        "banks = 32\nrecords_a_row = 2\nsums = \"exact\"\npipelined = true",
-        "banks = 8\nports = 4\nextra_ports = \"split\"",
-        "channels = 4\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]",
+    let early_out = "[vu.exp]\nearly_out = true";
+    // Operands of the bench go beyond these widths, and raise the flag.
+    let narrow = "registered = true\n[vu.operands]\nmultiply = [12, 9]\nsquare_sum = 10";
+    for (text, vu) in [
+        (
+            "organisation = \"feature-major\"\nbanks = 8\nports = 2\nlanes = 6\nsegments = 2",
+            early_out,
+        ),
+        (
+            "banks = 32\nrecords_a_row = 2\nsums = \"exact\"\npipelined = true",
+            early_out,
+        ),
+        ("banks = 8\nports = 4\nextra_ports = \"split\"", early_out),
+        (
+            "channels = 4\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]",
+            narrow,
+        ),
     ] {
-        let text = format!(
-            "[gu]\n{text}\n[rit]\nentries = 16\n[vu]\nlanes = 5\n[vu.exp]\nearly_out = true\n"
-        );
+        let text = format!("[gu]\n{text}\n[rit]\nentries = 16\n[vu]\nlanes = 5\n{vu}\n");
         let config = Config::from_toml(&text, "test").unwrap();
         passes(&made(&config, ""), &[RUNS]);
     }
