@@ -25,6 +25,7 @@ pub(super) fn packing_checks(
     let Filling { lanes, depth, .. } = *filling;
     m.begin_checks();
     m.inside(exponentials, "in_flight");
+    m.inside_as("lanes_take", exponentials, "s_axis_vec_tready");
     m.inside(words, "count");
     m.assume(
         "takes_offered",
@@ -40,7 +41,7 @@ pub(super) fn packing_checks(
     );
     m.assert(
         "sent_is_taken",
-        "sent -> takes",
+        "sent -> lanes_take",
         "The lanes take each vector that is sent.",
     );
     let (power, info) = ("power_past", "info_past");

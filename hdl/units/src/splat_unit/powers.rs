@@ -57,12 +57,13 @@ pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrError
     let lit = |m: &mut ModuleBuilder, value: u64, bits: u32| m.lit(value, Ty::u(bits));
     let unit = vector_unit(&own)?.prefixed("splat_");
     let exponentials = m.instance("exponentials", &unit, &[]);
-    let takes = m.out(exponentials, "s_axis_vec_tready");
-    let takes = m.name(takes, "takes");
     // A pipelined exponential takes every vector for which it has room.
     let sent = match config.vu.exp.pipelined {
         true => sends,
-        false => m.and(sends, takes),
+        false => {
+            let takes = m.out(exponentials, "s_axis_vec_tready");
+            m.and(sends, takes)
+        }
     };
     let sent = m.name(sent, "sent");
     let not_full = m.not(full);
