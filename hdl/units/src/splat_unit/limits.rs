@@ -175,7 +175,10 @@ impl Limit {
 fn search_of(m: &mut ModuleBuilder, w: &Widths, limit: Signal) -> Signal {
     let dropped = w.power_fraction - 2 * COMPARE;
     let search = match dropped {
-        0 => m.shl_const(limit, 1),
+        0 => {
+            let wide = m.extend(limit, w.power + 1);
+            m.shl_const(wide, 1)
+        }
         _ => m.slice(limit, dropped - 1, w.power - (dropped - 1)),
     };
     match search.width() {

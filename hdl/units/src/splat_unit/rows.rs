@@ -356,3 +356,48 @@ impl Tag {
         (self.stage..stage).fold(self, |tag, _| tag.moved(m, enable))
     }
 }
+
+#[cfg(test)]
+mod rounding {
+    #![allow(clippy::unwrap_used)]
+    use potamoi_formats::fixed::{Rounding, round_shift};
+    use potamoi_netlist::Interpreter;
+
+    use super::*;
+
+    /// Forms at ties, next to them and at their largest, of both signs: the magnitude is that of the form
+    /// rounded half to even, and what does not fit is beyond.
+    #[test]
+    fn magnitudes_are_those_of_forms_rounded_half_to_even() {
+        let mut m = ModuleBuilder::new("form");
+        let exact = m.input("exact", Ty::s(AT_ROW), "");
+        let (found, beyond) = magnitude(&mut m, exact);
+        m.output("magnitude", found, "");
+        m.output("beyond", beyond, "");
+        let module = m.finish().unwrap();
+        let mut run = Interpreter::new(&module, 1);
+        let [exact, found, beyond] =
+            ["exact", "magnitude", "beyond"].map(|name| run.port(name).unwrap());
+        let dropped = EXACT - 16;
+        let (tie, most) = (1i64 << (dropped - 1), (1i64 << (AT_ROW - 1)) - 1);
+        let wholes = [0, 1, 2, 5, (1 << MAGNITUDE) - 1, 1 << MAGNITUDE, 1 << 23];
+        let near = [-1, 0, 1].map(|off| tie + off);
+        let forms = wholes
+            .iter()
+            .flat_map(|whole| near.map(|part| (*whole << dropped) + part))
+            .chain(wholes.map(|whole| whole << dropped))
+            .chain([most, most - tie])
+            .filter(|form| *form <= most);
+        for form in forms.flat_map(|form| [form, -form]).chain([-most - 1]) {
+            run.set_u64(exact, form as u64 & ((1 << AT_ROW) - 1))
+                .unwrap();
+            run.eval().unwrap();
+            let rounded = round_shift(form.into(), dropped, Rounding::HalfEven).unsigned_abs();
+            let fits = rounded < 1 << MAGNITUDE;
+            assert_eq!(run.get_u64(beyond).unwrap(), u64::from(!fits), "{form}");
+            if fits {
+                assert_eq!(u128::from(run.get_u64(found).unwrap()), rounded, "{form}");
+            }
+        }
+    }
+}

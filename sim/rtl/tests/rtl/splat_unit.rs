@@ -176,6 +176,26 @@ fn random_records_are_composited_bit_by_bit() {
     }
 }
 
+/// Limits reach the highest bit of a power, whatever its fraction bits.
+#[test]
+fn inputs_of_12_to_20_fraction_bits_are_composited() {
+    let mut random = Pcg64Mcg::seed_from_u64(6);
+    for bits in ["U3.12", "U3.14", "U3.20"] {
+        let constants = if bits == "U3.20" {
+            "constant_bits = 24\n"
+        } else {
+            ""
+        };
+        let text = format!(
+            "[vu.exp]\npipelined = true\ninput = \"{bits}\"\n{constants}[su]\nlanes = 1\ntiles = 2\n"
+        );
+        let config = Config::from_toml(&text, "test").unwrap();
+        let su = config.su.clone().unwrap();
+        let jobs = [entries(&mut random, 2, 60)];
+        check(EngineKind::Interpreter, (&config, &su), &jobs, Stalls::NONE);
+    }
+}
+
 const SMALL: SuConfig = SuConfig {
     lanes: 3,
     tiles: 2,
