@@ -27,6 +27,11 @@ impl Lanes {
     /// # Errors
     /// A configuration that breaks its rules.
     pub(super) fn new(config: &Config, su: &SuConfig) -> Result<Self, WorkError> {
+        if config.vu.exp.early_out {
+            let text = "vu.exp.early_out is true: expected false with a splat unit, whose cycle model does not \
+                 know when an exponential ends early";
+            return Err(WorkError::Config(text.to_owned()));
+        }
         let mut own = config.clone();
         own.vu.lanes = su.lanes;
         own.vu.ops = vec![OpCode::Exp];
