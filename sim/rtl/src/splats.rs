@@ -19,7 +19,8 @@ use super::runner::Runner;
 use super::splat_beats::{data_of, limit_words, user_of};
 use super::wave_dump::{AFTER, Window};
 
-/// Cycles without a handshake after which the unit counts as hanging.
+/// Cycles without a handshake after which the unit counts as hanging, beside those in which it clears the
+/// pixels of its tiles.
 const PATIENCE: u64 = 100_000;
 
 /// A splat unit, ready to run.
@@ -281,7 +282,7 @@ impl Job for Drive<'_> {
                 done += usize::from(ends);
                 quiet = 0;
             }
-            if quiet > PATIENCE {
+            if quiet > PATIENCE + u64::from(self.su.tiles) * TILE_PIXELS as u64 {
                 let text = format!("the splat unit hangs at beat {next} of {}", beats.len());
                 return Err(RtlError::Usage(text));
             }

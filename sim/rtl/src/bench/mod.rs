@@ -44,6 +44,7 @@ use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_netlist::Module;
 use potamoi_reference::GatherTask;
 use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
+use potamoi_reference::splat_unit::TILE_PIXELS;
 use potamoi_reference::trace_recorder::{Computed, Gathered};
 use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_units::gathering_unit::gathering_unit;
@@ -65,6 +66,8 @@ pub use suite::BenchFiles;
 
 /// Seed of the jobs of [`standalone`].
 const SEED: u64 = 1;
+/// Clocks without a beat after which a unit counts as hanging.
+const PATIENCE: u32 = 5000;
 
 /// Cycles of a job of [`standalone`].
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -239,6 +242,7 @@ fn suite(
         jobs: vec![],
         steady,
         owes,
+        patience: PATIENCE,
         script: None,
         broken: vec![],
     })
@@ -318,6 +322,8 @@ fn edges_of_splats(config: &Config) -> Result<Suite, RtlError> {
     let mut garbage = Garbage::new(SEED);
     suite.jobs = splats::jobs(config, su, &splat_jobs::jobs(su, SEED), &mut garbage)?;
     suite.script = Some(splats::script(su));
+    // It clears its tiles after a reset.
+    suite.patience += su.tiles * TILE_PIXELS as u32;
     Ok(suite)
 }
 

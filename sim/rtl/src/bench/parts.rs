@@ -252,7 +252,7 @@ pub(super) const RUN: &str = r#"          if (!failed) state = RUN;
         if (@OUT@_at == job_@OUT@_end) begin
           state = DRAIN;
           clocks = 0;
-        end else if (quiet > 5000) begin
+        end else if (quiet > @PATIENCE@) begin
           $display("FAIL: nothing moved for %0d clocks before beat %0d", quiet, @OUT@_at);
           fail;
         end

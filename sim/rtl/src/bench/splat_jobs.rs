@@ -123,7 +123,16 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
     let mut all = vec![
         Records::new("two tiles", any(&mut draw, 2, 60)),
         Records::new("no record", vec![]),
-        Records::new("all on one pixel", vec![point(1_500); 24]),
+        // Their rows wait behind a large one, so that their pairs follow one another.
+        Records::new(
+            "all on one pixel",
+            (0..24)
+                .map(|i| match i % 6 {
+                    0 => entry(at(8, 8, [ONE / 64, 0, ONE / 64], 900)),
+                    _ => point(1_500),
+                })
+                .collect(),
+        ),
         Records::new(
             "opaque ones, of which later ones find pixels that have ended",
             (0..12).map(|i| opaque(3 + i % 2, 6)).collect(),

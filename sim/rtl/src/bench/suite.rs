@@ -20,6 +20,8 @@ pub(super) struct Suite {
     pub(super) steady: Vec<&'static str>,
     /// What is owed while the unit is not idle.
     pub(super) owes: Owes,
+    /// Clocks without a beat after which a unit counts as hanging.
+    pub(super) patience: u32,
     /// Clocks after the last job, in which promises are broken.
     pub(super) script: Option<Script>,
     /// Beats of the script that raise one flag each, for the bench of the SoC top.

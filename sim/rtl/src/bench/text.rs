@@ -281,7 +281,8 @@ impl<'a> Bench<'a> {
         for (stat, _) in &ports.stats {
             self.part(parts::CLEARED, &[("STAT", stat)]);
         }
-        self.part(parts::RUN, &[]);
+        let patience = self.suite.patience.to_string();
+        self.part(parts::RUN, &[("PATIENCE", &patience)]);
         let last = if ports.idle { parts::IS_IDLE } else { "" };
         let after = match self.memories.script {
             Some(_) => parts::THEN_SCRIPT,
