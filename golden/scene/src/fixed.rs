@@ -250,6 +250,21 @@ impl Scene {
         WithEarlyTermination::new(field, self.precision.stop_below)
     }
 
+    /// A field of the configuration with which the scene cannot be rendered.
+    fn refused(
+        &self,
+        field: &'static str,
+        value: String,
+        expected: String,
+    ) -> Result<(), SceneError> {
+        Err(SceneError::Config {
+            scene: self.name.clone(),
+            field,
+            value,
+            expected,
+        })
+    }
+
     /// Checks that the vector unit's operands hold what compositing multiplies.
     fn operands_hold_splats(&self, config: &Config) -> Result<(), SceneError> {
         let Some(own) = config.vu.operands.as_ref() else {
@@ -258,19 +273,11 @@ impl Scene {
         if self.splat_unit(config).is_some() {
             return Ok(());
         }
-        let refuse = |field, value: String, expected: String| {
-            Err(SceneError::Config {
-                scene: self.name.clone(),
-                field,
-                value,
-                expected,
-            })
-        };
         let exp = &config.vu.exp;
         let [a, b] = splats::Widths::least_factors(exp.output_bits);
         let [of_a, of_b] = own.multiply;
         if of_a < a || of_b < b {
-            return refuse(
+            return self.refused(
                 "vu.operands.multiply",
                 format!("[{of_a}, {of_b}]"),
                 format!(
@@ -282,7 +289,7 @@ impl Scene {
         }
         let least = splats::Widths::least_form(exp.input.frac_bits(), exp.input.max());
         if own.square_sum < least {
-            return refuse(
+            return self.refused(
                 "vu.operands.square_sum",
                 own.square_sum.to_string(),
                 format!(
@@ -297,17 +304,9 @@ impl Scene {
 
     /// Checks that records fit: they take 16-bit codes and a fixed number of channels.
     fn check_splats(&self, config: &Config) -> Result<(), SceneError> {
-        let refuse = |field, value: String, expected: String| {
-            Err(SceneError::Config {
-                scene: self.name.clone(),
-                field,
-                value,
-                expected,
-            })
-        };
         if config.gu.feature_bits != 16 {
             let bits = config.gu.feature_bits.to_string();
-            return refuse(
+            return self.refused(
                 "gu.feature_bits",
                 bits,
                 "16: splat records are 16-bit codes".to_owned(),
@@ -317,11 +316,11 @@ impl Scene {
         if exp.input.int_bits() < 3 {
             let expected = "three or more integer bits: exp(-8) is the first that is skipped";
             let input = exp.input.to_string();
-            return refuse("vu.exp.input", input, expected.to_owned());
+            return self.refused("vu.exp.input", input, expected.to_owned());
         }
         if !(8..=24).contains(&exp.output_bits) {
             let expected = "8 to 24 bits of opacity".to_owned();
-            return refuse("vu.exp.output_bits", exp.output_bits.to_string(), expected);
+            return self.refused("vu.exp.output_bits", exp.output_bits.to_string(), expected);
         }
         if let (Some(su), Some([columns, rows])) = (&config.su, self.group_tiles)
             && u64::from(columns) * u64::from(rows) > su.tiles.into()
@@ -330,7 +329,7 @@ impl Scene {
                 "{} or more, for render.group_tiles = [{columns}, {rows}]; or smaller ray groups",
                 (u64::from(columns) * u64::from(rows)).next_power_of_two()
             );
-            return refuse("su.tiles", su.tiles.to_string(), expected);
+            return self.refused("su.tiles", su.tiles.to_string(), expected);
         }
         let segments = config.segments(RECORD_CHANNELS);
         if segments > config.gu.segments as usize {
@@ -339,7 +338,7 @@ impl Scene {
                  with gu.banks = {}",
                 config.gu.banks
             );
-            return refuse("gu.segments", config.gu.segments.to_string(), expected);
+            return self.refused("gu.segments", config.gu.segments.to_string(), expected);
         }
         self.operands_hold_splats(config)
     }
