@@ -156,9 +156,9 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
                 entry(at(8, 8, [ONE, 0, ONE], 257)),
                 // Their start values end in as many zeros as the format has bits before the point.
                 entry(at(8 + 256, 8, [ONE, 0, ONE], 65_535)),
-                entry(at(8, 8 - 128, [ONE, 0, ONE], 65_535)),
+                entry(at(8, 8 - 256, [ONE, 0, ONE], 65_535)),
                 entry(at(8 - 25_600, 8, [ONE, 0, ONE], 65_535)),
-                entry(at(8, 8 + 64_000, [ONE, ONE, ONE], 65_535)),
+                entry(at(8, 8 + 64_000, [ONE, 0, ONE], 65_535)),
             ],
         ),
         Records {

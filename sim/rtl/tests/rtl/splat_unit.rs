@@ -28,7 +28,7 @@ const SETTINGS: SplatSettings = SplatSettings {
 
 /// Records so far away that the low bits of a start value are those of one on the tile's first pixel.
 fn far_entries() -> [SplatEntry; 2] {
-    [[256, 0], [0, 128]].map(|off| SplatEntry {
+    [[256, 0], [0, 256]].map(|off| SplatEntry {
         slot: 0,
         tile: [0, 0],
         last: [15, 15],
