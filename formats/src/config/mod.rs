@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::document;
+use crate::document::{self, Value};
 
 pub use breaches::{RuleBreach, RuleBreaches};
 pub use exponential::{Engine, ExpBase, ExpConfig, ExpForm, ExpOutput, Offers, PieceWidths};
@@ -147,8 +147,21 @@ impl Config {
 
     /// The configuration, and a note where it has an old key.
     fn from_bytes(bytes: &[u8], origin: &str) -> Result<(Self, Option<String>), ConfigError> {
-        let (config, note) = document::toml(bytes)
-            .and_then(clock::in_mhz)
+        let document = document::toml(bytes);
+        let document = document.map_err(|wrong| ConfigError::parse(origin, &wrong))?;
+        Self::from_document(document, origin)
+    }
+
+    /// Makes a configuration of a document, and checks it. Returns it with a note for the user where
+    /// the document has a key of the previous version.
+    ///
+    /// # Errors
+    /// As [`Config::from_toml`].
+    pub fn from_document(
+        document: Value,
+        origin: &str,
+    ) -> Result<(Self, Option<String>), ConfigError> {
+        let (config, note) = clock::in_mhz(document)
             .and_then(|(document, note)| Ok((document.read::<Self>()?, note)))
             .map_err(|wrong| ConfigError::parse(origin, &clock::in_names_of_files(wrong)))?;
         let breaches = rules::check(&config);
@@ -176,15 +189,24 @@ impl Config {
     /// # Errors
     /// As [`Config::read`].
     pub fn read_with_note(path: &Path) -> Result<(Self, Option<String>), ConfigError> {
+        let origin = path.display().to_string();
+        let (config, note) = Self::from_document(Self::document_of(path)?, &origin)?;
+        Ok((config, note.map(|note| format!("{origin}: {note}"))))
+    }
+
+    /// Reads the document of a file, without a look at its keys.
+    ///
+    /// # Errors
+    /// The file cannot be read, is larger than 1 MiB, or is not TOML.
+    pub fn document_of(path: &Path) -> Result<Value, ConfigError> {
         let fail = |source| ConfigError::Read {
             path: path.to_owned(),
             source,
         };
         let bytes = crate::files::read(path, LIMIT).map_err(fail)?;
         let long = || fail(std::io::Error::other(format!("more than {LIMIT} bytes")));
-        let origin = path.display().to_string();
-        let (config, note) = Self::from_bytes(&bytes.ok_or_else(long)?, &origin)?;
-        Ok((config, note.map(|note| format!("{origin}: {note}"))))
+        let document = document::toml(&bytes.ok_or_else(long)?);
+        document.map_err(|wrong| ConfigError::parse(&path.display().to_string(), &wrong))
     }
 
     /// The paper's configuration.

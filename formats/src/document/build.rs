@@ -58,6 +58,25 @@ pub fn of_toml(table: toml::Table) -> Result<Value, Wrong> {
     value.map_err(|e| Wrong::new(e.message()))
 }
 
+/// Converts a document to TOML. Nulls, which TOML does not have, are left out.
+#[must_use]
+pub fn to_toml(value: &Value) -> Option<toml::Value> {
+    Some(match value {
+        Value::Null => return None,
+        Value::Bool(own) => toml::Value::Boolean(*own),
+        Value::Int(own) => toml::Value::Integer(*own),
+        Value::Large(own) => toml::Value::Float(*own as f64),
+        Value::Float(own) => toml::Value::Float(*own),
+        Value::Text(own) => toml::Value::String(own.to_string()),
+        Value::List(all) => toml::Value::Array(all.iter().filter_map(to_toml).collect()),
+        Value::Map(all) => {
+            let all = all.iter();
+            let entries = all.filter_map(|(key, own)| Some((key.to_string(), to_toml(own)?)));
+            toml::Value::Table(entries.collect())
+        }
+    })
+}
+
 /// Text without byte-order mark. Bytes that are not UTF-8 are tolerated here; they are harmless in
 /// comments.
 fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Wrong> {

@@ -33,7 +33,7 @@ use std::fmt::Write as _;
 
 use serde::Deserialize;
 
-pub use build::{json, of_toml, toml};
+pub use build::{json, of_toml, to_toml, toml};
 pub use wrong::{Wrong, foreign};
 
 /// Longest quoted value in an error, in characters.
@@ -77,6 +77,37 @@ impl Value {
         };
         let found = entries.iter().find(|(key, _)| **key == *name);
         found.map(|(_, value)| value)
+    }
+
+    /// The document in which one value stands at a path, such as `vu.lanes`, and nothing else.
+    #[must_use]
+    pub fn at(self, path: &str) -> Self {
+        let parts = path.rsplit('.');
+        parts.fold(self, |own, part| Self::Map([(part.into(), own)].into()))
+    }
+
+    /// The value at a path, such as `vu.lanes`.
+    #[must_use]
+    pub fn find(&self, path: &str) -> Option<&Self> {
+        path.split('.').try_fold(self, |own, part| own.get(part))
+    }
+
+    /// The same document without the value at a path.
+    #[must_use]
+    pub fn without(self, path: &str) -> Self {
+        let Self::Map(entries) = self else {
+            return self;
+        };
+        let (first, rest) = match path.split_once('.') {
+            Some((first, rest)) => (first, Some(rest)),
+            None => (path, None),
+        };
+        let kept = entries.into_iter().filter_map(|(key, own)| match rest {
+            _ if *key != *first => Some((key, own)),
+            Some(rest) => Some((key, own.without(rest))),
+            None => None,
+        });
+        Self::Map(kept.collect())
     }
 
     /// Merges this value over a base, section by section; its values win.
