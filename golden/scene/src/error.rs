@@ -42,6 +42,12 @@ pub enum SceneError {
         /// The supported extensions.
         expected: String,
     },
+    /// A `[render]` section that is not a scene's.
+    #[error("{message}")]
+    RenderSection {
+        /// The problem, with its field.
+        message: String,
+    },
     /// The model does not fit in memory.
     #[error("cannot load {path}: {why}; raise the limit, or name a smaller model")]
     Memory {

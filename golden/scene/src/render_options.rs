@@ -7,10 +7,22 @@ use super::description::RenderDescription;
 use super::{Kind, Model, Scene, SceneError};
 use crate::model_facts::Cache;
 use potamoi_base::precision::{Precision, PrecisionError};
+use potamoi_formats::document::Value;
 use potamoi_march::tiling::Halo;
 use potamoi_splats::{Order, Profile};
 
 impl Scene {
+    /// Applies a `[render]` section over the scene's own rules; keys that it lacks change nothing.
+    ///
+    /// # Errors
+    /// A key that `[render]` of a scene description does not have, or that is not for the scene's model;
+    /// a value out of its range. The error names the key and what was expected.
+    pub fn apply_render(&mut self, section: &Value) -> Result<(), SceneError> {
+        let render = RenderDescription::of(section);
+        let render = render.map_err(|message| SceneError::RenderSection { message })?;
+        self.rules(&render)
+    }
+
     pub(super) fn rules(&mut self, render: &RenderDescription) -> Result<(), SceneError> {
         if let Some(name) = &render.profile {
             let known = Profile::from_str(name);
@@ -50,12 +62,12 @@ impl Scene {
         if let Some(antialiased) = render.antialiased {
             self.set_antialiased(antialiased);
         }
-        self.group_tiles = render.group_tiles;
-        self.group_side = render.group_side;
+        self.group_tiles = render.group_tiles.or(self.group_tiles);
+        self.group_side = render.group_side.or(self.group_side);
         if let Some(step) = render.step {
             self.set_step(step)?;
         }
-        self.set_precision(render.precision)?;
+        self.set_precision(self.precision.and(render.precision))?;
         let splats = matches!(self.model.kind(), Kind::Splats(_));
         let interpolated = match self.model.kind() {
             Kind::Splats(_) => false,

@@ -177,7 +177,7 @@ impl Description {
 }
 
 impl RenderDescription {
-    fn of(value: &Value) -> Result<Self, String> {
+    pub(super) fn of(value: &Value) -> Result<Self, String> {
         let numbers: Vec<_> = NUMBERS.iter().map(Number::name).collect();
         let wrong = |e: Wrong| {
             let more = match e.problem().starts_with("no such field") {
