@@ -10,7 +10,7 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model as Shown, Scene};
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised};
-use potamoi_system::system_model::work::{FrameWork, PathOptions, PathWork};
+use potamoi_system::system_model::work::{FrameWork, PathOptions, PathParts, PathWork};
 use potamoi_system::system_model::{
     Costs, Gathering, Memory, Model, Parameters, Program, Scenario, System, Variant,
 };
@@ -60,6 +60,7 @@ fn pictures_of_samples_are_modelled() {
             array: [24, 24],
             is_double_buffered: false,
             cache: CACHE,
+            parts: PathParts::All,
         };
         let path = PathWork::count(&scene, config, &options, &|| ()).unwrap();
         assert_eq!(path.references[0], counted.work, "{name}");

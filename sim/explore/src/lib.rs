@@ -62,4 +62,4 @@ pub mod warping;
 pub use cause::Cause;
 pub use error::ExploreError;
 pub use progress::Progress;
-pub use setup::{ConfigChoice, Setup, store};
+pub use setup::{ConfigChoice, Setup, Shared, store};

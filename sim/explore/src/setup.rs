@@ -1,6 +1,8 @@
 //! A scene with its system: configuration, system parameters and energies.
 
+use std::collections::HashMap;
 use std::path::Path;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::{Config, PRESETS};
@@ -11,6 +13,9 @@ use potamoi_system::system_model::work::{FrameWork, PathOptions, PathReplay, Pat
 use potamoi_system::system_model::{
     Area, Clock, Costs, Memory, Model, Parameters, Program, System,
 };
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::{ExploreError, Progress};
 
@@ -39,6 +44,58 @@ impl ConfigChoice {
     }
 }
 
+/// Results that several setups share: counted work, rates of memories, and costs of configurations.
+/// Each is found once.
+#[derive(Default)]
+pub struct Shared {
+    store: OnceLock<WorkCache>,
+    memories: Mutex<HashMap<blake3::Hash, Arc<Memory>>>,
+    costs: Mutex<HashMap<String, Priced>>,
+}
+
+/// Costs of a configuration and areas of the accelerator.
+type Priced = (Arc<Costs>, Arc<Area>);
+
+impl Shared {
+    fn store(&self) -> Result<WorkCache, ExploreError> {
+        if let Some(own) = self.store.get() {
+            return Ok(own.clone());
+        }
+        let own = store()?.held_in_memory();
+        Ok(self.store.get_or_init(|| own).clone())
+    }
+
+    fn memory(&self, system: &System) -> Arc<Memory> {
+        let own = memory_of(system);
+        let mut all = self.memories.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::clone(all.entry(own.identity()).or_insert_with(|| Arc::new(own)))
+    }
+
+    /// Costs and areas of a key, which names all that they depend on.
+    fn priced(
+        &self,
+        key: String,
+        find: impl FnOnce() -> Result<Priced, ExploreError>,
+    ) -> Result<Priced, ExploreError> {
+        let known = |all: &HashMap<String, Priced>| all.get(&key).cloned();
+        let lock = || self.costs.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known(&lock()) {
+            return Ok(found);
+        }
+        // Threads that find the same find equal ones.
+        let found = find()?;
+        Ok(lock().entry(key).or_insert(found).clone())
+    }
+}
+
+/// The memory of a system, with rates kept between runs; without a cache they are measured in each.
+fn memory_of(system: &System) -> Memory {
+    match potamoi_verilated::cache::folder("work") {
+        Ok(folder) => Memory::of(system).kept_in(&folder),
+        Err(_) => Memory::of(system),
+    }
+}
+
 /// A scene, the configuration that renders it, and the system around that.
 pub struct Setup {
     /// The scene, with the camera of the frame.
@@ -49,9 +106,11 @@ pub struct Setup {
     pub preset: Option<&'static str>,
     /// The system around the units.
     pub system: System,
-    memory: Memory,
-    known: UnitParameters,
-    costs: Costs,
+    memory: Arc<Memory>,
+    known: Arc<UnitParameters>,
+    costs: Arc<Costs>,
+    area: Arc<Area>,
+    store: Option<WorkCache>,
     replay: Option<PathReplay>,
 }
 
@@ -68,32 +127,71 @@ impl Setup {
         scene: Scene,
         synth: Option<&Path>,
     ) -> Result<Self, ExploreError> {
-        let known = UnitParameters::read(&chosen.config, synth, system.wire_margin)?;
-        let costs = known.costs(&scene, &chosen.config)?;
-        Ok(Self::of(scene, chosen, system, known, costs))
-    }
-
-    fn of(
-        scene: Scene,
-        ConfigChoice { config, preset }: ConfigChoice,
-        system: &System,
-        known: UnitParameters,
-        costs: Costs,
-    ) -> Self {
-        Self {
+        let known = Arc::new(UnitParameters::read(
+            &chosen.config,
+            synth,
+            system.wire_margin,
+        )?);
+        let costs = Arc::new(known.costs(&scene, &chosen.config)?);
+        let area = Arc::new(known.area(&chosen.config, system)?);
+        Ok(Self {
             scene,
-            config,
-            preset,
+            config: chosen.config,
+            preset: chosen.preset,
             system: system.clone(),
-            // Without a cache, rates are measured in each run.
-            memory: match potamoi_verilated::cache::folder("work") {
-                Ok(folder) => Memory::of(system).kept_in(&folder),
-                Err(_) => Memory::of(system),
-            },
+            memory: Arc::new(memory_of(system)),
             known,
             costs,
+            area,
+            store: None,
             replay: None,
-        }
+        })
+    }
+
+    /// As [`Setup::new`] with the parameters that come with the program; what other setups found is
+    /// not found again.
+    ///
+    /// # Errors
+    /// There is no folder for counted work.
+    pub fn sharing(
+        chosen: ConfigChoice,
+        system: &System,
+        scene: Scene,
+        shared: &Shared,
+    ) -> Result<Self, ExploreError> {
+        let known = UnitParameters::checked_in(system.wire_margin)?;
+        let of_buffers = [
+            u64::from(system.array_rows),
+            system.array_columns.into(),
+            system.feature_buffer_bytes,
+            system.feature_banks.into(),
+            system.weight_buffer_bytes,
+        ];
+        let key = format!(
+            "{} {:?} {} {of_buffers:?} {:?}",
+            chosen.config.hash(),
+            chosen.config.clock_mhz,
+            scene.model().is_splats(),
+            system.wire_margin,
+        );
+        let (costs, area) = shared.priced(key, || {
+            Ok((
+                Arc::new(known.costs(&scene, &chosen.config)?),
+                Arc::new(known.area(&chosen.config, system)?),
+            ))
+        })?;
+        Ok(Self {
+            scene,
+            config: chosen.config,
+            preset: chosen.preset,
+            system: system.clone(),
+            memory: shared.memory(system),
+            known: Arc::new(known),
+            costs,
+            area,
+            store: Some(shared.store()?),
+            replay: None,
+        })
     }
 
     /// Energy, area and clock of another configuration's units, in the scene's use.
@@ -106,25 +204,14 @@ impl Setup {
 
     /// Energy, area and clock of the configuration's units.
     #[must_use]
-    pub const fn costs(&self) -> &Costs {
+    pub fn costs(&self) -> &Costs {
         &self.costs
     }
 
     /// Areas of the accelerator's blocks.
-    ///
-    /// # Errors
-    /// None for the formulas that come with the program.
-    pub fn area(&self) -> Result<Area, ExploreError> {
-        let (array, known) = (self.system.array(), &self.known);
-        let macs = array.rows * array.columns;
-        let fit = Fit::checked_in()?;
-        Ok(Area::of(
-            &self.config,
-            &fit,
-            &known.reports,
-            &known.system,
-            macs,
-        ))
+    #[must_use]
+    pub fn area(&self) -> &Area {
+        &self.area
     }
 
     /// The work of the scene's path, and whether it was cached. Memory then uses the path's own
@@ -139,7 +226,9 @@ impl Setup {
     ) -> Result<(PathWork, bool), ExploreError> {
         progress.now(self.scene.name());
         let step = || progress.advance(1);
-        let found = store()?.path(&self.scene, &self.config, options, &step)?;
+        let found = self
+            .store()?
+            .path(&self.scene, &self.config, options, &step)?;
         progress.now(&format!("{}: replaying memory accesses", self.scene.name()));
         self.replay(options)?;
         Ok(found)
@@ -151,14 +240,35 @@ impl Setup {
     /// As [`WorkCache::replay`].
     pub fn replay(&mut self, options: &PathOptions) -> Result<(), ExploreError> {
         let (scene, config) = (&self.scene, &self.config);
-        let found = store()?.replay(scene, config, options, &self.memory)?;
+        let found = self.store()?.replay(scene, config, options, &self.memory)?;
         self.replay = Some(found);
         Ok(())
     }
 
+    /// Another result of the frame, kept as counted work is; see [`WorkCache::of_frame`].
+    ///
+    /// # Errors
+    /// Those of `find`; a folder that cannot be written.
+    pub fn of_frame<T>(
+        &self,
+        kind: &str,
+        parts: &[(&'static str, blake3::Hash)],
+        find: impl FnOnce() -> Result<T, ExploreError>,
+    ) -> Result<Arc<T>, ExploreError>
+    where
+        T: Serialize + DeserializeOwned + Send + Sync + 'static,
+    {
+        let of = (&self.scene, &self.config);
+        self.store()?.of_frame(kind, of, parts, find)
+    }
+
+    fn store(&self) -> Result<WorkCache, ExploreError> {
+        self.store.clone().map_or_else(store, Ok)
+    }
+
     /// The system's memory.
     #[must_use]
-    pub const fn memory(&self) -> &Memory {
+    pub fn memory(&self) -> &Memory {
         &self.memory
     }
 
@@ -200,7 +310,7 @@ impl Setup {
         array: MacArray,
     ) -> Result<FrameWork, ExploreError> {
         let cache = self.system.gpu.cache_bytes();
-        Ok(store()?.frame(&self.scene, config, array, cache)?.0)
+        Ok(self.store()?.frame(&self.scene, config, array, cache)?.0)
     }
 }
 
@@ -222,32 +332,72 @@ pub(crate) fn accelerator_clock(scene: &Scene, config: &Config) -> Result<Clock,
     Ok(known.costs(scene, config)?.clock)
 }
 
-/// Known unit parameters: a given file, then those that come with the program.
-struct UnitParameters {
+/// Unit parameters and formulas that come with the program.
+struct CheckedIn {
     reports: Vec<Synthesised>,
-    /// Whether the first was given.
-    is_given: bool,
     records: SynthReport,
     system: SynthReport,
+    fit: Arc<Fit>,
+}
+
+/// They are read once.
+fn checked_in() -> Result<&'static CheckedIn, ExploreError> {
+    static READ: OnceLock<CheckedIn> = OnceLock::new();
+    if let Some(known) = READ.get() {
+        return Ok(known);
+    }
+    let [system, _] = SynthReport::checked_in()?;
+    let read = CheckedIn {
+        reports: Synthesised::checked_in()?,
+        records: SynthReport::of_records()?,
+        system,
+        fit: Arc::new(Fit::checked_in()?),
+    };
+    Ok(READ.get_or_init(|| read))
+}
+
+/// Known unit parameters: a given file, then those that come with the program.
+struct UnitParameters {
+    given: Option<Vec<Synthesised>>,
+    known: &'static CheckedIn,
     wire_margin: f64,
 }
 
 impl UnitParameters {
+    fn checked_in(wire_margin: f64) -> Result<Self, ExploreError> {
+        Ok(Self {
+            given: None,
+            known: checked_in()?,
+            wire_margin,
+        })
+    }
+
     fn read(config: &Config, given: Option<&Path>, wire_margin: f64) -> Result<Self, ExploreError> {
-        let mut reports = Synthesised::checked_in()?;
-        let [system, _] = SynthReport::checked_in()?;
+        let mut own = Self::checked_in(wire_margin)?;
         if let Some(path) = given {
             let report = SynthReport::read(path)?.of(config, path)?;
             let config = config.clone();
-            reports.insert(0, Synthesised { config, report });
+            let mut all = own.known.reports.clone();
+            all.insert(0, Synthesised { config, report });
+            own.given = Some(all);
         }
-        Ok(Self {
-            is_given: given.is_some(),
-            reports,
-            records: SynthReport::of_records()?,
+        Ok(own)
+    }
+
+    fn reports(&self) -> &[Synthesised] {
+        self.given.as_deref().unwrap_or(&self.known.reports)
+    }
+
+    /// Areas of the accelerator's blocks.
+    fn area(&self, config: &Config, system: &System) -> Result<Area, ExploreError> {
+        let known = self.known;
+        Ok(Area::of(
+            config,
+            &known.fit,
+            self.reports(),
+            &known.system,
             system,
-            wire_margin,
-        })
+        ))
     }
 
     /// Energy, area and clock of units and memories.
@@ -256,20 +406,20 @@ impl UnitParameters {
             true => Program::Splats,
             false => Program::Fields,
         };
-        let given = (self.reports.iter().take(usize::from(self.is_given)))
+        let given = (self.reports().iter().take(self.given.iter().len()))
             .find(|r| r.has(config, UnitKind::Gathering))
             .map(|r| &r.report);
         let parameters = Parameters {
             given,
-            reports: &self.reports,
-            records: &self.records,
-            system: &self.system,
+            reports: self.reports(),
+            records: &self.known.records,
+            system: &self.known.system,
             wire_margin: self.wire_margin,
         };
         Ok(Costs::new(
             config,
             program,
-            Fit::checked_in()?,
+            Arc::clone(&self.known.fit),
             &parameters,
         )?)
     }

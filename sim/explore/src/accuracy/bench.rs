@@ -7,7 +7,7 @@ use potamoi_base::picture::Picture;
 use potamoi_formats::config::{Config, Layer};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
-use potamoi_system::system_model::work::{Counted, FrameWork, PathOptions};
+use potamoi_system::system_model::work::{Counted, FrameWork, PathOptions, PathParts};
 use potamoi_system::system_model::{Clock, Frames, Gathering, Model, Scenario, Variant};
 use potamoi_warp::Profile;
 
@@ -248,6 +248,7 @@ impl Bench {
             array: [system.array_rows.into(), system.array_columns.into()],
             is_double_buffered: system.array_double_buffered,
             cache: system.gpu.cache_bytes(),
+            parts: PathParts::All,
         };
         let (path, _) = store()?.path(&tried.scene, &tried.config, &options, &|| ())?;
         let run = |frames| {

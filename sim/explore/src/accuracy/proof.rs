@@ -1,8 +1,10 @@
 //! Verification of settings: their Verilog against the golden models.
 
+use potamoi_formats::config::Config;
 use potamoi_reference::ReferenceUnits;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Injection, Settings, Verifier};
+use potamoi_scene::Scene;
 
 use super::bench::Bench;
 use super::knobs::Setting;
@@ -36,8 +38,24 @@ impl Bench {
         progress: &dyn Progress,
     ) -> Result<Proof, ExploreError> {
         let (config, scene) = self.apply(settings)?;
-        let mut twins = ReferenceUnits::new(&config);
-        let counts = scene.render_fixed(&config, &mut twins)?.counts;
+        Proof::of(&config, &scene, inject, progress)
+    }
+}
+
+impl Proof {
+    /// Compares the Verilog of a configuration with the golden models on a scene's frame. An injected
+    /// fault shows that mismatches are found.
+    ///
+    /// # Errors
+    /// As [`Bench::prove`].
+    pub fn of(
+        config: &Config,
+        scene: &Scene,
+        inject: Option<Injection>,
+        progress: &dyn Progress,
+    ) -> Result<Self, ExploreError> {
+        let mut twins = ReferenceUnits::new(config);
+        let counts = scene.render_fixed(config, &mut twins)?.counts;
         let pixels = twins.counts().splat_pixels;
         let total = [
             counts.feature_vectors,
@@ -61,15 +79,15 @@ impl Bench {
             progress.advance(p.done.saturating_sub(shown));
             shown = p.done;
         };
-        let mut verifier = Verifier::new(&config, own, &mut show);
-        let done = scene.render_fixed(&config, &mut verifier);
+        let mut verifier = Verifier::new(config, own, &mut show);
+        let done = scene.render_fixed(config, &mut verifier);
         if verifier.failure().is_some() {
             return Err(ExploreError::Check(
                 "the Verilog of the configuration found differs from the golden models".to_owned(),
             ));
         }
         done?;
-        let proof = Proof {
+        let proof = Self {
             vectors: [verifier.gather_report().samples, total[0]],
             elements: [verifier.vector_report().elements, total[1]],
             pixels: [verifier.splat_report().pixels, total[2]],
@@ -89,7 +107,6 @@ mod tests {
     use super::super::knobs;
     use super::*;
     use crate::{ConfigChoice, Setup};
-    use potamoi_scene::Scene;
     use potamoi_system::system_model::System;
 
     /// Faults in both units, in the configuration of a setting, are found.

@@ -32,7 +32,7 @@ pub struct Candidate {
     pub found: SearchResult,
     /// Settings, to be applied together.
     pub settings: Vec<Setting>,
-    /// Configuration as TOML; comments above it list changes outside the configuration.
+    /// The machine as TOML: the configuration, and changes outside it in `[render]` and `[path]`.
     pub text: String,
 }
 
@@ -129,29 +129,28 @@ impl Search<'_> {
         })
     }
 
-    /// Configuration of the settings, with changes outside it as lines of a description or as
-    /// flags.
+    /// Configuration of the settings, with changes outside it in the sections of a machine's file.
     fn text(&self, own: &[Turned<'_>]) -> Result<String, ExploreError> {
         let (config, _) = self.bench.apply(&settings(own))?;
-        let (mut render, mut flags) = (vec![], vec![]);
+        let (mut render, mut without, mut path) = (vec![], vec![], vec![]);
         for (_, setting) in own {
             match setting.change.reproduce() {
                 Some(Reproduce::Render(lines)) => render.extend(lines),
-                Some(Reproduce::Flags(own)) => flags.push(own),
+                Some(Reproduce::Without(effect)) => without.push(format!("{effect:?}")),
+                Some(Reproduce::Path(lines)) => path.extend(lines),
                 None => {}
             }
         }
-        let mut text = String::new();
-        if !render.is_empty() {
-            text.push_str("# Beside this configuration, in the scene's description:\n# [render]\n");
-            text.extend(render.iter().map(|line| format!("# {line}\n")));
-        }
-        if !flags.is_empty() {
-            text.push_str("# Beside this configuration, of commands:\n");
-            text.extend(flags.iter().map(|flag| format!("# {flag}\n")));
+        if !without.is_empty() {
+            render.push(format!("without = [{}]", without.join(", ")));
         }
         let made = config.to_toml();
-        text.push_str(&made.map_err(|e| ExploreError::Refused(e.to_string()))?);
+        let mut text = made.map_err(|e| ExploreError::Refused(e.to_string()))?;
+        for (name, lines) in [("render", render), ("path", path)] {
+            if !lines.is_empty() {
+                text.push_str(&format!("\n[{name}]\n{}\n", lines.join("\n")));
+            }
+        }
         Ok(text)
     }
 }

@@ -97,7 +97,7 @@ impl Modelled {
             clock_ghz: model.clock_ghz,
             reached_ghz: model.costs.clock.reached_ghz,
             clock: model.costs.clock.clone(),
-            area: setup.area()?,
+            area: setup.area().clone(),
             energy_origin: model.costs.origin.clone(),
             energy_unknown: model.costs.unknown.clone(),
             rendered_share: rendered_share(path),

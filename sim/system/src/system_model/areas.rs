@@ -6,6 +6,7 @@ use potamoi_synth::{SYSTEM, SynthReport, Synthesised, UnitKind, scaling};
 use serde::Serialize;
 
 use super::logic::{Logic, NODE_NM};
+use super::system::System;
 use super::unit_source::{Known, UnitSource};
 
 /// Area of the blocks of one kind, in square millimetres.
@@ -44,14 +45,14 @@ pub struct Area {
 
 impl Area {
     /// Areas of a configuration's units, from the first of the reports that has one or from formulas; of
-    /// an array of `macs` units, and of the buffers, which `system` has.
+    /// the array and the buffers of `around`, whose unit and banks `system` has.
     #[must_use]
     pub fn of(
         config: &Config,
         fit: &Fit,
         reports: &[Synthesised],
         system: &SynthReport,
-        macs: u64,
+        around: &System,
     ) -> Self {
         let known = Known { fit, reports };
         let mut units = vec![
@@ -64,8 +65,8 @@ impl Area {
         let sum = |all: &[BlockArea]| all.iter().map(BlockArea::mm2).sum();
         let units_mm2 = sum(&units);
         let mut blocks = units;
-        blocks.push(array(system, macs));
-        blocks.extend(buffers(system));
+        blocks.push(array(system, around.array().units()));
+        blocks.extend(buffers(system, around));
         Self {
             units_mm2,
             total_mm2: sum(&blocks),
@@ -156,18 +157,43 @@ fn array(system: &SynthReport, macs: u64) -> BlockArea {
     }
 }
 
-/// The buffers around the units.
-fn buffers(system: &SynthReport) -> Vec<BlockArea> {
+/// The buffers around the units. Banks of another size than those that were modelled have no known area.
+fn buffers(system: &SynthReport, around: &System) -> Vec<BlockArea> {
+    let wanted = [
+        (
+            "global_feature_buffer",
+            around.feature_buffer_bytes,
+            u64::from(around.feature_banks),
+        ),
+        ("weight_buffer", around.weight_buffer_bytes, 1),
+    ];
     let all = memories(system, SYSTEM).unwrap_or_default();
-    all.into_iter()
-        .map(|(block, count, mm2)| BlockArea {
-            block,
+    let bytes_of = |name: &str| {
+        let shape = &system.memory(SYSTEM, name)?.0.shape;
+        Some(u64::from(shape.words) * u64::from(shape.bits) / 8)
+    };
+    let of = |(block, bytes, count): (&str, u64, u64)| {
+        let known = all.iter().find(|(name, ..)| name == block);
+        let bank = bytes / count.max(1);
+        let same = bytes_of(block).filter(|own| *own == bank);
+        let each = known.map(|(_, count, mm2)| mm2 / *count as f64);
+        BlockArea {
+            block: block.to_owned(),
             count,
             logic_mm2: Some(0.0),
-            memories_mm2: Some(mm2),
-            from: "CACTI".to_owned(),
-        })
-        .collect()
+            memories_mm2: each
+                .filter(|_| same.is_some())
+                .map(|mm2| count as f64 * mm2),
+            from: match (same, bytes_of(block)) {
+                (Some(_), _) => "CACTI".to_owned(),
+                (None, Some(own)) => {
+                    format!("a bank of {bank} bytes was not modelled, one of {own} bytes was")
+                }
+                (None, None) => "the parameters lack this memory".to_owned(),
+            },
+        }
+    };
+    wanted.into_iter().map(of).collect()
 }
 
 #[cfg(test)]
@@ -179,7 +205,13 @@ mod tests {
         let config = Config::from_toml(text, "test").unwrap();
         let reports = Synthesised::checked_in().unwrap();
         let fit = Fit::checked_in().unwrap();
-        Area::of(&config, &fit, &reports, &reports[0].report, 576)
+        Area::of(
+            &config,
+            &fit,
+            &reports,
+            &reports[0].report,
+            &System::default(),
+        )
     }
 
     fn block<'a>(area: &'a Area, name: &str) -> &'a BlockArea {

@@ -1,7 +1,7 @@
 //! Energy, area and clock of units and on-chip memories, from synthesised parameters.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::record::RECORD_CHANNELS;
@@ -76,7 +76,7 @@ enum Gatherer {
 /// Energy of the units at 12 nm. What is not known is `None`, and named in [`Costs::unknown`].
 #[derive(Debug)]
 pub struct Costs {
-    fit: Fit,
+    fit: Arc<Fit>,
     config: Config,
     gatherer: Option<Gatherer>,
     vector: Option<UnitEnergy>,
@@ -181,9 +181,10 @@ impl Costs {
     pub fn new(
         config: &Config,
         program: Program,
-        fit: Fit,
+        fit: impl Into<Arc<Fit>>,
         parameters: &Parameters<'_>,
     ) -> Result<Self, CostError> {
+        let fit = fit.into();
         let node = fit.grid().library.node_nm;
         let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
         let factors = factors.ok_or(CostError::Node {

@@ -6,7 +6,9 @@ use std::fmt::Write;
 use potamoi_warp::Profile;
 
 use super::tests::{costs, memory};
-use super::work::{Classes, FrameWork, PathOptions, PathWork, Quality, Reads, TargetWork};
+use super::work::{
+    Classes, FrameWork, PathOptions, PathParts, PathWork, Quality, Reads, TargetWork,
+};
 use super::*;
 use potamoi_cycles::batch::Batch;
 
@@ -94,6 +96,7 @@ fn path(splats: bool) -> PathWork {
             array: [24, 24],
             is_double_buffered: false,
             cache: 1 << 19,
+            parts: PathParts::All,
         },
         references: (0..4).map(|i| frame(splats, 5 + i, 4096)).collect(),
         reference_frames: vec![(Some(0), 0), (None, 1), (None, 4), (None, 7)],

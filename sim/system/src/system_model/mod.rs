@@ -10,6 +10,7 @@ mod chrome_trace;
 mod clock;
 mod compose;
 mod costs;
+mod demand;
 pub mod dram;
 mod error;
 #[cfg(test)]
@@ -45,6 +46,7 @@ pub use block_periods::BlockPeriod;
 pub use chrome_trace::chrome_trace;
 pub use clock::{Clock, ClockOrigin};
 pub use costs::{CostError, Costs, MacEnergy, OnChip, Parameters, Unknown};
+pub use demand::Demand;
 pub use error::ModelError;
 pub use gathering::{Gathered, MemorySaving};
 pub use gpu::Gpu;

@@ -18,7 +18,7 @@ use super::parts::{EnergyByPart, StageTime};
 use super::spent::Spent;
 use super::system::System;
 use super::variant::{Frames, Gathering, Scenario, Variant};
-use super::work::{FrameWork, PathReplay, PathWork, Quality};
+use super::work::{FrameWork, PathParts, PathReplay, PathWork, Quality};
 
 /// Time and energy of jobs, for one frame or a path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -148,6 +148,10 @@ impl Model<'_> {
         variant: Variant,
         scenario: Scenario,
     ) -> Result<(Outcome, Timeline), ModelError> {
+        if path.options.parts == PathParts::FullFrames && variant.frames != Frames::Full {
+            let variant = variant.name;
+            return Err(ModelError::NotCounted { variant });
+        }
         let at = |overlap| -> Result<(Run, Timeline), ModelError> {
             let composer = self.composer(overlap);
             let composer = FrameJobs::new(composer, path, variant, scenario).jobs()?;
@@ -190,7 +194,7 @@ impl Model<'_> {
         })
     }
 
-    fn composer(&self, overlap: Overlap) -> Composer<'_> {
+    pub(super) fn composer(&self, overlap: Overlap) -> Composer<'_> {
         Composer::new(
             self.system,
             self.memory,
@@ -267,7 +271,8 @@ impl Model<'_> {
         Some(self.costs.leakage_mw? + array_mw)
     }
 
-    fn energy(
+    /// Energy of frames by part; `busy` has the nanoseconds that resources are at work.
+    pub(super) fn energy(
         &self,
         spent: &Spent,
         busy: &BTreeMap<Resource, f64>,

@@ -217,8 +217,21 @@ impl System {
             name: name.to_owned(),
             problem,
         };
+        let given = document::toml(bytes).map_err(|wrong| fail(wrong.to_string()))?;
+        Self::of_document(given, name, folder)
+    }
+
+    /// The system of a document; fields that it leaves out have their defaults. `name` is that of its
+    /// source in errors; paths of device files are relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`System::from_toml`].
+    pub fn of_document(given: Value, name: &str, folder: &Path) -> Result<Self, SystemError> {
+        let fail = |problem: String| SystemError::Text {
+            name: name.to_owned(),
+            problem,
+        };
         let wrong = |wrong: document::Wrong| fail(wrong.to_string());
-        let given = document::toml(bytes).map_err(wrong)?;
         if let Some((field, instead)) = given::gone(&given) {
             let name = name.to_owned();
             return Err(SystemError::Gone {

@@ -84,10 +84,12 @@ impl RenderChange {
 /// How other commands reproduce a change outside the configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reproduce {
-    /// Lines of `[render]` in a scene description.
+    /// Lines of `[render]`, in a scene description or a machine's file.
     Render(Vec<String>),
-    /// Command-line flags.
-    Flags(String),
+    /// An effect that `[render]` of a machine's file leaves out.
+    Without(String),
+    /// Lines of `[path]` in a machine's file.
+    Path(Vec<String>),
 }
 
 impl Change {
@@ -113,17 +115,23 @@ impl Change {
                 let given = own.given().into_iter();
                 Reproduce::Render(given.map(|(name, v)| format!("{name} = {v}")).collect())
             }
-            Self::Scene(RenderChange::Without(effect)) => {
-                Reproduce::Flags(format!("--without {effect}"))
-            }
+            Self::Scene(RenderChange::Without(effect)) => Reproduce::Without(effect.to_string()),
             Self::Path(PathVariant::Warped { window, phi }) => {
-                let phi = phi.map_or_else(String::new, |phi| format!(" --phi {phi}"));
-                Reproduce::Flags(format!("model --variants potamoi --window {window}{phi}"))
+                let phi = phi.map(|phi| format!("phi = {phi:?}"));
+                let lines = [
+                    "variant = \"potamoi\"".to_owned(),
+                    format!("window = {window}"),
+                ];
+                Reproduce::Path(lines.into_iter().chain(phi).collect())
             }
             Self::Path(PathVariant::Chained { window }) => {
-                Reproduce::Flags(format!("model --variants temp --window {window}"))
+                let lines = [
+                    "variant = \"temp\"".to_owned(),
+                    format!("window = {window}"),
+                ];
+                Reproduce::Path(lines.to_vec())
             }
-            Self::Path(PathVariant::Half) => Reproduce::Flags("model --variants ds2".to_owned()),
+            Self::Path(PathVariant::Half) => Reproduce::Path(vec!["variant = \"ds2\"".to_owned()]),
         })
     }
 }

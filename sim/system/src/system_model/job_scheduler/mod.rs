@@ -72,6 +72,19 @@ pub enum Shared {
     Weights,
 }
 
+impl Shared {
+    /// Name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Memory => "memory",
+            Self::Interconnect => "interconnect",
+            Self::Features(_) => "feature buffer",
+            Self::Weights => "weight buffer",
+        }
+    }
+}
+
 /// A job's demand on a shared channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {

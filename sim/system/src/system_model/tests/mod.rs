@@ -19,8 +19,8 @@ use proptest::prelude::*;
 use potamoi_cycles::batch::Batch;
 
 use super::work::{
-    Classes, FrameWork, PathOptions, PathReplay, PathWork, Quality, Reads, Replay, Replayed,
-    TargetWork,
+    Classes, FrameWork, PathOptions, PathParts, PathReplay, PathWork, Quality, Reads, Replay,
+    Replayed, TargetWork,
 };
 use super::*;
 
@@ -160,6 +160,7 @@ fn path(full: &FrameWork, sparse: &FrameWork) -> PathWork {
             array: [24, 24],
             is_double_buffered: false,
             cache: 1 << 19,
+            parts: PathParts::All,
         },
         references: vec![full.clone(), full.clone()],
         reference_frames: vec![(Some(0), 0), (None, 1)],

@@ -11,7 +11,7 @@ mod tests;
 
 pub use cache::{WorkCache, WorkCacheError};
 pub use frame::{Counted, FrameWork, PixelPairs, Reads};
-pub use path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
+pub use path::{Classes, PathError, PathOptions, PathParts, PathWork, Quality, TargetWork};
 pub use replay::{PathReplay, Replay, Replayed};
 
 /// Whether a value is its default, which is then not serialised.

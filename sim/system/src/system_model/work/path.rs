@@ -25,6 +25,17 @@ pub enum PathError {
     NoFrames,
 }
 
+/// Parts of a path that are counted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathParts {
+    /// Frames in full, warped, chained and at half the resolution, and the quality of each.
+    #[default]
+    All,
+    /// Frames in full alone, without their quality: variants that warp or scale are refused.
+    FullFrames,
+}
+
 /// Options of a counted path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PathOptions {
@@ -46,6 +57,9 @@ pub struct PathOptions {
     pub is_double_buffered: bool,
     /// Bytes of the GPU's cache.
     pub cache: u32,
+    /// Parts that are counted.
+    #[serde(default, skip_serializing_if = "super::is_default")]
+    pub parts: PathParts,
 }
 
 impl PathOptions {
@@ -177,6 +191,9 @@ impl PathWork {
     #[must_use]
     pub fn steps(options: &PathOptions) -> u64 {
         let references = u64::from(options.frames.div_ceil(options.window.max(1)));
+        if options.parts == PathParts::FullFrames {
+            return 2 * references;
+        }
         // Each frame is rendered, and those that are counted are read once more.
         5 * u64::from(options.frames) + 4 * references
     }

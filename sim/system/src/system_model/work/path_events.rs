@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::frame::FrameEvents;
-use super::path::{Classes, PathError, PathOptions, PathWork, Quality, TargetWork};
+use super::path::{Classes, PathError, PathOptions, PathParts, PathWork, Quality, TargetWork};
 
 /// Frames counted in parallel; their pictures are in memory.
 const SIDE_BY_SIDE: usize = 8;
@@ -83,11 +83,14 @@ pub(super) fn plan(path: &[Camera], options: &PathOptions) -> Result<Plan, WarpE
     Plan::new(path, &plan)
 }
 
-/// Cameras of the references, in full and then at half the resolution.
-pub(super) fn whole_and_half(plan: &Plan) -> Vec<Camera> {
+/// Cameras of the references, in full and then, where they are counted, at half the resolution.
+pub(super) fn whole_and_half(plan: &Plan, parts: PathParts) -> Vec<Camera> {
     let whole = plan.references.iter().map(|task| task.camera);
     let small = |of: Camera| of.resized(of.width.div_ceil(2), of.height.div_ceil(2));
-    whole.clone().chain(whole.map(small)).collect()
+    match parts {
+        PathParts::All => whole.clone().chain(whole.map(small)).collect(),
+        PathParts::FullFrames => whole.collect(),
+    }
 }
 
 /// Error sums of one comparison over frames.
@@ -297,8 +300,14 @@ impl PathEvents {
             config,
         };
 
+        let cameras = whole_and_half(&plan, options.parts);
+        if options.parts == PathParts::FullFrames {
+            let references = counter.frames(&cameras, step)?;
+            return Ok(Self::of_full_frames(
+                scene, options, &path, &plan, references,
+            ));
+        }
         let shown = Shown::of(&counter, &path, step)?;
-        let cameras = whole_and_half(&plan);
         let mut references = counter.frames(&cameras, step)?;
         let halves = references.split_off(plan.references.len());
         let warped = &mut Sequence::new(warper, &path, &plan, &[]);
@@ -327,6 +336,47 @@ impl PathEvents {
             targets: targets.pixels,
             chained: chained.pixels,
         })
+    }
+
+    /// A path of full frames: each is rendered whole, with the work of its reference.
+    fn of_full_frames(
+        scene: &Scene,
+        options: &PathOptions,
+        path: &[Camera],
+        plan: &Plan,
+        references: Vec<FrameEvents>,
+    ) -> Self {
+        let size = path.first().map_or([0, 0], |own| [own.width, own.height]);
+        let whole = TargetWork {
+            reference: None,
+            classes: Classes {
+                rendered: u64::from(size[0]) * u64::from(size[1]),
+                ..Classes::default()
+            },
+            work: None,
+        };
+        let path = PathWork {
+            scene: scene.name().to_owned(),
+            algorithm: scene.model().algorithm().to_owned(),
+            size,
+            options: *options,
+            references,
+            reference_frames: (plan.references.iter())
+                .map(|task| (task.target, task.known))
+                .collect(),
+            targets: vec![whole; path.len()],
+            chained: vec![],
+            halves: vec![],
+            full_quality: Quality::default(),
+            warped_quality: Quality::default(),
+            chained_quality: Quality::default(),
+            half_quality: Quality::default(),
+        };
+        Self {
+            targets: vec![PixelRuns::default(); path.targets.len()],
+            chained: vec![],
+            path,
+        }
     }
 }
 

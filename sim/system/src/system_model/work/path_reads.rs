@@ -24,38 +24,39 @@ pub(super) struct PathReads {
 impl PathEvents {
     /// The work with the units of a configuration, an array and reads.
     pub(super) fn priced(
-        self,
+        &self,
         config: &Config,
         options: &PathOptions,
-        reads: PathReads,
+        reads: &PathReads,
     ) -> Result<PathWork, PathError> {
         let pricing = Pricing::new(config, PathWork::array(options));
         let pricing = pricing.map_err(|error| SceneError::of_unit(error.into()))?;
-        let frames = |works: Vec<FrameEvents>, reads: Vec<Reads>| -> Vec<FrameWork> {
+        let frames = |works: &[FrameEvents], reads: &[Reads]| -> Vec<FrameWork> {
             let both = works.iter().zip(reads);
-            both.map(|(work, reads)| work.priced(&pricing, reads))
+            both.map(|(work, reads)| work.priced(&pricing, *reads))
                 .collect()
         };
-        let targets = |works: Vec<TargetWork<BatchEvents>>, reads: Vec<Option<Reads>>| {
-            let both = works.into_iter().zip(reads);
+        let targets = |works: &[TargetWork<BatchEvents>], reads: &[Option<Reads>]| {
+            let both = works.iter().zip(reads);
             let priced = both.map(|(target, reads)| TargetWork {
                 reference: target.reference,
                 classes: target.classes,
-                work: (target.work).map(|own| own.priced(&pricing, reads.unwrap_or_default())),
+                work: (target.work.as_ref())
+                    .map(|own| own.priced(&pricing, reads.unwrap_or_default())),
             });
             priced.collect::<Vec<TargetWork>>()
         };
-        let own = self.path;
+        let own = &self.path;
         Ok(PathWork {
-            scene: own.scene,
-            algorithm: own.algorithm,
+            scene: own.scene.clone(),
+            algorithm: own.algorithm.clone(),
             size: own.size,
             options: *options,
-            references: frames(own.references, reads.references),
-            reference_frames: own.reference_frames,
-            targets: targets(own.targets, reads.targets),
-            chained: targets(own.chained, reads.chained),
-            halves: frames(own.halves, reads.halves),
+            references: frames(&own.references, &reads.references),
+            reference_frames: own.reference_frames.clone(),
+            targets: targets(&own.targets, &reads.targets),
+            chained: targets(&own.chained, &reads.chained),
+            halves: frames(&own.halves, &reads.halves),
             full_quality: own.full_quality,
             warped_quality: own.warped_quality,
             chained_quality: own.chained_quality,
@@ -77,7 +78,7 @@ impl PathWork {
     ) -> Result<Self, PathError> {
         let events = PathEvents::count(scene, config, options, step)?;
         let reads = PathReads::count(scene, config, options, &events, step)?;
-        events.priced(config, options, reads)
+        events.priced(config, options, &reads)
     }
 }
 
@@ -95,7 +96,8 @@ impl PathReads {
         step: &(dyn Fn() + Sync),
     ) -> Result<Self, PathError> {
         let path = scene.path(options.fps, options.frames)?;
-        let cameras = whole_and_half(&plan(&path, options)?);
+        let plan = plan(&path, options)?;
+        let cameras = whole_and_half(&plan, options.parts);
         let of = |camera: &Camera, only: Option<&Mask>| {
             let reads = Reads::of(&seen_by(scene, camera), config, options.cache, only);
             step();
@@ -103,7 +105,7 @@ impl PathReads {
         };
         let whole = cameras.par_iter().map(|camera| of(camera, None));
         let mut references = whole.collect::<Result<Vec<_>, _>>()?;
-        let halves = references.split_off(references.len() / 2);
+        let halves = references.split_off(plan.references.len());
         let targets = |works: &[TargetWork<BatchEvents>], pixels: &[PixelRuns]| {
             let all = works.par_iter().zip(pixels).zip(&path);
             let all = all.map(|((target, pixels), camera)| match &target.work {

@@ -164,6 +164,7 @@ fn a_path_is_counted_once() {
         array: [24, 24],
         is_double_buffered: false,
         cache: CACHE,
+        parts: PathParts::All,
     };
     let steps = AtomicU64::new(0);
     let count = || {

@@ -1,6 +1,9 @@
 //! Cache of counted work, keyed by all its inputs.
 
+mod held;
+
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use potamoi_formats::config::{Config, RitPairs};
 use potamoi_result_cache::{self as result_cache, Key};
@@ -9,6 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
+use self::held::Held;
 use super::super::memory::Memory;
 use super::frame::{FrameEvents, FrameWork, Reads};
 use super::path::{PathError, PathOptions, PathWork};
@@ -44,6 +48,7 @@ pub enum WorkCacheError {
 #[derive(Debug, Clone)]
 pub struct WorkCache {
     folder: PathBuf,
+    held: Option<Held>,
 }
 
 impl WorkCache {
@@ -52,6 +57,17 @@ impl WorkCache {
     pub fn new(folder: &Path) -> Self {
         Self {
             folder: folder.to_owned(),
+            held: None,
+        }
+    }
+
+    /// The same cache, whose results also stay in memory, shared by its clones. Threads that ask for
+    /// the same result at the same time count it once.
+    #[must_use]
+    pub fn held_in_memory(self) -> Self {
+        Self {
+            held: Some(Held::default()),
+            ..self
         }
     }
 
@@ -72,9 +88,9 @@ impl WorkCache {
     ) -> Result<(PathWork, bool), WorkCacheError> {
         let (events, was_cached) = self.events(scene, config, options, step)?;
         let key = reads_key(scene, config, options);
-        let count = || PathReads::count(scene, config, options, &events, step);
-        let (reads, _) = self.get(&key, count)?;
-        Ok((events.priced(config, options, reads)?, was_cached))
+        let count = || Ok(PathReads::count(scene, config, options, &events, step)?);
+        let (reads, _) = self.get::<_, WorkCacheError>(&key, count)?;
+        Ok((events.priced(config, options, &reads)?, was_cached))
     }
 
     fn events(
@@ -83,9 +99,9 @@ impl WorkCache {
         config: &Config,
         options: &PathOptions,
         step: &(dyn Fn() + Sync),
-    ) -> Result<(PathEvents, bool), WorkCacheError> {
+    ) -> Result<(Arc<PathEvents>, bool), WorkCacheError> {
         self.get(&events_key(scene, config, options), || {
-            PathEvents::count(scene, config, options, step)
+            Ok(PathEvents::count(scene, config, options, step)?)
         })
     }
 
@@ -100,16 +116,41 @@ impl WorkCache {
         array: MacArray,
         cache: u32,
     ) -> Result<(FrameWork, bool), WorkCacheError> {
-        let (events, was_cached) = self.get(&frame_key(scene, config), || {
-            Ok(FrameEvents::of(scene, config, None)?)
-        })?;
-        let (reads, _) = self.get(&frame_reads_key(scene, config, cache), || {
-            Ok(Reads::of(scene, config, cache, None)?)
-        })?;
+        let (events, was_cached) = self
+            .get::<_, WorkCacheError>(&frame_key(scene, config), || {
+                Ok(FrameEvents::of(scene, config, None).map_err(PathError::from)?)
+            })?;
+        let (reads, _) = self
+            .get::<_, WorkCacheError>(&frame_reads_key(scene, config, cache), || {
+                Ok(Reads::of(scene, config, cache, None).map_err(PathError::from)?)
+            })?;
         let pricing = Pricing::new(config, array);
         let pricing = pricing.map_err(|error| SceneError::of_unit(error.into()));
         let pricing = pricing.map_err(PathError::from)?;
-        Ok((events.priced(&pricing, reads), was_cached))
+        Ok((events.priced(&pricing, *reads), was_cached))
+    }
+
+    /// Any other result of a frame that depends on the scene, on the configuration as events do, and on
+    /// `parts`; `kind` names it. It is cached in the same way.
+    ///
+    /// # Errors
+    /// Those of `find`; a folder that cannot be written.
+    pub fn of_frame<T, E>(
+        &self,
+        kind: &str,
+        (scene, config): (&Scene, &Config),
+        parts: &[(&'static str, blake3::Hash)],
+        find: impl FnOnce() -> Result<T, E>,
+    ) -> Result<Arc<T>, E>
+    where
+        T: Serialize + DeserializeOwned + Send + Sync + 'static,
+        E: From<WorkCacheError>,
+    {
+        let key = key(kind, scene, config);
+        let key = parts
+            .iter()
+            .fold(key, |key, (part, own)| key.hash(part, *own));
+        Ok(self.get(&key, find)?.0)
     }
 
     /// The memory replay of a path. Loads are cached as events are, replays for the same memory and
@@ -125,23 +166,44 @@ impl WorkCache {
         memory: &Memory,
     ) -> Result<PathReplay, WorkCacheError> {
         let key = replay_key(scene, config, options, memory);
-        if let Some(found) = result_cache::read(&key.file(&self.folder, "json")) {
-            return Ok(found);
-        }
-        let (events, _) = self.events(scene, config, options, &|| ())?;
-        let burst = memory.burst_bytes();
-        let (loads, _) = self.get(&loads_key(scene, config, options, burst), || {
-            PathLoads::of(scene, config, options, (&events, burst))
-        })?;
-        let replay = || PathReplay::of(scene, config, options, memory, (&events, &loads));
-        Ok(self.get(&key, replay)?.0)
+        let replay = || {
+            let (events, _) = self.events(scene, config, options, &|| ())?;
+            let burst = memory.burst_bytes();
+            let (loads, _) = self
+                .get::<_, WorkCacheError>(&loads_key(scene, config, options, burst), || {
+                    Ok(PathLoads::of(scene, config, options, (&events, burst))?)
+                })?;
+            let replay = PathReplay::of(scene, config, options, memory, (&events, &loads));
+            Ok::<_, WorkCacheError>(replay?)
+        };
+        Ok(*self.get(&key, replay)?.0)
     }
 
-    fn get<T: Serialize + DeserializeOwned>(
+    /// A result, and whether it was cached; otherwise it is counted.
+    fn get<T, E>(
         &self,
         key: &Key,
-        count: impl FnOnce() -> Result<T, PathError>,
-    ) -> Result<(T, bool), WorkCacheError> {
+        count: impl FnOnce() -> Result<T, E>,
+    ) -> Result<(Arc<T>, bool), E>
+    where
+        T: Serialize + DeserializeOwned + Send + Sync + 'static,
+        E: From<WorkCacheError>,
+    {
+        match &self.held {
+            None => {
+                let (found, was_cached) = self.file(key, count)?;
+                Ok((Arc::new(found), was_cached))
+            }
+            Some(held) => held.get(key, || self.file(key, count)),
+        }
+    }
+
+    /// As [`WorkCache::get`], from the folder alone.
+    fn file<T, E>(&self, key: &Key, count: impl FnOnce() -> Result<T, E>) -> Result<(T, bool), E>
+    where
+        T: Serialize + DeserializeOwned,
+        E: From<WorkCacheError>,
+    {
         let path = key.file(&self.folder, "json");
         if let Some(work) = result_cache::read(&path) {
             return Ok((work, true));

@@ -4,6 +4,7 @@ use potamoi_base::camera::Camera;
 use potamoi_warp::Profile;
 use serde_json::Value;
 
+use super::super::path::PathParts;
 use super::*;
 
 const OPTIONS: PathOptions = PathOptions {
@@ -15,6 +16,7 @@ const OPTIONS: PathOptions = PathOptions {
     array: [24, 24],
     is_double_buffered: false,
     cache: 512 << 10,
+    parts: PathParts::All,
 };
 
 fn scene() -> Scene {
@@ -49,6 +51,7 @@ fn changed_options() -> Vec<PathOptions> {
         array: [rows, columns],
         is_double_buffered,
         cache,
+        parts: _,
     } = OPTIONS;
     let o = OPTIONS;
     vec![
@@ -90,6 +93,10 @@ fn changed_options() -> Vec<PathOptions> {
         },
         PathOptions {
             cache: cache + 1,
+            ..o
+        },
+        PathOptions {
+            parts: PathParts::FullFrames,
             ..o
         },
     ]
