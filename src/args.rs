@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use potamoi_explore::ConfigChoice;
 use potamoi_formats::config::{Config, PRESETS};
+use potamoi_machines::Machine;
+use potamoi_machines::machine::Section;
 use potamoi_scene::Scene;
 
 use crate::failure::Failure;
@@ -13,7 +15,20 @@ use crate::failure::Failure;
 const DEFAULT_PRESET: &str = "paper";
 
 /// Commands whose result no configuration changes.
-pub(crate) const WITHOUT_CONFIGURATION: [&str; 3] = ["warp", "cache", "doctor"];
+pub(crate) const WITHOUT_CONFIGURATION: [&str; 6] =
+    ["warp", "compare", "sweep", "explore", "cache", "doctor"];
+
+/// Sections of a machine's file that a command uses beside the configuration.
+fn sections_used(command: &str) -> &'static [Section] {
+    match command {
+        "model" | "compare" | "sweep" | "explore" => &Section::ALL,
+        "cost" => &[Section::System, Section::Render],
+        "render" | "verify" | "trace" | "effects" | "characterise" | "layouts" | "mutate" => {
+            &[Section::Render]
+        }
+        _ => &[],
+    }
+}
 
 /// Options of all subcommands.
 #[derive(Debug, Default, Args)]
@@ -29,30 +44,45 @@ fn config_help() -> String {
 }
 
 impl Common {
+    /// The machine that was asked for.
+    pub(crate) fn machine(&self) -> Result<Machine, Failure> {
+        Ok(match &self.config {
+            None => Machine::for_any_scene()?,
+            Some(given) => Machine::named(&given.to_string_lossy())?,
+        })
+    }
+
     /// The configuration that was asked for.
     pub(crate) fn read_config(&self) -> Result<Config, Failure> {
-        for (name, text) in PRESETS {
-            if self.preset() == Some(name) {
-                return Ok(Config::from_toml(text, &format!("preset {name}"))?);
-            }
-        }
-        let (config, note) = Config::read_with_note(self.named())?;
-        if let Some(note) = note {
-            crate::stdout::remark(format_args!("{note}"));
-        }
-        Ok(config)
+        let hardware = self.machine()?.hardware;
+        Ok(hardware.map_or_else(Config::paper, |own| own.config))
     }
 
     /// The configuration that was asked for; where none was, the preset that has what the scene's
     /// model needs.
     pub(crate) fn chosen_for(&self, scene: &Scene) -> Result<ConfigChoice, Failure> {
-        if self.config.is_none() {
-            return Ok(ConfigChoice::for_scene(scene)?);
+        Ok(self.machine()?.hardware_for(scene)?)
+    }
+
+    /// Says which parts of the machine's file a command does not use, and which of its keys are old.
+    pub(crate) fn remark_unused(&self, command: &str) -> Result<(), Failure> {
+        let machine = self.machine()?;
+        if let Some(note) = machine.note() {
+            crate::stdout::remark(format_args!("{note}"));
         }
-        Ok(ConfigChoice {
-            config: self.read_config()?,
-            preset: self.preset(),
-        })
+        let used = sections_used(command);
+        let unused: Vec<String> = (machine.sections().into_iter())
+            .filter(|own| !used.contains(own))
+            .map(|own| format!("[{}]", own.name()))
+            .collect();
+        if !unused.is_empty() {
+            crate::stdout::remark(format_args!(
+                "{}: {command} does not use {}",
+                machine.name,
+                unused.join(", ")
+            ));
+        }
+        Ok(())
     }
 
     /// Refuses a configuration that the command would not use.
@@ -62,18 +92,16 @@ impl Common {
                 "--config {}: {command} uses no configuration: leave it out",
                 path.display()
             ))),
-            _ => Ok(()),
+            None => Ok(()),
+            Some(_) => self.remark_unused(command),
         }
     }
 
     /// The preset that was asked for, if it was one.
     pub(crate) fn preset(&self) -> Option<&'static str> {
+        let named = self.config.as_deref().unwrap_or(Path::new(DEFAULT_PRESET));
         let mut names = PRESETS.into_iter().map(|(name, _)| name);
-        names.find(|name| self.named() == Path::new(name))
-    }
-
-    fn named(&self) -> &Path {
-        self.config.as_deref().unwrap_or(Path::new(DEFAULT_PRESET))
+        names.find(|name| named == Path::new(name))
     }
 
     /// How the configuration is named on a command line.

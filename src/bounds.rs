@@ -11,12 +11,13 @@ fn digits(value: f64) -> usize {
     }
 }
 
-fn number(value: f64) -> String {
+/// A number with about three digits.
+pub(crate) fn number(value: f64) -> String {
     format!("{value:.0$}", digits(value))
 }
 
 /// From the lower to the higher; one figure where both read alike.
-pub(super) fn range(of: &AtBounds<f64>) -> String {
+pub(crate) fn range(of: &AtBounds<f64>) -> String {
     let [low, high] = [of.low(), of.high()].map(number);
     match low == high {
         true => low,
@@ -24,13 +25,18 @@ pub(super) fn range(of: &AtBounds<f64>) -> String {
     }
 }
 
+/// As [`range`], for narrow tables.
+pub(crate) fn tight(of: &AtBounds<f64>) -> String {
+    range(of).replace(" to ", "-")
+}
+
 /// A range that may not be known.
-pub(super) fn known(of: Option<&AtBounds<f64>>) -> String {
+pub(crate) fn known(of: Option<&AtBounds<f64>>) -> String {
     of.map_or_else(|| "-".to_owned(), range)
 }
 
 /// A range with its geometric mean.
-pub(super) fn with_mid(of: &AtBounds<f64>) -> String {
+pub(crate) fn with_mid(of: &AtBounds<f64>) -> String {
     let range = range(of);
     match range.contains(" to ") {
         true => format!("{range}, mid {}", number(of.mid())),
@@ -39,7 +45,7 @@ pub(super) fn with_mid(of: &AtBounds<f64>) -> String {
 }
 
 /// A range of a speed-up, which says nothing where it includes 1.
-pub(super) fn ratio(of: &AtBounds<f64>) -> String {
+pub(crate) fn ratio(of: &AtBounds<f64>) -> String {
     let is_one = of.max == 1.0 && of.sum == 1.0;
     match of.decides() || is_one {
         true => range(of),
@@ -48,7 +54,7 @@ pub(super) fn ratio(of: &AtBounds<f64>) -> String {
 }
 
 /// A saving of energy, which may not be known, and says nothing where it includes 1.
-pub(super) fn saving(of: Option<&AtBounds<f64>>) -> String {
+pub(crate) fn saving(of: Option<&AtBounds<f64>>) -> String {
     of.map_or_else(|| "-".to_owned(), ratio)
 }
 

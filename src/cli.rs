@@ -8,15 +8,18 @@ use potamoi_formats::config::ExpForm;
 use crate::args::Common;
 use crate::cache::CacheArgs;
 use crate::characterise::CharacteriseArgs;
+use crate::compare::CompareArgs;
 use crate::cost::CostArgs;
 use crate::effects::EffectsArgs;
 use crate::emit_unit::EmitUnit;
 use crate::estimate::EstimateArgs;
+use crate::explore::ExploreArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;
 use crate::mutate::MutateArgs;
 use crate::prove::ProveArgs;
 use crate::render::RenderArgs;
+use crate::sweep::SweepArgs;
 use crate::synth::SynthArgs;
 use crate::trace::TraceArgs;
 use crate::verify::VerifyArgs;
@@ -62,6 +65,12 @@ pub(crate) enum Command {
     Estimate(EstimateArgs),
     /// Model the whole system: time, energy and quality of a camera path, by variant
     Model(Box<ModelArgs>),
+    /// Compare machines on scenes: frames a second, energy, quality, area and bottleneck, with ratios
+    Compare(CompareArgs),
+    /// Evaluate every point of a plan over any field of configuration, system, scene and path
+    Sweep(SweepArgs),
+    /// Search for the best machine within limits, and verify its Verilog
+    Explore(Box<ExploreArgs>),
     /// Measure the cost of accuracy in time, energy and area
     Cost(CostArgs),
     /// List the results kept between runs, or remove them

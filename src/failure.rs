@@ -10,6 +10,8 @@ use potamoi_base::outputs::FileError;
 use potamoi_base::picture::PictureError;
 use potamoi_explore::{Cause, ExploreError};
 use potamoi_formats::config::ConfigError;
+use potamoi_machines::MachineError;
+use potamoi_machines::sweep::SweepError;
 use potamoi_mutate::MutateError;
 use potamoi_netlist::IrErrors;
 use potamoi_prove::ProveError;
@@ -42,6 +44,10 @@ pub(crate) enum Failure {
     Trace(#[from] TraceError),
     #[error(transparent)]
     System(#[from] SystemError),
+    #[error(transparent)]
+    Machine(Box<MachineError>),
+    #[error(transparent)]
+    Sweep(Box<SweepError>),
     #[error("{0}")]
     Usage(String),
     /// Required tools cannot be used.
@@ -78,6 +84,18 @@ of_studies!(
     CostError,
     ModelError,
 );
+
+impl From<MachineError> for Failure {
+    fn from(error: MachineError) -> Self {
+        Self::Machine(Box::new(error))
+    }
+}
+
+impl From<SweepError> for Failure {
+    fn from(error: SweepError) -> Self {
+        Self::Sweep(Box::new(error))
+    }
+}
 
 impl From<ProveError> for Failure {
     fn from(error: ProveError) -> Self {
@@ -137,6 +155,8 @@ impl Failure {
             | Self::System(_)
             | Self::Usage(_)
             | Self::Output(_) => Cause::Input,
+            Self::Machine(error) => error.cause(),
+            Self::Sweep(error) => error.cause(),
         }
     }
 }

@@ -47,7 +47,7 @@ struct Report {
 pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     let config = common.read_config()?;
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(common)?;
     let spinner = progress::spinner("gathering a frame in every organisation");
     let found = Organisations::of(&scene, &config)?;
     spinner.finish_and_clear();

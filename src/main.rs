@@ -4,10 +4,12 @@
 //! broken tool, 4 inconclusive check.
 
 mod args;
+mod bounds;
 mod cache;
 mod characterise;
 mod charts;
 mod cli;
+mod compare;
 mod cost;
 mod doctor;
 mod effects;
@@ -15,6 +17,7 @@ mod emit;
 mod emit_exponential;
 mod emit_unit;
 mod estimate;
+mod explore;
 mod exponential_price;
 mod failure;
 mod layouts;
@@ -27,6 +30,7 @@ mod render;
 mod roles;
 mod scene;
 mod stdout;
+mod sweep;
 mod synth;
 mod tables;
 mod trace;
@@ -123,6 +127,9 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Synth(args) => synth::run(&cli.common, args),
         cli::Command::Estimate(args) => estimate::run(&cli.common, args),
         cli::Command::Model(args) => model::run(&cli.common, args),
+        cli::Command::Compare(args) => compare::run(args),
+        cli::Command::Sweep(args) => sweep::run(args),
+        cli::Command::Explore(args) => explore::run(args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Cache(args) => cache::run(args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()),

@@ -126,7 +126,7 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
         cycles: CYCLES,
         kept: Some(kept()?),
     };
-    let work = Work::Scene(Box::new(args.scene.open()?));
+    let work = Work::Scene(Box::new(args.scene.open(common)?));
     let every = Extent::Share(WORK).every(work.counts(&config)?);
     let mut all = units_as_built(&config)?;
     let whole: BTreeMap<String, String> = all

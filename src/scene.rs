@@ -7,10 +7,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use clap::Args;
 use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::told_within;
-use potamoi_scene::{BUILTIN, Representation, Scene, file_formats};
+use potamoi_scene::{BUILTIN, Representation, Scene, file_formats, scenes_named};
 use potamoi_splats::{Axes, files};
 
-use crate::args::quoted;
+use crate::args::{Common, quoted};
 use crate::failure::Failure;
 use crate::stdout::say;
 
@@ -60,6 +60,38 @@ pub(crate) struct SceneArgs {
     /// Effects to leave out even where the scene calls for them; the result changes [default: none]
     #[arg(long, value_name = "EFFECT,...", value_delimiter = ',')]
     without: Vec<String>,
+}
+
+/// Scenes of a command that takes several; each with its own camera.
+#[derive(Debug, Args)]
+pub(crate) struct ManyScenes {
+    #[arg(long, value_name = "SCENE,...", value_delimiter = ',', help = scenes())]
+    scene: Vec<String>,
+    /// Width of the picture [default: the scene's]
+    #[arg(long, value_name = "PIXELS")]
+    width: Option<u32>,
+    /// Height of the picture [default: in proportion to the width]
+    #[arg(long, value_name = "PIXELS")]
+    height: Option<u32>,
+}
+
+impl ManyScenes {
+    /// Opens all of them with their own rules, whatever the machines are.
+    pub(crate) fn open(&self) -> Result<Vec<Scene>, Failure> {
+        let default = [DEFAULT.to_owned()];
+        let names = match self.scene.is_empty() {
+            true => &default[..],
+            false => &self.scene,
+        };
+        let mut all = vec![];
+        for name in scenes_named(names) {
+            let mut scene = Scene::open(&name)?;
+            scene.set_size(self.width, self.height)?;
+            note(&scene);
+            all.push(scene);
+        }
+        Ok(all)
+    }
 }
 
 /// Longest printed sentence in characters; `--json` has it in full.
@@ -120,13 +152,14 @@ const OF_PATHS: [&str; 4] = ["warping", "disocclusion", "remote_link", "random_d
 const DEFAULT: &str = "garden";
 
 impl SceneArgs {
-    pub(crate) fn open(&self) -> Result<Scene, Failure> {
-        self.open_named(self.name())
+    /// Opens the scene with the render settings of the machine that was asked for.
+    pub(crate) fn open(&self, common: &Common) -> Result<Scene, Failure> {
+        self.open_named(self.name(), common)
     }
 
     /// Opens another scene with the same options.
-    pub(crate) fn open_named(&self, name: &str) -> Result<Scene, Failure> {
-        let mut scene = self.open_as_called_for(name)?;
+    pub(crate) fn open_named(&self, name: &str, common: &Common) -> Result<Scene, Failure> {
+        let mut scene = self.open_as_called_for(name, common)?;
         if let Some(effect) = self
             .without
             .iter()
@@ -138,13 +171,20 @@ impl SceneArgs {
                  --scenario model paths without it"
             )));
         }
-        scene.set_choices(self.choices()?);
+        scene.set_choices(self.choices_over(scene.choices())?);
         note(&scene);
         Ok(scene)
     }
 
-    /// Opens a scene without forced or left-out effects.
-    pub(crate) fn open_as_called_for(&self, name: &str) -> Result<Scene, Failure> {
+    /// Opens a scene without the effects that the command line forces or leaves out.
+    pub(crate) fn open_as_called_for(&self, name: &str, common: &Common) -> Result<Scene, Failure> {
+        let mut scene = self.open_plain(name)?;
+        common.machine()?.prepare(&mut scene)?;
+        Ok(scene)
+    }
+
+    /// Opens a scene with its own rules, whatever the machine is.
+    pub(crate) fn open_plain(&self, name: &str) -> Result<Scene, Failure> {
         let mut scene = Scene::open_in(name, self.axes)?;
         if let Some(path) = &self.camera {
             scene.set_camera_file(path, self.camera_index)?;
@@ -156,12 +196,16 @@ impl SceneArgs {
 
     /// Effects that are forced or left out.
     pub(crate) fn choices(&self) -> Result<Choices, Failure> {
+        self.choices_over(Choices::default())
+    }
+
+    /// Those choices, with effects that are forced or left out.
+    fn choices_over(&self, mut choices: Choices) -> Result<Choices, Failure> {
         if let Some(both) = self.force.iter().find(|name| self.without.contains(name)) {
             return Err(Failure::Usage(format!(
                 "--force {both} and --without {both}: expected one of them"
             )));
         }
-        let mut choices = Choices::default();
         for name in &self.force {
             choices = (Choices::named(name)?.into_iter()).fold(choices, Choices::force);
         }

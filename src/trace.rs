@@ -65,7 +65,7 @@ struct Report<'a> {
 pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
     files::prepare([Some(&args.out), args.json.as_ref()])?;
     let config = common.read_config()?;
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(common)?;
     let limits = if args.all {
         Limits::NONE
     } else {

@@ -20,9 +20,12 @@ const VALUES: &[(&str, &str)] = &[
     ("DEG", "degrees"),
     ("DIR", "folder"),
     ("EFFECT", "name"),
+    ("FIELD=VALUES", "a field and its values"),
     ("FILE", "file"),
     ("FPS", "frames per second"),
     ("GHZ", "GHz"),
+    ("MJ", "millijoules"),
+    ("MM2", "square millimetres"),
     ("MS", "milliseconds"),
     ("N", "whole number"),
     ("NAME", "name"),
@@ -34,7 +37,15 @@ const VALUES: &[(&str, &str)] = &[
 ];
 /// Placeholders without a unit.
 const UNITLESS: &[&str] = &[
-    "AXES", "DIR", "EFFECT", "FILE", "N", "NAME", "SCENE", "SYSTEM",
+    "AXES",
+    "DIR",
+    "EFFECT",
+    "FIELD=VALUES",
+    "FILE",
+    "N",
+    "NAME",
+    "SCENE",
+    "SYSTEM",
 ];
 
 /// Units by quantity (clock, duration, angle), each with its spellings in lower case. Flags have one

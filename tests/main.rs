@@ -14,6 +14,7 @@ mod exponential;
 mod hard_cases;
 mod layouts;
 mod machine;
+mod machines;
 mod macros;
 mod model;
 mod render;

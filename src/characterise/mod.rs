@@ -64,7 +64,7 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
     let format_version = FORMAT_VERSION;
     if args.scenes.is_empty() {
         let spinner = progress::spinner("counting the accesses of a frame");
-        let found = Characterisation::of(&args.scene.open()?, &config, args.full_size)?;
+        let found = Characterisation::of(&args.scene.open(common)?, &config, args.full_size)?;
         spinner.finish_and_clear();
         tables::print(&found);
         if let Some(why) = found.keeps_all_pairs {
@@ -87,7 +87,7 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
     for name in names {
         bar.set_message(name.clone());
         scenes.push(Characterisation::of(
-            &args.scene.open_named(&name)?,
+            &args.scene.open_named(&name, common)?,
             &config,
             args.full_size,
         )?);

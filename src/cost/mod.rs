@@ -57,7 +57,7 @@ pub(crate) struct CostArgs {
     /// Quantity that a search minimises; settings for which it is unknown are skipped
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = By::Time, requires = "target_psnr")]
     by: By,
-    /// File for the configuration that a search finds
+    /// File for the machine that a search finds: its configuration, with [system], [render] and [path]
     #[arg(
         long,
         value_name = "FILE",
@@ -69,8 +69,8 @@ pub(crate) struct CostArgs {
     /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,
-    /// Write the results as CSV: one line for each point of a scene, each form of `--study methods`, or
-    /// each input of `--study exp` (u_code, y_code, cycles)
+    /// Write the results as CSV: one line for each machine on a scene, each point of a scene, each form
+    /// of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Write the prices of `--study methods` as CSV: one line for each exponential by itself

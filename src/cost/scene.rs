@@ -4,7 +4,6 @@ use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
 use potamoi_explore::accuracy::knobs::{self, Knob, Setting};
 use potamoi_explore::accuracy::{Bench, Goal, Proof, Search, SearchResult, Sweep};
-use potamoi_system::system_model::System;
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION, pictures, tables};
@@ -30,12 +29,17 @@ struct Report<'a> {
 }
 
 pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
-    let mut scene = args.scene.open()?;
+    let mut scene = args.scene.open(common)?;
     if !args.scene.looks_otherwise() {
         scene.set_size(Some(WIDTH), None)?;
     }
     let chosen = args.clock.chosen(common.chosen_for(&scene)?)?;
-    let setup = Setup::new(chosen, &System::default(), scene, args.synth.as_deref())?;
+    let setup = Setup::new(
+        chosen,
+        &common.machine()?.system,
+        scene,
+        args.synth.as_deref(),
+    )?;
     let knobs = knobs::named(knobs::of(&setup.scene), &args.knobs)
         .map_err(|error| Failure::Usage(format!("--knobs {error}")))?;
     let bench = Bench::new(setup, args.frames)?;

@@ -69,7 +69,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
         ));
     }
     let choices = args.scene.choices()?;
-    let mut scene = args.scene.open_as_called_for(args.scene.name())?;
+    let mut scene = args.scene.open_as_called_for(args.scene.name(), common)?;
     let chosen = common.chosen_for(&scene)?;
     let path = args.path(&scene)?;
     if let Some(first) = path.first() {

@@ -14,7 +14,7 @@ use crate::stdout::say;
 use crate::tables;
 
 pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<(), Failure> {
-    let setup = args.setup(common, system, args.scene.open()?)?;
+    let setup = args.setup(common, system, args.scene.open(common)?)?;
     let spinner = progress::spinner("rendering three times");
     let found = Fidelity::of(&setup, &Shown(&spinner))?;
     spinner.finish_and_clear();

@@ -3,8 +3,8 @@
 use potamoi_explore::system::Modelled;
 use potamoi_system::system_model::{AtBounds, Outcome, Run};
 
-use super::bounds::{range, ratio, with_mid};
 use super::clock;
+use crate::bounds::{range, ratio, with_mid};
 use crate::tables;
 
 /// What bounds each variant, what the best units would give, and the GPU alone.

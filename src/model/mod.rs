@@ -2,7 +2,7 @@
 
 mod areas;
 mod assumptions;
-mod bounds;
+
 pub(crate) mod clock;
 pub(crate) mod ladder;
 mod limits;
@@ -21,8 +21,10 @@ use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
 use potamoi_explore::system::Modelled;
+use potamoi_machines::machine::Section;
+use potamoi_machines::{Machine, WINDOW};
 use potamoi_scene::{Scene, scenes_named};
-use potamoi_system::system_model::work::{PathOptions, PathWork};
+use potamoi_system::system_model::work::{PathOptions, PathParts, PathWork};
 use potamoi_system::system_model::{Scenario, System, Variant, chrome_trace};
 
 use crate::args::{ClockArgs, Common};
@@ -47,22 +49,23 @@ pub(crate) struct ModelArgs {
     )]
     scenes: Vec<String>,
     /// Variants of the system: baseline, fs, fs+gu, sparw, sparw+fs, potamoi, ds2, temp; speed-ups
-    /// are relative to the baseline [default: all]
+    /// are relative to the baseline [default: the machine's, or all]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     variants: Vec<String>,
     /// Where full frames are rendered
     #[arg(long, value_enum, default_value_t = Scenarios::Local)]
     scenario: Scenarios,
-    /// Number of target frames warped from one reference
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
-    window: u32,
+    /// Number of target frames warped from one reference [default: the machine's, or 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    window: Option<u32>,
     /// Maximum angle at a point between the rays of reference and target; pixels beyond it are
-    /// rendered [default: no limit]
+    /// rendered [default: the machine's, or no limit]
     #[arg(long, value_name = "DEG")]
     phi: Option<f64>,
-    /// Rules of warping: which pixels of a target are warped and which are rendered
-    #[arg(long, value_enum, default_value_t = RulesOf::Potamoi)]
-    profile: RulesOf,
+    /// Rules of warping: which pixels of a target are warped and which are rendered [default: the
+    /// machine's, or potamoi]
+    #[arg(long, value_enum)]
+    profile: Option<RulesOf>,
     /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
@@ -71,7 +74,7 @@ pub(crate) struct ModelArgs {
     fps: f64,
     /// Description of the system as TOML, in which omitted fields have the paper's values; or the
     /// paper's system with another GPU, by name: xavier, xavier-15w, orin-nx, agx-orin and others
-    /// [default: the paper's system]
+    /// [default: the machine's, or the paper's system]
     #[arg(long, value_name = "SYSTEM")]
     system: Option<PathBuf>,
     /// Area, clock and energy of the configuration's units, as written by `potamoi synth --json`
@@ -159,8 +162,9 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
         &args.plot_roofline,
     ];
     files::prepare(written.map(Option::as_ref))?;
-    let variants = args.variants()?;
-    let system = args.system()?;
+    let machine = common.machine()?;
+    let variants = args.variants(&machine)?;
+    let system = args.system(&machine)?;
     if args.ladder {
         return ladder::run(common, args, &system);
     }
@@ -179,8 +183,8 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
     }
     let mut report = Report::new("model", &system, vec![]);
     for name in &names {
-        let mut setup = args.setup(common, &system, args.scene.open_named(name)?)?;
-        let (path, was_kept) = args.count(&mut setup)?;
+        let mut setup = args.setup(common, &system, args.scene.open_named(name, common)?)?;
+        let (path, was_kept) = args.count(&mut setup, &machine)?;
         let cameras = setup.scene.path(args.fps, args.frames)?;
         let scenarios = args.scenario.all();
         let counted = (&path, was_kept);
@@ -210,18 +214,29 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
 }
 
 impl ModelArgs {
-    fn system(&self) -> Result<System, Failure> {
-        Ok(self
-            .system
-            .as_deref()
-            .map_or_else(|| Ok(System::default()), System::named)?)
+    fn system(&self, machine: &Machine) -> Result<System, Failure> {
+        let has_own = machine.sections().contains(&Section::System);
+        match &self.system {
+            Some(given) if has_own => Err(Failure::Usage(format!(
+                "--system {}: {} has a [system]: leave one of both out",
+                given.display(),
+                machine.name
+            ))),
+            Some(given) => Ok(System::named(given)?),
+            None => Ok(machine.system.clone()),
+        }
     }
 
     /// The baseline and the requested variants.
-    fn variants(&self) -> Result<Vec<Variant>, Failure> {
+    fn variants(&self, machine: &Machine) -> Result<Vec<Variant>, Failure> {
         let [baseline, ..] = Variant::ALL;
         if self.variants.is_empty() {
-            return Ok(Variant::ALL.to_vec());
+            let own = machine.path.variant();
+            return Ok(match machine.sections().contains(&Section::Path) {
+                false => Variant::ALL.to_vec(),
+                true if own == baseline => vec![baseline],
+                true => vec![baseline, own],
+            });
         }
         let mut all = vec![baseline];
         for name in &self.variants {
@@ -248,17 +263,20 @@ impl ModelArgs {
     }
 
     /// The work of the scene's path and the replay of its memory accesses, counted or cached.
-    fn count(&self, setup: &mut Setup) -> Result<(PathWork, bool), Failure> {
-        let system = &setup.system;
+    fn count(&self, setup: &mut Setup, machine: &Machine) -> Result<(PathWork, bool), Failure> {
+        let (system, path) = (&setup.system, &machine.path);
         let options = PathOptions {
             frames: self.frames,
             fps: self.fps,
-            window: self.window,
-            phi: self.phi,
-            profile: self.profile.into(),
+            window: self.window.or(path.window).unwrap_or(WINDOW),
+            phi: self.phi.or(path.phi),
+            profile: (self.profile.map(Into::into))
+                .or(path.profile)
+                .unwrap_or_default(),
             array: [system.array_rows.into(), system.array_columns.into()],
             is_double_buffered: system.array_double_buffered,
             cache: system.gpu.cache_bytes(),
+            parts: PathParts::All,
         };
         let bar = progress::bar(PathWork::steps(&options), "rendering and counting");
         let found = setup.count(&options, &Shown(&bar))?;

@@ -22,7 +22,7 @@ pub(super) fn run(
     let mut scenes = vec![];
     for name in names {
         bar.set_message(name.clone());
-        let scene = args.scene.open_named(name)?;
+        let scene = args.scene.open_named(name, common)?;
         let setup = args.setup(common, system, scene)?;
         let found = Merging::of(name, setup, args.halvings, &|| bar.inc(1))?;
         scenes.push(found.ok_or_else(|| {

@@ -4,10 +4,10 @@ use potamoi_explore::system::{Accelerators, NEUREX_SIDE};
 use potamoi_system::system_model::System;
 
 use super::ModelArgs;
-use super::bounds::ratio;
 use super::report::{self, Report};
 use super::{clock, means};
 use crate::args::Common;
+use crate::bounds::ratio;
 use crate::failure::Failure;
 use crate::progress;
 use crate::stdout::say;
@@ -21,7 +21,7 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let mut scenes = vec![];
     for name in names {
-        let scene = args.scene.open_named(name)?;
+        let scene = args.scene.open_named(name, common)?;
         if !scene.model().algorithm().starts_with("Instant-NGP") {
             return Err(Failure::Usage(format!(
                 "--rivals {name}: it is {}; both accelerators are for Instant-NGP, such as cairn:ngp",
@@ -29,7 +29,7 @@ pub(super) fn run(
             )));
         }
         let mut setup = args.setup(common, system, scene)?;
-        let (path, _) = args.count(&mut setup)?;
+        let (path, _) = args.count(&mut setup, &common.machine()?)?;
         let spinner = progress::spinner("counting");
         scenes.push(Accelerators::of(name, &setup, &path)?);
         spinner.finish_and_clear();

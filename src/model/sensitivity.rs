@@ -6,10 +6,10 @@ use potamoi_explore::system::{Conclusion, CountedScene, Sensitivity, Sensitivity
 use potamoi_system::system_model::{AtBounds, Clock, Scenario, System};
 
 use super::ModelArgs;
-use super::bounds::{known, ratio};
 use super::clock;
 use super::report::{self, Report};
 use crate::args::Common;
+use crate::bounds::{known, ratio};
 use crate::failure::Failure;
 use crate::stdout::say;
 use crate::tables;
@@ -22,8 +22,8 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let mut counted = vec![];
     for name in names {
-        let mut setup = args.setup(common, system, args.scene.open_named(name)?)?;
-        let path = args.count(&mut setup)?.0;
+        let mut setup = args.setup(common, system, args.scene.open_named(name, common)?)?;
+        let path = args.count(&mut setup, &common.machine()?)?.0;
         counted.push(CountedScene {
             name: name.clone(),
             setup,
@@ -31,7 +31,12 @@ pub(super) fn run(
         });
     }
     let scenarios = args.scenario.all();
-    let found = Sensitivity::of(&counted, system, &args.variants()?, scenarios)?;
+    let found = Sensitivity::of(
+        &counted,
+        system,
+        &args.variants(&common.machine()?)?,
+        scenarios,
+    )?;
     print(&found, args);
     report::write(
         &Report::new("model --sensitivity", system, vec![found]),

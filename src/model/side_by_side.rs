@@ -3,11 +3,11 @@
 use potamoi_explore::system::{BY_TRAFFIC, Modelled, Paper, gathering_speed_up};
 use potamoi_system::system_model::{Alone, AtBounds, Outcome, Scenario};
 
-use super::bounds::{range, ratio, saving};
 use super::clock;
 use super::means;
 use super::report::Report;
 use super::tables::{figure, percent, scenarios, times};
+use crate::bounds::{range, ratio, saving};
 use crate::stdout::say;
 use crate::tables;
 

@@ -10,9 +10,9 @@ use potamoi_system::system_model::{AtBounds, Clock, Frames, Outcome, Run, Scenar
 use potamoi_warp::Profile;
 
 use super::assumptions;
-use super::bounds::{known, range, ratio, saving, with_mid};
 use super::clock;
 use super::limits;
+use crate::bounds::{known, range, ratio, saving, with_mid};
 use crate::stdout::say;
 use crate::tables;
 

@@ -140,7 +140,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     }
     files::prepare([Some(&args.out), args.json.as_ref()])?;
     let config = common.read_config()?;
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(common)?;
     let numerics = Numerics::from(args.numerics);
     if let Some(frames) = args.frames {
         let wanted = frames::Sequence {

@@ -28,9 +28,10 @@ enum Role {
 /// Role of an argument; `None` for those without files.
 fn role(argument: &str) -> Option<Role> {
     Some(match argument {
-        "out_dir" | "readmemh" | "netlists" => Role::Folder,
-        "config" | "rtl" | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace"
-        | "system" | "synth" | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
+        "out_dir" | "work_dir" | "readmemh" | "netlists" => Role::Folder,
+        "machine" | "machines" | "plan" | "beside" | "config" | "rtl" | "scene" | "scenes"
+        | "for_scene" | "camera" | "mesh" | "trace" | "system" | "synth" | "liberty"
+        | "compare" | "activity" | "fit_to" => Role::Input,
         "out" | "json" | "vcd" | "csv" | "prices" | "plot" | "plot_energy" | "plot_roofline"
         | "found" | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
         _ => return None,
@@ -58,7 +59,8 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
         };
         // What a search finds is written where there is a goal alone, though its file has a name
         // by default.
-        if id == "found" && !own.contains_id("goal") {
+        let has_goal = own.try_contains_id("goal").unwrap_or(true);
+        if id == "found" && !has_goal {
             continue;
         }
         for value in own.get_raw(id.as_str()).into_iter().flatten() {

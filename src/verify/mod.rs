@@ -147,7 +147,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let spinner = progress::spinner("reading the work");
-    let work = open(args, &config)?;
+    let work = open(common, args, &config)?;
     // What there is to do, so that shares and progress are of a known whole.
     let frame = work.counts(&config)?;
     spinner.finish_and_clear();
@@ -210,10 +210,10 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
 }
 
 /// Opens the work: a trace, or a scene's frame.
-fn open(args: &VerifyArgs, config: &Config) -> Result<Work, Failure> {
+fn open(common: &Common, args: &VerifyArgs, config: &Config) -> Result<Work, Failure> {
     Ok(match &args.trace {
         Some(path) => Work::Trace(path.clone(), Box::new(Trace::read(path, config)?)),
-        None => Work::Scene(Box::new(args.scene.open()?)),
+        None => Work::Scene(Box::new(args.scene.open(common)?)),
     })
 }
 

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use potamoi_explore::warping::{Depth, Source};
 use potamoi_scene::Images;
 
+use crate::args::Common;
 use crate::failure::Failure;
 use crate::scene::SceneArgs;
 
@@ -68,6 +69,8 @@ pub(super) fn open(args: &SceneArgs, name: &str) -> Result<Source, Failure> {
              --camera, --width, --height and --axes"
         ))),
         Some(images) => Ok(Source::Images(images)),
-        None => Ok(Source::Scene(Box::new(args.open_named(name)?))),
+        None => Ok(Source::Scene(Box::new(
+            args.open_named(name, &Common::default())?,
+        ))),
     }
 }

@@ -5,7 +5,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 25] = [
+const FLOW: [&str; 26] = [
     "formats",
     // The oracle.
     "base",
@@ -34,6 +34,7 @@ const FLOW: [&str; 25] = [
     "gpu",
     "system",
     "explore",
+    "machines",
 ];
 const ORACLE: std::ops::Range<usize> = 1..11;
 const GENERATOR: [&str; 4] = ["verilated", "netlist", "units", "rust-hdl"];

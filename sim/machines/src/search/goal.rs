@@ -1,0 +1,201 @@
+//! What a search seeks: an objective, and limits that the machine keeps.
+
+use serde::Serialize;
+
+use crate::cells::{COLUMNS, Cell};
+
+/// The figure that a search makes best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Objective {
+    /// Most frames a second.
+    Rate,
+    /// Least energy a frame.
+    Energy,
+    /// Least product of energy and time of a frame.
+    EnergyDelay,
+    /// Least area of the accelerator.
+    Area,
+}
+
+impl Objective {
+    /// The column, and whether more of it is better.
+    #[must_use]
+    pub const fn column(self) -> (&'static str, bool) {
+        match self {
+            Self::Rate => ("fps", true),
+            Self::Energy => ("mj", false),
+            Self::EnergyDelay => ("mj_ms", false),
+            Self::Area => ("mm2", false),
+        }
+    }
+}
+
+/// Objective and limits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Goal {
+    /// The figure to make best; with several scenes its geometric mean.
+    pub objective: Objective,
+    /// Most area of the accelerator, in square millimetres.
+    pub max_area: Option<f64>,
+    /// Least PSNR on every scene, in dB.
+    pub min_psnr: Option<f64>,
+    /// Least frames a second on every scene.
+    pub min_fps: Option<f64>,
+    /// Most energy a frame on every scene, in millijoules.
+    pub max_mj: Option<f64>,
+}
+
+/// Where a machine stands: a smaller place is better.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// Objective, as a logarithm of which less is better.
+    loss: f64,
+    /// Sum of the logarithms by which limits are missed; 0 where all are kept.
+    missed: f64,
+}
+
+/// Loss of a limit that cannot be checked: a factor of a million.
+const UNKNOWN: f64 = 13.8;
+
+impl Standing {
+    /// Whether the machine keeps all limits.
+    #[must_use]
+    pub fn keeps_limits(&self) -> bool {
+        self.missed == 0.0
+    }
+
+    /// Whether this is better than another: limits first, then the objective.
+    #[must_use]
+    pub fn is_better(&self, other: &Self) -> bool {
+        (self.missed, self.loss) < (other.missed, other.loss)
+    }
+
+    /// One number for an optimiser. Any machine that keeps the limits is below any that does not.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        match self.keeps_limits() {
+            true => self.loss.clamp(-100.0, 100.0),
+            false => 1000.0 + self.missed,
+        }
+    }
+}
+
+impl Goal {
+    /// The standing of a machine by its cells on each scene; `None` stands for a scene without figures.
+    #[must_use]
+    pub fn standing(&self, scenes: &[Option<&[Cell]>]) -> Standing {
+        let (column, is_more) = self.objective.column();
+        let (mut loss, mut missed) = (0.0, 0.0);
+        for cells in scenes {
+            let Some(cells) = cells else {
+                missed += 2.0 * UNKNOWN;
+                continue;
+            };
+            match figure(cells, column).filter(|own| *own > 0.0) {
+                Some(own) if is_more => loss -= own.ln(),
+                Some(own) => loss += own.ln(),
+                None => missed += UNKNOWN,
+            }
+            let over = [("mm2", self.max_area), ("mj", self.max_mj)];
+            let under = [("psnr_db", self.min_psnr), ("fps", self.min_fps)];
+            for (name, limit) in over {
+                missed += miss(figure(cells, name), limit, |own, limit| own / limit);
+            }
+            for (name, limit) in under {
+                // Equal pictures have no PSNR: they keep every limit.
+                let is_equal = name == "psnr_db" && has_quality(cells);
+                let own = figure(cells, name).or(is_equal.then_some(f64::INFINITY));
+                missed += miss(own, limit, |own, limit| limit / own);
+            }
+        }
+        Standing {
+            loss: loss / scenes.len().max(1) as f64,
+            missed,
+        }
+    }
+}
+
+/// Logarithm by which a limit is missed; `ratio` is above 1 where it is.
+fn miss(own: Option<f64>, limit: Option<f64>, ratio: impl Fn(f64, f64) -> f64) -> f64 {
+    match (own, limit) {
+        (_, None) => 0.0,
+        (None, Some(_)) => UNKNOWN,
+        (Some(own), Some(limit)) => {
+            let ratio = ratio(own, limit);
+            if ratio > 1.0 {
+                ratio.ln().min(UNKNOWN)
+            } else {
+                0.0
+            }
+        }
+    }
+}
+
+/// A figure by the name of its column.
+pub(super) fn figure(cells: &[Cell], name: &str) -> Option<f64> {
+    let at = COLUMNS.iter().position(|own| own.name == name)?;
+    cells.get(at)?.number()
+}
+
+fn has_quality(cells: &[Cell]) -> bool {
+    let at = COLUMNS.iter().position(|own| own.name == "psnr_beside");
+    at.and_then(|at| cells.get(at))
+        .is_some_and(|own| *own != Cell::Unknown)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(own: &[(&str, f64)]) -> Vec<Cell> {
+        let of = |name: &str| own.iter().find(|(known, _)| *known == name);
+        let each = COLUMNS
+            .iter()
+            .map(|column| of(column.name).map(|(_, v)| *v).into());
+        each.collect()
+    }
+
+    #[test]
+    fn limits_come_before_the_objective() {
+        let goal = Goal {
+            objective: Objective::Rate,
+            max_area: Some(1.0),
+            min_psnr: Some(40.0),
+            min_fps: None,
+            max_mj: None,
+        };
+        let of = |fps, mm2, db| {
+            let own = cells(&[("fps", fps), ("mm2", mm2), ("psnr_db", db)]);
+            goal.standing(&[Some(&own)])
+        };
+        let (slow, fast, large, poor) = (
+            of(10.0, 0.9, 50.0),
+            of(20.0, 1.0, 40.0),
+            of(99.0, 1.1, 50.0),
+            of(99.0, 0.9, 39.0),
+        );
+        assert!(fast.is_better(&slow) && slow.is_better(&large) && slow.is_better(&poor));
+        assert!(fast.keeps_limits() && !large.keeps_limits() && !poor.keeps_limits());
+        assert!(fast.value() < slow.value() && slow.value() < large.value());
+        // An area that is not known keeps no limit of it.
+        let unknown = goal.standing(&[Some(&cells(&[("fps", 99.0), ("psnr_db", 50.0)]))]);
+        assert!(!unknown.keeps_limits() && large.is_better(&unknown));
+        assert!(!goal.standing(&[None]).keeps_limits());
+    }
+
+    #[test]
+    fn several_scenes_count_by_their_geometric_mean() {
+        let goal = Goal {
+            objective: Objective::Energy,
+            max_area: None,
+            min_psnr: None,
+            min_fps: None,
+            max_mj: None,
+        };
+        let [two, eight, four] = [2.0, 8.0, 4.0].map(|mj| cells(&[("mj", mj)]));
+        let both = goal.standing(&[Some(&two), Some(&eight)]);
+        let same = goal.standing(&[Some(&four), Some(&four)]);
+        assert!((both.value() - same.value()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,254 @@
+//! The search for the best machine of a space.
+
+mod goal;
+mod sampler;
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use potamoi_explore::Progress;
+use potamoi_scene::Scene;
+use serde::Serialize;
+
+pub use goal::{Goal, Objective, Standing};
+
+use self::sampler::{Parzen, Random, Sampler};
+use crate::cells::Cell;
+use crate::machine::{Machine, MachineError};
+use crate::space::{Setting, Space};
+use crate::sweep::SweepError;
+use crate::sweep::evaluation::{Evaluation, Task};
+use crate::workload::Workload;
+
+/// Points that are asked for before any of them is evaluated, on any number of threads.
+const BATCH: usize = 8;
+/// Times that a sampler may propose known points before it is at its end.
+const PATIENCE: usize = 200;
+
+/// A search.
+pub struct Search<'a> {
+    /// Machines among which it is.
+    pub space: &'a Space,
+    /// Scenes that each machine renders.
+    pub scenes: &'a [Scene],
+    /// What it seeks.
+    pub goal: Goal,
+    /// What machines do on each scene.
+    pub workload: Workload,
+    /// Most points that it tries; a space with no more points is tried whole.
+    pub budget: usize,
+    /// Seed of the samplers.
+    pub seed: u64,
+}
+
+/// How points were chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Every point of the space.
+    Exhaustive,
+    /// Tree-structured Parzen estimators.
+    Estimators,
+    /// Random search.
+    Random,
+}
+
+/// A point that was tried.
+#[derive(Debug, Clone, Serialize)]
+pub struct Tried {
+    /// Values of the varied fields.
+    pub setting: Setting,
+    /// Whether it keeps the limits.
+    pub keeps_limits: bool,
+    /// Cells on each scene, in the order of [`COLUMNS`](crate::cells::COLUMNS); why there are none.
+    pub scenes: Vec<Result<Vec<Cell>, String>>,
+    #[serde(skip)]
+    places: Vec<usize>,
+    #[serde(skip)]
+    standing: Option<Standing>,
+}
+
+/// Points of one method.
+#[derive(Debug, Clone, Serialize)]
+pub struct Trials {
+    /// The method.
+    pub method: Method,
+    /// All points in the order in which they were tried.
+    pub tried: Vec<Tried>,
+    /// Index of the best of them: one that keeps the limits, where there is one.
+    pub best: Option<usize>,
+}
+
+impl Trials {
+    /// The best point, where it keeps the limits.
+    #[must_use]
+    pub fn found(&self) -> Option<&Tried> {
+        self.nearest().filter(|own| own.keeps_limits)
+    }
+
+    /// The best point, whether it keeps the limits or not.
+    #[must_use]
+    pub fn nearest(&self) -> Option<&Tried> {
+        self.best.and_then(|at| self.tried.get(at))
+    }
+}
+
+/// Result of a search.
+#[derive(Debug, Clone, Serialize)]
+pub struct Searched {
+    /// Points of the space.
+    pub points: usize,
+    /// The base machine, for ratios.
+    pub base: Tried,
+    /// The search.
+    pub trials: Trials,
+    /// A random search of the same budget beside it; `None` where every point was tried.
+    pub random: Option<Trials>,
+}
+
+impl Search<'_> {
+    /// Runs the search; a journal in `folder` has every evaluated point, so that the same search goes on
+    /// where it was interrupted.
+    ///
+    /// # Errors
+    /// The journal cannot be written.
+    pub fn run(&self, folder: &Path, progress: &dyn Progress) -> Result<Searched, SweepError> {
+        let mut evaluation = Evaluation::open(folder)?;
+        let points = self.space.len();
+        let base = self.base(&mut evaluation, progress)?;
+        if points <= self.budget {
+            let all = (0..points).map(|at| self.space.places(at)).collect();
+            let tried = self.tried(all, &mut evaluation, progress)?;
+            return Ok(Searched {
+                points,
+                base,
+                trials: trials(Method::Exhaustive, tried),
+                random: None,
+            });
+        }
+        let mut with = |method, sampler: &mut dyn Sampler| {
+            let tried = self.sampled(sampler, &mut evaluation, progress)?;
+            Ok::<_, SweepError>(trials(method, tried))
+        };
+        let own = with(Method::Estimators, &mut Parzen::new(self.space, self.seed))?;
+        let random = with(Method::Random, &mut Random::new(self.space, self.seed))?;
+        Ok(Searched {
+            points,
+            base,
+            trials: own,
+            random: Some(random),
+        })
+    }
+
+    /// The machine of a point.
+    ///
+    /// # Errors
+    /// Values that do not go together.
+    pub fn machine(&self, tried: &Tried) -> Result<Machine, MachineError> {
+        self.space.machine(&tried.places)
+    }
+
+    fn base(
+        &self,
+        evaluation: &mut Evaluation,
+        progress: &dyn Progress,
+    ) -> Result<Tried, SweepError> {
+        let base = &self.space.base;
+        let tasks: Vec<Task<'_>> = (self.scenes.iter())
+            .map(|scene| Task::of((&base.name, Ok(base.clone())), scene, &self.workload))
+            .collect();
+        evaluation.all(&tasks, &self.workload, progress)?;
+        Ok(self.read(vec![], vec![], &tasks, evaluation))
+    }
+
+    /// Points by a sampler: none twice, in batches that do not depend on the number of threads.
+    fn sampled(
+        &self,
+        sampler: &mut dyn Sampler,
+        evaluation: &mut Evaluation,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Tried>, SweepError> {
+        let (mut all, mut known): (Vec<Tried>, HashSet<Vec<usize>>) = (vec![], HashSet::new());
+        while all.len() < self.budget {
+            let (mut batch, mut patience) = (vec![], PATIENCE);
+            while batch.len() < BATCH.min(self.budget - all.len()) && patience > 0 {
+                let places = sampler.ask();
+                match known.insert(places.clone()) {
+                    true => batch.push(places),
+                    false => patience -= 1,
+                }
+            }
+            if batch.is_empty() {
+                break;
+            }
+            for tried in self.tried(batch, evaluation, progress)? {
+                let value = tried.standing.map_or(f64::MAX, |own| own.value());
+                sampler.tell(&tried.places, value);
+                all.push(tried);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Evaluates points on all scenes.
+    fn tried(
+        &self,
+        points: Vec<Vec<usize>>,
+        evaluation: &mut Evaluation,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Tried>, SweepError> {
+        let name = self.space.base.name.as_str();
+        let task = |places: &Vec<usize>, scene| {
+            Task::of((name, self.space.machine(places)), scene, &self.workload)
+        };
+        let tasks: Vec<Task<'_>> = (points.iter())
+            .flat_map(|places| self.scenes.iter().map(|scene| task(places, scene)))
+            .collect();
+        evaluation.all(&tasks, &self.workload, progress)?;
+        let each = points
+            .into_iter()
+            .zip(tasks.chunks(self.scenes.len().max(1)));
+        Ok(each
+            .map(|(places, tasks)| {
+                self.read(self.space.setting(&places), places, tasks, evaluation)
+            })
+            .collect())
+    }
+
+    fn read(
+        &self,
+        setting: Setting,
+        places: Vec<usize>,
+        tasks: &[Task<'_>],
+        evaluation: &Evaluation,
+    ) -> Tried {
+        let rows = tasks.iter().map(|task| match evaluation.line(task) {
+            Some(line) => line.row.clone(),
+            None => Err("it was not evaluated".to_owned()),
+        });
+        let scenes: Vec<_> = rows.collect();
+        let cells: Vec<Option<&[Cell]>> = scenes.iter().map(|own| own.as_deref().ok()).collect();
+        let standing = self.goal.standing(&cells);
+        Tried {
+            keeps_limits: standing.keeps_limits(),
+            standing: Some(standing),
+            setting,
+            scenes,
+            places,
+        }
+    }
+}
+
+fn trials(method: Method, tried: Vec<Tried>) -> Trials {
+    let standings = tried.iter().enumerate();
+    let standings = standings.filter_map(|(at, own)| Some((at, own.standing?)));
+    let best = standings.reduce(|best, own| match own.1.is_better(&best.1) {
+        true => own,
+        false => best,
+    });
+    Trials {
+        method,
+        best: best.map(|(at, _)| at),
+        tried,
+    }
+}

@@ -1,0 +1,344 @@
+//! Spaces of machines: fields, each with its values.
+
+use potamoi_formats::document::{self, Value, Wrong};
+
+use crate::machine::{Machine, MachineError};
+
+/// Largest number of points of a space.
+const MOST: usize = 10_000_000;
+
+/// Fields that vary together; one field, as a rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Paths of the fields, such as `vu.lanes`, `system.memory_channels`, `render.step`, `path.window`.
+    pub fields: Vec<String>,
+    /// Values of all fields, at each place.
+    pub values: Vec<Vec<Value>>,
+}
+
+/// The values of varied fields at a point, as text, in the order of the fields.
+pub type Setting = Vec<(String, String)>;
+
+impl Axis {
+    /// A field with its values, as a command line has them: `vu.lanes=12,24,48`, or a range with a step
+    /// or a factor, `vu.lanes=12..48:+12` and `vu.lanes=12..48:*2`.
+    ///
+    /// # Errors
+    /// Text of another form; the error says what was expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let expected = "expected FIELD=VALUE,..., FIELD=FROM..TO:+STEP or FIELD=FROM..TO:*FACTOR";
+        let (field, values) = text
+            .split_once('=')
+            .ok_or_else(|| format!("{text}: {expected}"))?;
+        let values = match range_of(values) {
+            Some(range) => range.map_err(|why| format!("{text}: {why}; {expected}"))?,
+            None => values.split(',').map(|own| value(own.trim())).collect(),
+        };
+        if field.trim().is_empty() || values.is_empty() {
+            return Err(format!("{text}: {expected}"));
+        }
+        Ok(Self::of(field.trim(), values))
+    }
+
+    /// A field with its values.
+    #[must_use]
+    pub fn of(field: &str, values: Vec<Value>) -> Self {
+        Self {
+            fields: vec![field.to_owned()],
+            values: values.into_iter().map(|own| vec![own]).collect(),
+        }
+    }
+
+    /// A field with the values of a document: a list, or a range such as
+    /// `{ from = 12, to = 48, factor = 2 }` or `{ from = 1, to = 4, step = 1 }`.
+    ///
+    /// # Errors
+    /// Another kind of value.
+    pub fn of_document(field: &str, given: &Value) -> Result<Self, Wrong> {
+        let expected = "a list of values, or { from, to, step } or { from, to, factor }";
+        let wrong = || Wrong::found(given.shown(), expected).under(field);
+        let values = match given {
+            Value::List(all) if !all.is_empty() => all.to_vec(),
+            Value::Map(_) => {
+                let number = |key| given.get(key).and_then(Value::number);
+                let (from, to) = number("from").zip(number("to")).ok_or_else(wrong)?;
+                let by = match (number("step"), number("factor")) {
+                    (Some(step), None) => By::Step(step),
+                    (None, Some(factor)) => By::Factor(factor),
+                    _ => return Err(wrong()),
+                };
+                range(from, to, by).map_err(|why| Wrong::new(why).under(field))?
+            }
+            _ => return Err(wrong()),
+        };
+        Ok(Self::of(field, values))
+    }
+}
+
+#[derive(Clone, Copy)]
+enum By {
+    Step(f64),
+    Factor(f64),
+}
+
+/// A range of a command line, if the text is one.
+fn range_of(text: &str) -> Option<Result<Vec<Value>, String>> {
+    let (bounds, by) = text.split_once(':')?;
+    let (from, to) = bounds.split_once("..")?;
+    let number = |own: &str| {
+        own.trim()
+            .parse::<f64>()
+            .map_err(|_| format!("`{own}` is no number"))
+    };
+    let read = || {
+        let by = match (by.strip_prefix('+'), by.strip_prefix('*')) {
+            (Some(step), _) => By::Step(number(step)?),
+            (_, Some(factor)) => By::Factor(number(factor)?),
+            _ => return Err(format!("`{by}` is neither +STEP nor *FACTOR")),
+        };
+        range(number(from)?, number(to)?, by)
+    };
+    Some(read())
+}
+
+/// Numbers from one to another, both included where they are met.
+fn range(from: f64, to: f64, by: By) -> Result<Vec<Value>, String> {
+    let grows = match by {
+        By::Step(step) => step > 0.0,
+        By::Factor(factor) => factor > 1.0 && from > 0.0,
+    };
+    if !(grows && from <= to && to.is_finite()) {
+        let why = "from at most to, a step above 0, a factor above 1 from a number above 0";
+        return Err(format!("the range does not end: expected {why}"));
+    }
+    let at = |i: i32| match by {
+        By::Step(step) => f64::from(i).mul_add(step, from),
+        By::Factor(factor) => from * factor.powi(i),
+    };
+    // Half a millionth is what rounding of decimal steps adds up to.
+    let end = to * (1.0 + 5e-7);
+    let all = (0..).map(at).take_while(|own| *own <= end);
+    let all: Vec<Value> = all.take(MOST).map(number).collect();
+    Ok(all)
+}
+
+/// A whole number as such.
+fn number(of: f64) -> Value {
+    match of.fract() == 0.0 && of.abs() < 1e15 {
+        true => Value::Int(of as i64),
+        false => Value::Float(of),
+    }
+}
+
+/// A value of a command line: a number, a Boolean, a list, otherwise a text.
+fn value(text: &str) -> Value {
+    let read = document::toml(format!("v = {text}").as_bytes()).ok();
+    let found = read.and_then(|own| own.get("v").cloned());
+    found.unwrap_or_else(|| Value::Text(text.into()))
+}
+
+/// A value as a command line has it.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Text(text) => text.to_string(),
+        other => document::to_toml(other).map_or_else(String::new, |own| own.to_string()),
+    }
+}
+
+/// A space of machines: every combination of the values of its axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Space {
+    /// The machine that the fields change.
+    pub base: Machine,
+    /// Axes; the last varies fastest.
+    pub axes: Vec<Axis>,
+}
+
+impl Space {
+    /// A space of fields that each vary once.
+    ///
+    /// # Errors
+    /// A field that varies twice, a value that the base does not take, more than ten million points.
+    pub fn new(base: Machine, axes: Vec<Axis>) -> Result<Self, SpaceError> {
+        let mut known: Vec<&str> = vec![];
+        for field in axes.iter().flat_map(|axis| &axis.fields) {
+            if known.contains(&field.as_str()) {
+                return Err(SpaceError::Twice {
+                    field: field.clone(),
+                });
+            }
+            known.push(field);
+        }
+        let own = Self { base, axes };
+        let count =
+            (own.axes.iter()).try_fold(1usize, |of, axis| of.checked_mul(axis.values.len()));
+        if count.is_none_or(|count| count > MOST) {
+            return Err(SpaceError::Large);
+        }
+        own.check()?;
+        Ok(own)
+    }
+
+    /// Refuses values that no machine takes, before anything is counted. Values that break a rule
+    /// beside others are points that are refused one by one.
+    fn check(&self) -> Result<(), SpaceError> {
+        for axis in &self.axes {
+            for values in &axis.values {
+                let changes = changes(axis, values);
+                match self.base.with(&self.base.name, &changes) {
+                    Err(error) if !error.is_rule() => return Err(error.into()),
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.axes.iter().map(|axis| axis.values.len()).product()
+    }
+
+    /// Whether it has no points.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Places on the axes of a point by its number.
+    #[must_use]
+    pub fn places(&self, mut point: usize) -> Vec<usize> {
+        let mut places = vec![0; self.axes.len()];
+        for (place, axis) in places.iter_mut().zip(&self.axes).rev() {
+            *place = point % axis.values.len();
+            point /= axis.values.len();
+        }
+        places
+    }
+
+    /// Number of the point at these places.
+    #[must_use]
+    pub fn number(&self, places: &[usize]) -> usize {
+        let both = self.axes.iter().zip(places);
+        both.fold(0, |of, (axis, place)| of * axis.values.len() + place)
+    }
+
+    /// Values of the varied fields at places, as text.
+    #[must_use]
+    pub fn setting(&self, places: &[usize]) -> Setting {
+        let chosen = self.axes.iter().zip(places);
+        let each = chosen.flat_map(|(axis, place)| {
+            let fields = axis.fields.iter().zip(&axis.values[*place]);
+            fields.map(|(field, value)| (field.clone(), shown(value)))
+        });
+        each.collect()
+    }
+
+    /// The machine at places.
+    ///
+    /// # Errors
+    /// Values that do not go together; the error names the broken rule.
+    pub fn machine(&self, places: &[usize]) -> Result<Machine, MachineError> {
+        let chosen = self.axes.iter().zip(places);
+        let changes: Vec<(&str, Value)> = chosen
+            .flat_map(|(axis, place)| changes(axis, &axis.values[*place]))
+            .collect();
+        self.base.with(&self.base.name, &changes)
+    }
+}
+
+fn changes<'a>(axis: &'a Axis, values: &[Value]) -> Vec<(&'a str, Value)> {
+    let both = axis.fields.iter().zip(values);
+    both.map(|(field, value)| (field.as_str(), value.clone()))
+        .collect()
+}
+
+/// Why axes are no space.
+#[derive(Debug, thiserror::Error)]
+pub enum SpaceError {
+    /// A field varies twice.
+    #[error("field `{field}` varies twice: give all its values once")]
+    Twice {
+        /// The field.
+        field: String,
+    },
+    /// It has too many points.
+    #[error("more than {MOST} points: expected fewer values, or a search (potamoi explore)")]
+    Large,
+    /// A value is no machine's.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn space(axes: &[&str]) -> Result<Space, SpaceError> {
+        let axes = axes.iter().map(|own| Axis::parse(own).unwrap());
+        Space::new(Machine::named("paper").unwrap(), axes.collect())
+    }
+
+    #[test]
+    fn values_are_lists_or_ranges() {
+        let values = |text: &str| -> Vec<String> {
+            let own = Axis::parse(text).unwrap();
+            own.values.iter().map(|own| shown(&own[0])).collect()
+        };
+        assert_eq!(values("vu.lanes=12,24"), ["12", "24"]);
+        assert_eq!(values("vu.lanes=12..48:*2"), ["12", "24", "48"]);
+        assert_eq!(values("gu.ports=1..3:+1"), ["1", "2", "3"]);
+        assert_eq!(values("clock_ghz=reached,1.0"), ["reached", "1.0"]);
+        assert_eq!(values("render.step=0.1..0.5:+0.1").len(), 5);
+        assert_eq!(values("vu.exp.pipelined=true,false"), ["true", "false"]);
+        for wrong in [
+            "vu.lanes",
+            "=3",
+            "a=1..2:3",
+            "a=2..1:+1",
+            "a=1..9:*1",
+            "a=0..9:*2",
+            "a=x..9:+1",
+        ] {
+            let error = Axis::parse(wrong).unwrap_err();
+            assert!(
+                error.contains(wrong) && error.contains("expected"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_combination_is_a_point() {
+        let own = space(&["vu.lanes=12,24,48", "system.memory_channels=1,2"]).unwrap();
+        assert_eq!(own.len(), 6);
+        for point in 0..own.len() {
+            assert_eq!(own.number(&own.places(point)), point);
+        }
+        let machine = own.machine(&own.places(3)).unwrap();
+        assert_eq!(machine.hardware.as_ref().unwrap().config.vu.lanes, 24);
+        assert_eq!(machine.system.memory_channels, 2);
+        let setting = own.setting(&own.places(3));
+        assert_eq!(setting[0], ("vu.lanes".to_owned(), "24".to_owned()));
+    }
+
+    /// Mistakes of a plan are refused before any work; what breaks a rule is a point without figures.
+    #[test]
+    fn mistakes_are_refused_and_broken_rules_are_points() {
+        for (axes, said) in [
+            (&["vu.lnes=3"][..], "vu.lnes"),
+            (&["vu.lanes=many"], "many"),
+            (&["system.memory_channels=1,3"], "1, 2, 4, 8 or 16"),
+            (&["path.variant=potmoi"], "did you mean"),
+            (&["vu.lanes=12", "vu.lanes=24"], "varies twice"),
+        ] {
+            let error = space(axes).unwrap_err().to_string();
+            assert!(error.contains(said), "{axes:?}: {error}");
+        }
+        let own = space(&["gu.banks=16,0,32"]).unwrap();
+        assert_eq!(own.len(), 3);
+        assert!((0..3).any(|point| own.machine(&own.places(point)).is_err()));
+    }
+}

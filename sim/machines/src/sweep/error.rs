@@ -1,0 +1,87 @@
+//! Errors of sweeps.
+
+use std::path::PathBuf;
+
+use potamoi_explore::Cause;
+use potamoi_scene::SceneError;
+use thiserror::Error;
+
+use crate::machine::MachineError;
+use crate::space::SpaceError;
+
+/// Why a sweep cannot be run.
+#[derive(Debug, Error)]
+pub enum SweepError {
+    /// The plan cannot be read.
+    #[error("cannot read {path}: {source}; name a plan: a TOML file with [vary]")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        source: std::io::Error,
+    },
+    /// The plan is none.
+    #[error("{name}: {problem}")]
+    Plan {
+        /// Its file.
+        name: String,
+        /// The problem, with its field.
+        problem: String,
+    },
+    /// Its fields vary as no machine's do.
+    #[error(transparent)]
+    Space(#[from] SpaceError),
+    /// It names what is no machine.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// It names what is no scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The journal cannot be written.
+    #[error("cannot write {path}: {source}; name another folder in --work-dir")]
+    Journal {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        source: std::io::Error,
+    },
+    /// The journal is another program's.
+    #[error(
+        "{path} has the rows of {found}: expected those of this program ({own}); name another folder in --work-dir, or remove that one"
+    )]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        found: String,
+        /// What this program would say.
+        own: String,
+    },
+    /// A column has no better end, or is none.
+    #[error("--front {name}: expected some of {known}")]
+    Column {
+        /// The name.
+        name: String,
+        /// Columns that can be on a front.
+        known: String,
+    },
+    /// Rows of another sweep cannot be read.
+    #[error("{path}: {problem}; expected the folder of a finished sweep")]
+    Rows {
+        /// The file.
+        path: PathBuf,
+        /// The problem.
+        problem: String,
+    },
+}
+
+impl SweepError {
+    /// Where its cause is.
+    #[must_use]
+    pub fn cause(&self) -> Cause {
+        match self {
+            Self::Machine(error) | Self::Space(SpaceError::Machine(error)) => error.cause(),
+            _ => Cause::Input,
+        }
+    }
+}

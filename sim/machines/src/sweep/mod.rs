@@ -1,0 +1,92 @@
+//! Sweeps: every point of a plan, each once, resumable.
+
+mod beside;
+mod error;
+pub(crate) mod evaluation;
+mod front;
+mod journal;
+mod plan;
+mod rows;
+
+use std::path::Path;
+
+use potamoi_explore::Progress;
+
+pub use beside::{Change, changes};
+pub use error::SweepError;
+pub use evaluation::program;
+pub use front::{Better, better, front};
+pub use plan::Plan;
+pub use rows::{Rows, SweepRow};
+
+use self::evaluation::{Evaluation, Task};
+use crate::cells::{COLUMNS, Cell};
+
+/// Results of a sweep, and how much of it was there before.
+#[derive(Debug, Clone)]
+pub struct Swept {
+    /// Rows in the order of the plan's points.
+    pub rows: Rows,
+    /// Points that were evaluated now; equal ones once.
+    pub evaluated: usize,
+    /// Rows that the journal had at the beginning.
+    pub resumed: usize,
+}
+
+impl Plan {
+    /// Evaluates all points whose rows the folder's journal lacks, on threads. Rows are the same on one
+    /// thread or many, and whether the sweep was interrupted or not.
+    ///
+    /// # Errors
+    /// The journal cannot be written, or is another program's.
+    pub fn run(&self, folder: &Path, progress: &dyn Progress) -> Result<Swept, SweepError> {
+        let mut evaluation = Evaluation::open(folder)?;
+        let tasks: Vec<Task<'_>> = (0..self.len()).filter_map(|at| self.task(at)).collect();
+        evaluation.all(&tasks, &self.workload, progress)?;
+        Ok(Swept {
+            rows: self.rows(&tasks, &evaluation),
+            evaluated: evaluation.evaluated,
+            resumed: evaluation.resumed,
+        })
+    }
+
+    /// The task of a point by its number.
+    fn task(&self, number: usize) -> Option<Task<'_>> {
+        let (scene, space, at) = self.point(number)?;
+        let space = &self.spaces[space];
+        let machine = (space.base.name.as_str(), space.machine(&space.places(at)));
+        Some(Task::of(machine, &self.scenes[scene], &self.workload))
+    }
+
+    fn rows(&self, tasks: &[Task<'_>], evaluation: &Evaluation) -> Rows {
+        let rows = tasks.iter().enumerate().filter_map(|(at, task)| {
+            let (scene, space, number) = self.point(at)?;
+            let line = evaluation.line(task)?;
+            let space = &self.spaces[space];
+            let setting = space.setting(&space.places(number));
+            Some(SweepRow {
+                key: task.key.clone(),
+                setting: setting.into_iter().map(|(_, value)| value).collect(),
+                cells: match &line.row {
+                    Ok(cells) => cells.clone(),
+                    Err(_) => refused(&space.base.name, self.scenes[scene].name()),
+                },
+                refused: line.row.clone().err(),
+            })
+        });
+        Rows {
+            fields: self.fields().into_iter().map(str::to_owned).collect(),
+            rows: rows.collect(),
+        }
+    }
+}
+
+/// Cells of a point that is no machine, or whose machine cannot render the scene.
+fn refused(machine: &str, scene: &str) -> Vec<Cell> {
+    let cells = COLUMNS.iter().map(|column| match column.name {
+        "machine" => machine.into(),
+        "scene" => scene.into(),
+        _ => Cell::Unknown,
+    });
+    cells.collect()
+}

@@ -1,0 +1,149 @@
+//! Machines on small scenes.
+#![allow(clippy::unwrap_used)]
+
+use potamoi_formats::config::PRESETS;
+use potamoi_formats::document::Value;
+use potamoi_scene::Scene;
+use potamoi_system::system_model::ClockOrigin;
+use proptest::prelude::*;
+
+use crate::{Comparison, Fidelity, Machine, Row, Workbench, Workload};
+
+fn scene(name: &str) -> Scene {
+    let mut scene = Scene::open(name).unwrap();
+    scene.set_size(Some(12), None).unwrap();
+    scene
+}
+
+const SHORT: Workload = Workload {
+    frames: 2,
+    fps: 30.0,
+    fidelity: Fidelity::Schedule,
+    quality: true,
+};
+
+/// Each has figures on a scene of its kind: an unknown energy or area leaves the rest.
+#[test]
+fn every_preset_is_modelled() {
+    let bench = Workbench::default();
+    let scenes = ["garden", "lantern", "cairn:dvgo"].map(scene);
+    for (name, _) in PRESETS {
+        let machine = Machine::named(name).unwrap();
+        let figures = scenes
+            .iter()
+            .filter_map(|scene| bench.figures(&machine, scene, &SHORT, &()).ok());
+        let all: Vec<_> = figures.collect();
+        assert!(!all.is_empty(), "{name}");
+        for own in &all {
+            assert!(own.frames_per_second.low() > 0.0, "{name}");
+            assert!(
+                own.frames_per_second.high() <= own.free_units_frames_per_second.high() * 1.000_001
+            );
+            assert!(own.quality.unwrap().db.is_none_or(|db| db > 20.0), "{name}");
+            assert!(
+                own.units_mm2.is_some() || own.mj.is_some() || !own.unknown.is_empty(),
+                "{name}"
+            );
+        }
+    }
+}
+
+/// The demands of a frame are a bound on every schedule of it.
+#[test]
+fn no_schedule_is_faster_than_the_largest_demand() {
+    let bench = Workbench::default();
+    let bound = Workload {
+        fidelity: Fidelity::Demand,
+        ..SHORT
+    };
+    for (name, preset) in [
+        ("garden", "paper"),
+        ("garden", "lean-splats"),
+        ("lantern", "pipelined"),
+    ] {
+        let (machine, scene) = (Machine::named(preset).unwrap(), scene(name));
+        let of = |workload| bench.figures(&machine, &scene, workload, &()).unwrap();
+        let (bound, own) = (of(&bound), of(&SHORT));
+        let [bound, own] = [bound, own].map(|of| of.frames_per_second);
+        assert!(
+            bound.max >= own.max && bound.sum >= own.sum,
+            "{name} on {preset}: {bound:?} {own:?}"
+        );
+    }
+}
+
+/// What warps is no frame alone.
+#[test]
+fn a_warped_path_has_no_demand() {
+    let machine = Machine::named("paper").unwrap();
+    let machine = machine
+        .with("own", &[("path.window", Value::Int(2))])
+        .unwrap();
+    let bound = Workload {
+        fidelity: Fidelity::Demand,
+        ..SHORT
+    };
+    let bench = Workbench::default();
+    let error = bench
+        .figures(&machine, &scene("garden"), &bound, &())
+        .unwrap_err();
+    assert!(error.to_string().contains("potamoi"), "{error}");
+    let warped = bench
+        .figures(&machine, &scene("garden"), &SHORT, &())
+        .unwrap();
+    assert_eq!(warped.variant, "potamoi");
+}
+
+#[test]
+fn ratios_are_over_the_first_machine() {
+    let machines = ["paper", "pipelined", "lean-splats"].map(|own| Machine::named(own).unwrap());
+    let scenes = ["garden", "lantern"].map(scene);
+    let found = Comparison::of(&machines, &scenes, &SHORT, &()).unwrap();
+    let first = found.ratios(0, 0).unwrap();
+    assert_eq!((first.rate.max, first.energy.unwrap().sum), (1.0, 1.0));
+    assert!(found.ratios(0, 2).unwrap().rate.low() > 1.0);
+    assert!(matches!(found.scenes[1][2], Row::Refused { .. }));
+    assert_eq!(found.ratios(1, 2), None);
+    let (mean, count) = found.means(1).unwrap();
+    let each = [0, 1].map(|scene| found.ratios(scene, 1).unwrap().rate.max);
+    assert_eq!(count, 2);
+    assert!((mean.rate.max - (each[0] * each[1]).sqrt()).abs() < 1e-9);
+    assert_eq!(found.means(2).unwrap().1, 1);
+    let csv = found.csv().unwrap();
+    assert_eq!(csv.lines().count(), 7);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    /// A configuration that breaks no rule has a frame rate, whatever else of it is not known.
+    #[test]
+    fn every_legal_machine_is_modelled(
+        lanes in 1i64..40, banks in prop::sample::select(vec![8i64, 16, 32]), ports in 1i64..4,
+        iterations in 8i64..17, pipelined in any::<bool>(), tail in any::<bool>(),
+        form in prop::sample::select(vec!["restoring", "radix-4", "piecewise"]),
+        entry in prop::sample::select(vec!["paper", "compact"]),
+        channels in prop::sample::select(vec![1i64, 2, 4, 8]), rows in 1i64..40,
+        clock in prop::option::of(100i64..2000), window in prop::option::of(1i64..4),
+    ) {
+        let mut changes = vec![
+            ("vu.lanes", Value::Int(lanes)), ("gu.banks", Value::Int(banks)),
+            ("gu.ports", Value::Int(ports)), ("vu.exp.iterations", Value::Int(iterations)),
+            ("vu.exp.pipelined", Value::Bool(pipelined)), ("vu.exp.tail", Value::Bool(tail)),
+            ("vu.exp.form", Value::Text(form.into())), ("rit.entry", Value::Text(entry.into())),
+            ("system.memory_channels", Value::Int(channels)), ("system.array_rows", Value::Int(rows)),
+        ];
+        changes.extend(clock.map(|mhz| ("clock_ghz", Value::Float(mhz as f64 / 1e3))));
+        changes.extend(window.map(|own| ("path.window", Value::Int(own))));
+        let base = Machine::for_any_scene().unwrap();
+        let machine = match base.with("own", &changes) {
+            Ok(own) => own,
+            Err(error) => { prop_assert!(error.is_rule(), "{}", error); return Ok(()) }
+        };
+        let bench = Workbench::default();
+        let own = bench.figures(&machine, &scene("garden"), &SHORT, &());
+        let own = own.map_err(|error| TestCaseError::fail(error.to_string()))?;
+        prop_assert!(own.frames_per_second.low() > 0.0);
+        prop_assert!(own.clock_origin == ClockOrigin::Assumed || clock.is_none());
+        prop_assert!(own.mj.is_some() || !own.unknown.is_empty());
+    }
+}

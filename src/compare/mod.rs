@@ -1,0 +1,131 @@
+//! `potamoi compare`: machines side by side.
+
+mod picture;
+mod table;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use potamoi_base::outputs as files;
+use potamoi_explore::ConfigChoice;
+use potamoi_machines::machine::Section;
+use potamoi_machines::{Comparison, Machine, Workload};
+use potamoi_system::system_model::System;
+use serde::Serialize;
+
+use crate::args::ClockArgs;
+use crate::failure::Failure;
+use crate::progress::{self, Shown};
+use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    /// Machines: presets, configuration files, files that `cost` and `explore` write; ratios are over
+    /// the first
+    #[arg(value_name = "MACHINE", required = true)]
+    machines: Vec<String>,
+    #[command(flatten)]
+    scenes: ManyScenes,
+    /// Description of the system as TOML, in which omitted fields have the paper's values; or the
+    /// paper's system with another GPU, by name: xavier, xavier-15w, orin-nx, agx-orin and others
+    /// [default: each machine's, or the paper's system]
+    #[arg(long, value_name = "SYSTEM,...", value_delimiter = ',')]
+    system: Vec<PathBuf>,
+    /// Number of frames on the camera path
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    frames: u32,
+    #[command(flatten)]
+    clock: ClockArgs,
+    /// Write the results as CSV: one line for each machine on a scene, each point of a scene, each form
+    /// of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Write a plot of the result as SVG
+    #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
+    plot: Option<PathBuf>,
+    /// Write the report as JSON; several scenes or frames share one report
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    format_version: u32,
+    command: &'static str,
+    #[serde(flatten)]
+    found: &'a Comparison,
+    /// Items that scenes' files leave open.
+    not_checked: Vec<String>,
+}
+
+pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
+    files::prepare([&args.json, &args.csv, &args.plot].map(Option::as_ref))?;
+    let machines = args.machines()?;
+    let scenes = args.scenes.open()?;
+    let workload = Workload {
+        frames: args.frames,
+        ..Workload::default()
+    };
+    let bar = progress::bar(0, "comparing");
+    let found = Comparison::of(&machines, &scenes, &workload, &Shown(&bar))?;
+    bar.finish_and_clear();
+    table::print(&found);
+    let not_checked = left_open_of_files();
+    say_not_checked(&not_checked);
+    if let Some(path) = &args.csv {
+        let text = found.csv();
+        let text = text.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+        files::write(path, &text)?;
+    }
+    if let Some(path) = &args.plot {
+        picture::plot(path, &found)?;
+    }
+    if let Some(path) = &args.json {
+        let report = Report {
+            format_version: FORMAT_VERSION,
+            command: "compare",
+            found: &found,
+            not_checked,
+        };
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+impl CompareArgs {
+    /// All machines, each in each system that it may be in.
+    fn machines(&self) -> Result<Vec<Machine>, Failure> {
+        let mut all = vec![];
+        for given in &self.machines {
+            let machine = self.at_clock(Machine::named(given)?)?;
+            if let Some(note) = machine.note() {
+                crate::stdout::remark(format_args!("{note}"));
+            }
+            let is_placed = machine.sections().contains(&Section::System);
+            if is_placed || self.system.is_empty() {
+                all.push(machine);
+                continue;
+            }
+            for system in &self.system {
+                let mut own = machine.clone().around(System::named(system)?);
+                if self.system.len() > 1 {
+                    own.name = format!("{}, {}", own.name, system.display());
+                }
+                all.push(own);
+            }
+        }
+        Ok(all)
+    }
+
+    /// The machine at the assumed clock, if there is one.
+    fn at_clock(&self, mut machine: Machine) -> Result<Machine, Failure> {
+        if let Some(own) = machine.hardware.take() {
+            let chosen: ConfigChoice = self.clock.chosen(own)?;
+            machine.hardware = Some(chosen);
+        }
+        Ok(machine)
+    }
+}

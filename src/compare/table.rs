@@ -1,0 +1,195 @@
+//! The comparison as text, below 100 columns.
+
+use std::collections::BTreeSet;
+
+use potamoi_machines::{Comparison, Figures, Row};
+use potamoi_system::system_model::{AtBounds, ClockOrigin};
+
+use crate::bounds::tight;
+use crate::stdout::say;
+use crate::tables;
+
+pub(super) fn print(found: &Comparison) {
+    for (at, rows) in found.scenes.iter().enumerate() {
+        scene(found, at, rows);
+    }
+    if found.scenes.len() > 1 {
+        means(found);
+    }
+    let any = || found.scenes.iter().flatten().filter_map(Row::figures);
+    if any().any(|own| own.clock_origin != ClockOrigin::Synthesised) {
+        say!("GHz: ~ estimated by formulas, ! assumed; otherwise synthesised, before wires");
+    }
+    say!("a range is from where all demands of a GPU kernel overlap to where none do");
+    say!("x: over the first machine, ? where it includes 1");
+    say!("mm^2 at 12 nm: units with their memories, and all with array and buffers, before wires");
+    let unknown: BTreeSet<String> = any()
+        .flat_map(|own| {
+            let machine = &own.machine;
+            (own.unknown.iter()).map(move |of| format!("{machine}: {}: {}", of.block, of.why))
+        })
+        .collect();
+    if !unknown.is_empty() {
+        say!("not known:");
+        unknown.iter().for_each(|own| say!("  {own}"));
+    }
+}
+
+fn scene(found: &Comparison, at: usize, rows: &[Row]) {
+    if let Some(first) = rows.iter().find_map(Row::figures) {
+        let beside = first.quality.map_or_else(String::new, |own| {
+            format!("; PSNR beside {}", own.beside.words())
+        });
+        say!(
+            "{} ({}), {} x {}{beside}",
+            first.scene,
+            first.algorithm,
+            first.size[0],
+            first.size[1]
+        );
+    }
+    let mut table = tables::narrow([
+        "", "GHz", "frames/s", "x", "mJ", "x", "dB", "units", "mm^2", "bound by",
+    ]);
+    for (row, own) in rows.iter().enumerate() {
+        if let Row::Figures(own) = own {
+            let ratios = found.ratios(at, row);
+            let rate = ratios.map_or_else(String::new, |own| times(&own.rate));
+            let energy = ratios.and_then(|own| own.energy);
+            table.add_row([
+                named(own),
+                clock(own),
+                tight(&own.frames_per_second),
+                rate,
+                own.mj.map_or_else(unknown, |mj| tight(&mj)),
+                energy.map_or_else(unknown, |own| times(&own)),
+                decibels(own),
+                figure(own.units_mm2, 3),
+                figure(own.mm2, 2),
+                bound(own),
+            ]);
+        }
+    }
+    let mut alone: Vec<&Figures> = vec![];
+    for own in rows.iter().filter_map(Row::figures) {
+        if alone.iter().all(|known| known.gpu != own.gpu) {
+            alone.push(own);
+        }
+    }
+    for own in alone {
+        let first = rows.first().and_then(Row::figures);
+        let rate = &own.gpu_alone_frames_per_second;
+        let over = first.map(|first| rate.over(&first.frames_per_second));
+        let dash = unknown;
+        table.add_row([
+            format!("{} alone", own.gpu),
+            dash(),
+            tight(rate),
+            over.map_or_else(unknown, |own| times(&own)),
+            dash(),
+            dash(),
+            dash(),
+            dash(),
+            dash(),
+            dash(),
+        ]);
+    }
+    say!("{table}");
+    for own in rows {
+        if let Row::Refused {
+            machine, refused, ..
+        } = own
+        {
+            say!("  {machine} is left out: {refused}");
+        }
+    }
+    say!("");
+}
+
+/// Geometric means over the scenes.
+fn means(found: &Comparison) {
+    let Some(rows) = found.scenes.first() else {
+        return;
+    };
+    say!("geometric means over scenes");
+    let mut table = tables::plain(["", "scenes", "x frames/s", "x energy"]);
+    for (row, own) in rows.iter().enumerate() {
+        let name = match own {
+            Row::Figures(own) => &own.machine,
+            Row::Refused { machine, .. } => machine,
+        };
+        let Some((ratios, count)) = found.means(row) else {
+            continue;
+        };
+        table.add_row([
+            name.clone(),
+            count.to_string(),
+            times(&ratios.rate),
+            ratios.energy.map_or_else(unknown, |own| times(&own)),
+        ]);
+    }
+    say!("{table}\n");
+}
+
+fn unknown() -> String {
+    "-".to_owned()
+}
+
+/// The machine, with its variant where that is not full frames through the unit.
+fn named(own: &Figures) -> String {
+    match own.variant {
+        "fs+gu" => own.machine.clone(),
+        variant => format!("{}: {variant}", own.machine),
+    }
+}
+
+fn clock(own: &Figures) -> String {
+    let mark = match own.clock_origin {
+        ClockOrigin::Synthesised => "",
+        ClockOrigin::Estimated => "~",
+        ClockOrigin::Assumed => "!",
+    };
+    format!("{mark}{:.2}", own.clock_ghz)
+}
+
+/// A ratio; marked where it includes 1 and is not exactly that.
+fn times(of: &AtBounds<f64>) -> String {
+    let is_one = of.max == 1.0 && of.sum == 1.0;
+    match of.decides() || is_one {
+        true => tight(of),
+        false => format!("{} ?", tight(of)),
+    }
+}
+
+fn decibels(own: &Figures) -> String {
+    match own.quality {
+        None => unknown(),
+        Some(own) => own
+            .db
+            .map_or_else(|| "same".to_owned(), |db| format!("{db:.1}")),
+    }
+}
+
+fn figure(of: Option<f64>, digits: usize) -> String {
+    of.map_or_else(unknown, |mm2| format!("{mm2:.digits$}"))
+}
+
+/// The bottleneck at both bounds.
+fn bound(own: &Figures) -> String {
+    let of = |(name, share): (&'static str, Option<f64>)| match share {
+        Some(share) => format!("{} {:.0} %", short(name), 100.0 * share),
+        None => short(name).to_owned(),
+    };
+    let [max, sum] = [own.bottleneck.max, own.bottleneck.sum];
+    match max.0 == sum.0 {
+        true => of(max),
+        false => format!("{}, {}", short(max.0), short(sum.0)),
+    }
+}
+
+/// A resource without the word for what kind it is.
+fn short(name: &str) -> &str {
+    let kinds = [" unit", " units", " buffer"];
+    let cut = kinds.iter().find_map(|kind| name.strip_suffix(kind));
+    cut.unwrap_or(name)
+}

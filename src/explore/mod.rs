@@ -1,0 +1,281 @@
+//! `potamoi explore`: the best machine of a space, within limits, proven by its Verilog.
+
+mod table;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use potamoi_base::outputs as files;
+use potamoi_explore::accuracy::Proof;
+use potamoi_machines::cells::COLUMNS;
+use potamoi_machines::search::{Goal, Objective, Search, Searched, Tried};
+use potamoi_machines::{Axis, Fidelity, Machine, Space, SpaceError, Workload};
+use potamoi_scene::Scene;
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::progress::{self, Shown};
+use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
+use crate::stdout::say;
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+/// Note in a machine's file before its Verilog is verified.
+const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
+/// Field of the clock, and its short name.
+const CLOCK: [&str; 2] = ["clock", "clock_ghz"];
+
+#[derive(Debug, Args)]
+pub(crate) struct ExploreArgs {
+    /// Machine whose fields vary: a preset, or a file
+    #[arg(value_name = "MACHINE", default_value = "paper")]
+    machine: String,
+    #[command(flatten)]
+    scenes: ManyScenes,
+    /// Field with its values, such as vu.lanes=12,24,48, gu.ports=1..4:*2, system.memory_channels=1,2,4,
+    /// render.step=0.25..1:+0.25, path.window=4,8, clock=reached,1.0; several flags
+    #[arg(long, value_name = "FIELD=VALUES", required = true, value_parser = axis)]
+    vary: Vec<Axis>,
+    /// Figure to make best; with several scenes its geometric mean
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = What::Fps)]
+    objective: What,
+    /// Most area of the accelerator with array and buffers, in mm^2 at 12 nm [default: no limit]
+    #[arg(long, value_name = "MM2")]
+    max_area: Option<f64>,
+    /// Least PSNR on every scene [default: no limit]
+    #[arg(long, value_name = "DB")]
+    min_psnr: Option<f64>,
+    /// Least frame rate on every scene [default: no limit]
+    #[arg(long, value_name = "FPS")]
+    min_fps: Option<f64>,
+    /// Most energy of a frame on every scene [default: no limit]
+    #[arg(long, value_name = "MJ")]
+    max_mj: Option<f64>,
+    /// Most points to try; a space with no more points is tried whole
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    budget: u32,
+    /// Seed of the pseudo-random numbers; equal seeds give equal results
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Method of times and energies; the machine that is found is modelled by its schedule in any case
+    #[arg(long, value_enum, default_value_t = By::Schedule)]
+    fidelity: By,
+    /// Number of frames on the camera path
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    frames: u32,
+    /// Folder for the rows of all points; the same command goes on where it was interrupted
+    #[arg(long, value_name = "DIR", default_value = "out/explore")]
+    work_dir: PathBuf,
+    /// File for the machine that a search finds: its configuration, with [system], [render] and [path]
+    #[arg(long, value_name = "FILE", default_value = "found.toml")]
+    found: PathBuf,
+    /// Write the report as JSON; several scenes or frames share one report
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Objective of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// Frames a second
+    Fps,
+    /// Energy of a frame in the whole system
+    Energy,
+    /// Energy of a frame times its time
+    Edp,
+    /// Area of the accelerator
+    Area,
+}
+
+impl From<What> for Objective {
+    fn from(what: What) -> Self {
+        match what {
+            What::Fps => Self::Rate,
+            What::Energy => Self::Energy,
+            What::Edp => Self::EnergyDelay,
+            What::Area => Self::Area,
+        }
+    }
+}
+
+/// Method of times and energies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum By {
+    /// The largest demand of a frame on any resource: a bound, some ten times faster
+    Demand,
+    /// A schedule of the frames' blocks, with cycles by the cycle models
+    Schedule,
+}
+
+impl From<By> for Fidelity {
+    fn from(by: By) -> Self {
+        match by {
+            By::Demand => Self::Demand,
+            By::Schedule => Self::Schedule,
+        }
+    }
+}
+
+fn axis(text: &str) -> Result<Axis, String> {
+    let mut own = Axis::parse(text)?;
+    let [short, field] = CLOCK;
+    for name in own.fields.iter_mut().filter(|name| *name == short) {
+        *name = field.to_owned();
+    }
+    Ok(own)
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    format_version: u32,
+    command: &'static str,
+    workload: &'a Workload,
+    goal: &'a Goal,
+    seed: u64,
+    columns: Vec<&'static str>,
+    #[serde(flatten)]
+    searched: &'a Searched,
+    /// What was compared on each scene, without a mismatch in any bit or cycle; none where no machine
+    /// keeps the limits.
+    proofs: Vec<Compared>,
+    /// Items that scenes' files leave open.
+    not_checked: Vec<String>,
+}
+
+/// Feature vectors, elements and pixels that were compared on a scene, each beside those of the frame.
+#[derive(Serialize)]
+struct Compared {
+    scene: String,
+    vectors: [u64; 2],
+    elements: [u64; 2],
+    pixels: [u64; 2],
+}
+
+pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
+    files::prepare([args.json.as_ref()])?;
+    let goal = args.goal()?;
+    let base = Machine::named(&args.machine)?;
+    let space = Space::new(base, args.vary.clone()).map_err(usage)?;
+    let scenes = args.scenes.open()?;
+    let workload = Workload {
+        frames: args.frames,
+        fidelity: args.fidelity.into(),
+        ..Workload::default()
+    };
+    let search = Search {
+        space: &space,
+        scenes: &scenes,
+        goal,
+        workload,
+        budget: args.budget as usize,
+        seed: args.seed,
+    };
+    let bar = progress::bar(0, "exploring");
+    let searched = search.run(&args.work_dir, &Shown(&bar))?;
+    bar.finish_and_clear();
+    table::print(&searched, &scenes, &goal);
+    let ended = match searched.trials.found() {
+        None => Err(Failure::inconclusive(
+            "no machine that was tried keeps the limits; the nearest is above",
+        )),
+        Some(found) => prove(args, &search, found, &scenes),
+    };
+    let not_checked = left_open_of_files();
+    say_not_checked(&not_checked);
+    let (proofs, ended) = match ended {
+        Ok(proofs) => (proofs, Ok(())),
+        Err(failure) => (vec![], Err(failure)),
+    };
+    if let Some(path) = &args.json {
+        let report = Report {
+            format_version: FORMAT_VERSION,
+            command: "explore",
+            workload: &workload,
+            goal: &goal,
+            seed: args.seed,
+            columns: COLUMNS.iter().map(|own| own.name).collect(),
+            searched: &searched,
+            proofs,
+            not_checked,
+        };
+        files::write_json(path, &report)?;
+    }
+    ended
+}
+
+/// Writes the machine, and compares its Verilog with the golden models on each scene.
+fn prove(
+    args: &ExploreArgs,
+    search: &Search<'_>,
+    found: &Tried,
+    scenes: &[Scene],
+) -> Result<Vec<Compared>, Failure> {
+    let machine = search.machine(found)?;
+    let text = machine.to_toml()?;
+    files::write(&args.found, &format!("{UNPROVED}{text}"))?;
+    let mut all = vec![];
+    for scene in scenes {
+        let mut own = scene.clone();
+        machine.prepare(&mut own)?;
+        let config = machine.hardware_for(&own)?.config;
+        let bar = progress::bar(0, "verifying");
+        let proof = Proof::of(&config, &own, None, &Shown(&bar));
+        bar.finish_and_clear();
+        let Proof {
+            vectors,
+            elements,
+            pixels,
+        } = proof?;
+        say!(
+            "its Verilog was verified on {}: no mismatch in any bit or cycle of {} of {} feature vectors, \
+             {} of {} elements and {} of {} pixels of splat units",
+            scene.name(),
+            vectors[0],
+            vectors[1],
+            elements[0],
+            elements[1],
+            pixels[0],
+            pixels[1]
+        );
+        all.push(Compared {
+            scene: scene.name().to_owned(),
+            vectors,
+            elements,
+            pixels,
+        });
+    }
+    files::write(&args.found, &text)?;
+    say!("written to {}", args.found.display());
+    Ok(all)
+}
+
+fn usage(error: SpaceError) -> Failure {
+    match error {
+        SpaceError::Machine(error) => error.into(),
+        other => Failure::Usage(format!("--vary: {other}")),
+    }
+}
+
+impl ExploreArgs {
+    fn goal(&self) -> Result<Goal, Failure> {
+        for (name, limit) in [
+            ("--max-area", self.max_area),
+            ("--min-psnr", self.min_psnr),
+            ("--min-fps", self.min_fps),
+            ("--max-mj", self.max_mj),
+        ] {
+            if let Some(value) = limit.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(Failure::Usage(format!(
+                    "{name} {value}: expected a positive number"
+                )));
+            }
+        }
+        Ok(Goal {
+            objective: self.objective.into(),
+            max_area: self.max_area,
+            min_psnr: self.min_psnr,
+            min_fps: self.min_fps,
+            max_mj: self.max_mj,
+        })
+    }
+}

@@ -1,0 +1,161 @@
+//! `potamoi sweep`: every point of a plan.
+
+mod table;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use potamoi_base::outputs as files;
+use potamoi_machines::Workload;
+use potamoi_machines::cells::COLUMNS;
+use potamoi_machines::sweep::{Plan, Rows, Swept, better, changes, front, program};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use crate::failure::Failure;
+use crate::progress::{self, Shown};
+use crate::stdout::say;
+
+/// Version of the JSON report.
+const FORMAT_VERSION: u32 = 1;
+/// Name of the rows in the folder of a sweep.
+const ROWS: &str = "rows.csv";
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepArgs {
+    /// Plan as TOML: machines, scenes, and the fields that vary
+    #[arg(value_name = "PLAN")]
+    plan: PathBuf,
+    /// Folder for the rows of all points; the same command goes on where it was interrupted
+    #[arg(long, value_name = "DIR")]
+    work_dir: PathBuf,
+    /// Columns of a front, such as fps,mm2,psnr_db: rows that no other row is better than in one of them
+    /// and at least as good as in the others [default: no front]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    front: Vec<String>,
+    /// Folder of another sweep, whose figures are compared at the same points [default: none]
+    #[arg(long, value_name = "DIR")]
+    beside: Option<PathBuf>,
+    /// Write the report as JSON; several scenes or frames share one report
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    format_version: u32,
+    command: &'static str,
+    program: String,
+    workload: &'a Workload,
+    rows: Vec<Map<String, Value>>,
+}
+
+pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
+    files::prepare([args.json.as_ref()])?;
+    for name in &args.front {
+        better(name)?;
+    }
+    let before = args
+        .beside
+        .as_ref()
+        .map(|folder| Rows::read(&folder.join(ROWS)));
+    let before = before.transpose()?;
+    let plan = Plan::read(&args.plan)?;
+    let begun = Instant::now();
+    let bar = progress::bar(0, "sweeping");
+    let swept = plan.run(&args.work_dir, &Shown(&bar))?;
+    bar.finish_and_clear();
+    let rows = &swept.rows;
+    let path = args.work_dir.join(ROWS);
+    let text = rows.csv();
+    let text = text.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    files::write(&path, &text)?;
+    summary(&swept, begun.elapsed().as_secs_f64());
+    say!("rows: {}", path.display());
+    let on = on_front(rows, &args.front)?;
+    if let Some(on) = &on {
+        table::front(rows, on, &args.front);
+    }
+    if let Some(before) = &before {
+        table::changes(&changes(rows, before));
+    }
+    if let Some(path) = &args.json {
+        let report = Report {
+            format_version: FORMAT_VERSION,
+            command: "sweep",
+            program: program(),
+            workload: &plan.workload,
+            rows: as_json(rows, on.as_deref()),
+        };
+        files::write_json(path, &report)?;
+    }
+    Ok(())
+}
+
+fn summary(swept: &Swept, seconds: f64) {
+    let rows = &swept.rows.rows;
+    let refused = rows.iter().filter(|row| row.refused.is_some()).count();
+    let each = match swept.evaluated {
+        0 => String::new(),
+        count => format!(", {:.2} ms each", 1e3 * seconds / count as f64),
+    };
+    say!(
+        "{} points: {} evaluated now in {seconds:.1} s{each}, {} read from the journal, {refused} without \
+         figures",
+        rows.len(),
+        swept.evaluated,
+        swept.resumed
+    );
+    let mut reasons: Vec<(&str, usize)> = vec![];
+    for why in rows.iter().filter_map(|row| row.refused.as_deref()) {
+        match reasons.iter_mut().find(|(known, _)| *known == why) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((why, 1)),
+        }
+    }
+    for (why, count) in reasons.iter().take(SHOWN) {
+        say!("  {count} without figures: {why}");
+    }
+    if let Some(more) = reasons.len().checked_sub(SHOWN).filter(|more| *more > 0) {
+        say!("  and {more} more reasons, in the column `refused`");
+    }
+}
+
+/// Reasons of refusals that are printed.
+const SHOWN: usize = 3;
+
+fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure> {
+    if names.is_empty() {
+        return Ok(None);
+    }
+    let columns: Vec<(usize, &str)> = (names.iter())
+        .filter_map(|name| {
+            let at = COLUMNS.iter().position(|own| own.name == name)?;
+            Some((at, name.as_str()))
+        })
+        .collect();
+    let cells: Vec<_> = rows.rows.iter().map(|row| row.cells.clone()).collect();
+    Ok(Some(front(&cells, &columns)?))
+}
+
+/// Rows as objects; an unknown figure is null.
+fn as_json(rows: &Rows, on: Option<&[bool]>) -> Vec<Map<String, Value>> {
+    let of = |(at, row): (usize, &potamoi_machines::sweep::SweepRow)| {
+        let mut own = Map::new();
+        own.insert("key".to_owned(), row.key.clone().into());
+        for (field, value) in rows.fields.iter().zip(&row.setting) {
+            own.insert(field.clone(), value.clone().into());
+        }
+        for (column, cell) in COLUMNS.iter().zip(&row.cells) {
+            let value = serde_json::to_value(cell).unwrap_or_default();
+            own.insert(column.name.to_owned(), value);
+        }
+        own.insert("refused".to_owned(), row.refused.clone().into());
+        if let Some(on) = on {
+            own.insert("on_front".to_owned(), on.get(at).copied().into());
+        }
+        own
+    };
+    rows.rows.iter().enumerate().map(of).collect()
+}

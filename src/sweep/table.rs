@@ -1,0 +1,96 @@
+//! Fronts and differences as text.
+
+use potamoi_machines::cells::{COLUMNS, Cell};
+use potamoi_machines::sweep::{Change, Rows, SweepRow};
+
+use crate::bounds::number;
+use crate::stdout::say;
+use crate::tables;
+
+/// Rows of a table that are printed; files have all.
+const SHOWN: usize = 20;
+
+/// The rows on a front, in the order of its first column, with the varied fields.
+pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
+    let mut own: Vec<_> = rows.rows.iter().zip(on).filter(|(_, on)| **on).collect();
+    let at = |name: &str| COLUMNS.iter().position(|own| own.name == name);
+    let first = names.first().and_then(|name| at(name));
+    let key = |cells: &[Cell]| first.and_then(|at| cells.get(at)?.number()).unwrap_or(0.0);
+    own.sort_by(|(a, _), (b, _)| key(&b.cells).total_cmp(&key(&a.cells)));
+    say!(
+        "\nfront of {}: {} of {} rows",
+        names.join(", "),
+        own.len(),
+        rows.rows.len()
+    );
+    let shown = ["machine", "scene"];
+    let several = |name: &str| {
+        let mut all = rows.rows.iter().filter_map(|row| row.cells.get(at(name)?));
+        let first = all.next();
+        all.any(|other| Some(other) != first)
+    };
+    let columns: Vec<&str> = (shown.into_iter().filter(|name| several(name)))
+        .chain(names.iter().map(String::as_str))
+        .chain(["bottleneck"])
+        .collect();
+    let header = rows
+        .fields
+        .iter()
+        .map(String::as_str)
+        .chain(columns.clone());
+    let mut table = tables::plain(header.collect::<Vec<_>>());
+    // Rows alike in what the front is of stand once.
+    let alike = |row: &SweepRow| -> Vec<Cell> {
+        let each = names
+            .iter()
+            .filter_map(|name| row.cells.get(at(name)?).cloned());
+        each.collect()
+    };
+    let count = own.len();
+    own.dedup_by(|(b, _), (a, _)| alike(a) == alike(b));
+    let hidden = count - own.len();
+    for (row, _) in own.iter().take(SHOWN) {
+        let cells = columns.iter().map(|name| {
+            let cell = at(name).and_then(|at| row.cells.get(at));
+            cell.map_or_else(String::new, shown_cell)
+        });
+        table.add_row(row.setting.iter().cloned().chain(cells).collect::<Vec<_>>());
+    }
+    say!("{table}");
+    more(own.len());
+    if hidden > 0 {
+        say!("  {hidden} rows with the same figures as one of them are left out");
+    }
+}
+
+/// Figures that differ from another sweep's.
+pub(super) fn changes((found, alone): &(Vec<Change>, usize)) {
+    say!(
+        "\nbeside the other sweep: {} figures differ; {alone} points are in one of both alone",
+        found.len()
+    );
+    if found.is_empty() {
+        return;
+    }
+    let mut table = tables::lined(2, ["point", "figure", "there", "here"]);
+    for own in found.iter().take(SHOWN) {
+        let [there, here] = own.cells.each_ref().map(shown_cell);
+        table.add_row([own.point.clone(), own.column.to_owned(), there, here]);
+    }
+    say!("{table}");
+    more(found.len());
+}
+
+fn more(count: usize) {
+    if let Some(more) = count.checked_sub(SHOWN).filter(|more| *more > 0) {
+        say!("  and {more} more, in the files");
+    }
+}
+
+fn shown_cell(cell: &Cell) -> String {
+    match cell {
+        Cell::Unknown => "-".to_owned(),
+        Cell::Number(own) => number(*own),
+        Cell::Text(own) => own.clone(),
+    }
+}
