@@ -3,7 +3,7 @@
 use potamoi_netlist::{Instance, ModuleBuilder, Signal, Ty};
 
 use super::formats::{PIXEL, Widths};
-use super::rows::moved;
+use super::registers::moved;
 use crate::circuits::{ones, plus_one};
 
 /// The pass.

@@ -10,16 +10,21 @@
 //! the exponential never waits for a pixel that does not count.
 
 mod drain;
+mod entries;
 mod formats;
+mod forms;
 mod inputs;
 mod limits;
 mod live;
+mod masks;
 mod near;
 mod packing_checks;
 mod pixels;
 mod powers;
 mod product;
+mod registers;
 mod root;
+mod row_tag;
 mod rows;
 mod setup;
 mod start_values;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use potamoi_formats::record::FACTOR;
-use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Signal, Ty};
+use potamoi_netlist::{Feed, IrErrors, Module, ModuleBuilder, Ty};
 
 use super::formats::{AT_ROW, COMPARE, EXACT, ROOT, SEARCH, STEP};
 use super::product::multiples;
@@ -22,13 +22,6 @@ const GROWN: u32 = COARSE_STEP + PLACE;
 const BOUND: u32 = ROOT + 2;
 /// Units below the opposite of the root that count as near: what cutting off may add.
 const SLACK: u32 = 2;
-
-/// Places 0 up to one, as a mask.
-pub(super) fn up_to(m: &mut ModuleBuilder, last: Signal) -> Signal {
-    let all = m.lit(u16::MAX, Ty::u(SIDE));
-    let above = m.not(last);
-    m.shr(all, above)
-}
 
 /// Builds `splat_place`: whether a form is near enough at one place. The bounds are those of the clock
 /// after its start value.

@@ -5,10 +5,62 @@ use std::sync::Arc;
 use potamoi_formats::config::SplatOpacity;
 use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
+use super::entries::INDEX;
 use super::formats::{AT_ROW, MAGNITUDE, STEP, Widths};
+use super::forms::{form_at, magnitude};
+use super::masks::lowest;
 use super::near::PLACE;
 use super::product::{product_of, times};
-use super::rows::{INDEX, form_at, lowest, magnitude, moved};
+use super::registers::moved;
+
+/// A row, and the signals that its pixels are computed from.
+struct Row {
+    row: Signal,
+    /// It is the last one of its entry.
+    last: Signal,
+    /// Number of its entry.
+    index: Signal,
+    p: Signal,
+    q: Signal,
+    /// `q` is too large to count.
+    beyond: Signal,
+    l11: Signal,
+}
+
+/// Inputs of the module.
+struct Inputs {
+    valid: Signal,
+    mask: Signal,
+    row: Row,
+    limit: Signal,
+    info: Signal,
+    ready: Signal,
+}
+
+impl Inputs {
+    fn declare(m: &mut ModuleBuilder, w: &Widths) -> Self {
+        let bit = Ty::bit();
+        let valid = m.input("valid", bit, "a row");
+        let mask = m.input("mask", Ty::u(16), "its pixels");
+        let row = Row {
+            row: m.input("row", Ty::u(4), ""),
+            last: m.input("last", bit, "the last row of its entry"),
+            index: m.input("index", Ty::u(INDEX), "number of its entry"),
+            p: m.input("p", Ty::s(AT_ROW), "at the row's first pixel"),
+            q: m.input("q", Ty::u(MAGNITUDE), "magnitude"),
+            beyond: m.input("beyond", bit, "q is too large to count"),
+            l11: m.input("l11", Ty::s(STEP), "step of p, of the entry `index`"),
+        };
+        Self {
+            valid,
+            mask,
+            row,
+            limit: m.input("limit", Ty::u(w.power), "of the entry `limit_index`"),
+            info: m.input("entry_info", Ty::u(16 + 48 + w.slot), "likewise"),
+            ready: m.input("out_ready", bit, "the power is taken"),
+        }
+    }
+}
 
 /// Builds `splat_pixels`.
 ///
@@ -18,21 +70,44 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let mut builder = ModuleBuilder::new("splat_pixels");
     let m = &mut builder;
     m.doc("pixels of spans, one a clock: their power, and whether it may count.");
-    let bit = Ty::bit();
-    let valid = m.input("valid", bit, "a row");
-    let mask = m.input("mask", Ty::u(16), "its pixels");
-    let row = m.input("row", Ty::u(4), "");
-    let last = m.input("last", bit, "the last row of its entry");
-    let index = m.input("index", Ty::u(INDEX), "number of its entry");
-    let p = m.input("p", Ty::s(AT_ROW), "at the row's first pixel");
-    let q = m.input("q", Ty::u(MAGNITUDE), "magnitude");
-    let beyond = m.input("beyond", bit, "q is too large to count");
-    let l11 = m.input("l11", Ty::s(STEP), "step of p, of the entry `index`");
-    let limit = m.input("limit", Ty::u(w.power), "of the entry `limit_index`");
-    let info = m.input("entry_info", Ty::u(16 + 48 + w.slot), "likewise");
-    let ready = m.input("out_ready", bit, "the power is taken");
-
+    let inputs = Inputs::declare(m, w);
     m.section("Row whose pixels are walked");
+    let walk = walk(m, &inputs);
+    let moves = walk.moves;
+    m.section("p at the pixel");
+    let forms = forms(m, &walk);
+    m.section("Half the sum of the squares");
+    let (tag, power) = power(m, w, forms, moves)?;
+    m.section("Cut");
+    let [out, info] = cut(m, w, &inputs, &walk, (tag, power));
+    let release = m.and(tag.ends, moves);
+
+    m.section("Outputs");
+    m.output("next_row", walk.pop, "takes the row");
+    m.output("limit_index", tag.index, "the entry whose limit is used");
+    m.output("out_valid", walk.kept, "a power that may count");
+    m.output("out_power", out, "");
+    m.output("out_info", info, "of the pair");
+    m.output("entry_done", release, "the oldest entry has no more pixels");
+    let summed = m.and(tag.valid, moves);
+    m.output("summed", summed, "a square sum is compared");
+    builder.finish()
+}
+
+/// The walk over a row's pixels, one a clock.
+struct Walk {
+    /// A row is taken.
+    pop: Signal,
+    /// The stages move.
+    moves: Signal,
+    /// The register of whether the cut keeps a power.
+    kept: Signal,
+    row: Row,
+    tag: Tag,
+}
+
+fn walk(m: &mut ModuleBuilder, inputs: &Inputs) -> Walk {
+    let bit = Ty::bit();
     let walks = m.reg("walks", bit, 0);
     let left = m.data_reg("left", Ty::u(16));
     let (place, rest) = lowest(m, left);
@@ -40,48 +115,68 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let rest = m.name(rest, "left_after");
     let more = m.any(rest);
     let no_more = m.not(more);
-    let kept_now = m.reg("kept", bit, 0);
-    let not_kept = m.not(kept_now);
-    let moves = m.or(not_kept, ready);
+    let kept = m.reg("kept", bit, 0);
+    let not_kept = m.not(kept);
+    let moves = m.or(not_kept, inputs.ready);
     let moves = m.name(moves, "moves");
     let step = m.and(walks, moves);
     let ends = m.and(step, no_more);
     let ends = m.name(ends, "ends_row");
     let rests = m.not(walks);
     let free = m.or(rests, ends);
-    let pop = m.and(valid, free);
+    let pop = m.and(inputs.valid, free);
     let pop = m.name(pop, "takes_row");
     let not_ends = m.not(ends);
     let still = m.and(walks, not_ends);
     let next = m.or(pop, still);
     m.set_next(walks, next);
-    let next = m.mux(pop, mask, rest);
+    let next = m.mux(pop, inputs.mask, rest);
     let changes = m.or(pop, step);
     m.set_next_if(left, changes, next);
-    let own = |m: &mut ModuleBuilder, name: &str, value| moved(m, name, value, pop);
-    let row = own(m, "walked_row", row);
-    let last = own(m, "walked_last", last);
-    let index = own(m, "walked_index", index);
-    let p = own(m, "walked_p", p);
-    let q = own(m, "walked_q", q);
-    let beyond = own(m, "walked_beyond", beyond);
-    let l11 = own(m, "walked_l11", l11);
+    let mut own = |name: &str, value| moved(m, name, value, pop);
+    let row = Row {
+        row: own("walked_row", inputs.row.row),
+        last: own("walked_last", inputs.row.last),
+        index: own("walked_index", inputs.row.index),
+        p: own("walked_p", inputs.row.p),
+        q: own("walked_q", inputs.row.q),
+        beyond: own("walked_beyond", inputs.row.beyond),
+        l11: own("walked_l11", inputs.row.l11),
+    };
     let some = m.any(left);
-    let is_last = m.and(last, no_more);
-    let pixel = m.cat(&[row, place]);
-    let mut tag = Tag {
+    let is_last = m.and(row.last, no_more);
+    let pixel = m.cat(&[row.row, place]);
+    let tag = Tag {
         valid: m.and(walks, some),
         ends: m.and(walks, is_last),
-        index,
+        index: row.index,
         pixel,
     };
+    Walk {
+        pop,
+        moves,
+        kept,
+        row,
+        tag,
+    }
+}
 
-    m.section("p at the pixel");
-    tag = tag.moved(m, 1, moves);
-    let step = moved(m, "l11_1", l11, moves);
-    let from = moved(m, "p_1", p, moves);
-    let q = moved(m, "q_1", q, moves);
-    let beyond = moved(m, "beyond_1", beyond, moves);
+/// The magnitudes of the forms at a pixel, in stage 4.
+struct Forms {
+    tag: Tag,
+    p: Signal,
+    q: Signal,
+    /// One of them is too large to count.
+    beyond: Signal,
+}
+
+fn forms(m: &mut ModuleBuilder, walk: &Walk) -> Forms {
+    let (row, moves) = (&walk.row, walk.moves);
+    let mut tag = walk.tag.moved(m, 1, moves);
+    let step = moved(m, "l11_1", row.l11, moves);
+    let from = moved(m, "p_1", row.p, moves);
+    let q = moved(m, "q_1", row.q, moves);
+    let beyond = moved(m, "beyond_1", row.beyond, moves);
     let place = m.slice(tag.pixel, 0, PLACE);
     let grown = times(m, step, place);
     tag = tag.moved(m, 2, moves);
@@ -96,12 +191,27 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let beyond = moved(m, "beyond_3", beyond, moves);
     let (p, p_beyond) = magnitude(m, exact);
     let beyond = m.or(beyond, p_beyond);
-    tag = tag.moved(m, 4, moves);
-    let p = moved(m, "p_4", p, moves);
-    let q = moved(m, "q_4", q, moves);
-    let beyond = moved(m, "beyond_4", beyond, moves);
+    Forms {
+        tag: tag.moved(m, 4, moves),
+        p: moved(m, "p_4", p, moves),
+        q: moved(m, "q_4", q, moves),
+        beyond: moved(m, "beyond_4", beyond, moves),
+    }
+}
 
-    m.section("Half the sum of the squares");
+/// Half the sum of the squares in stage 7, half up, saturating.
+fn power(
+    m: &mut ModuleBuilder,
+    w: &Widths,
+    forms: Forms,
+    moves: Signal,
+) -> Result<(Tag, Signal), IrErrors> {
+    let Forms {
+        mut tag,
+        p,
+        q,
+        beyond,
+    } = forms;
     let (p, q) = (
         product_of(m, "p_squared", (p, p), moves)?,
         product_of(m, "q_squared", (q, q), moves)?,
@@ -123,36 +233,33 @@ pub(super) fn pixels(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let most = m.lit((1u64 << w.power) - 1, Ty::u(w.power));
     let power = m.mux(beyond, most, power);
     tag = tag.moved(m, 7, moves);
-    let power = moved(m, "power_7", power, moves);
+    Ok((tag, moved(m, "power_7", power, moves)))
+}
 
-    m.section("Cut");
-    let below = m.le(power, limit);
+/// What goes on of a power that the limit keeps: the exponential's operand, and what belongs to the pair.
+fn cut(
+    m: &mut ModuleBuilder,
+    w: &Widths,
+    inputs: &Inputs,
+    walk: &Walk,
+    (tag, power): (Tag, Signal),
+) -> [Signal; 2] {
+    let moves = walk.moves;
+    let below = m.le(power, inputs.limit);
     let kept = m.and(tag.valid, below);
-    m.set_next_if(kept_now, moves, kept);
+    m.set_next_if(walk.kept, moves, kept);
     let (out, info) = match w.opacity {
-        SplatOpacity::Multiplied => (power, info),
+        SplatOpacity::Multiplied => (power, inputs.info),
         // Within the limit the sum is no larger than a power.
         SplatOpacity::InPower => {
-            let other = info.width() - w.power;
-            let opacity = m.slice(info, other, w.power);
-            (m.add(power, opacity), m.slice(info, 0, other))
+            let other = inputs.info.width() - w.power;
+            let opacity = m.slice(inputs.info, other, w.power);
+            (m.add(power, opacity), m.slice(inputs.info, 0, other))
         }
     };
     let out = moved(m, "power", out, moves);
     let info = m.cat(&[info, tag.pixel]);
-    let info = moved(m, "info", info, moves);
-    let release = m.and(tag.ends, moves);
-
-    m.section("Outputs");
-    m.output("next_row", pop, "takes the row");
-    m.output("limit_index", tag.index, "the entry whose limit is used");
-    m.output("out_valid", kept_now, "a power that may count");
-    m.output("out_power", out, "");
-    m.output("out_info", info, "of the pair");
-    m.output("entry_done", release, "the oldest entry has no more pixels");
-    let summed = m.and(tag.valid, moves);
-    m.output("summed", summed, "a square sum is compared");
-    builder.finish()
+    [out, moved(m, "info", info, moves)]
 }
 
 /// What goes along with a pixel.

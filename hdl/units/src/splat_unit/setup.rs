@@ -6,7 +6,8 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 
 use super::formats::{AT_ROW, Widths};
 use super::limits::{Limit, Table};
-use super::near::{near, up_to};
+use super::masks::up_to;
+use super::near::near;
 use super::root::{self, root};
 use super::start_values::{Multiplied, PHASES, SUMMED, Start, start_values};
 use crate::circuits::{bits_for, is, plus_one};

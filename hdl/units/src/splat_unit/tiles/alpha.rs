@@ -8,7 +8,7 @@ use super::{ALPHA, Pair};
 use crate::circuits::{bits_for, is, wrapping};
 use crate::splat_unit::formats::Widths;
 use crate::splat_unit::product::product_of;
-use crate::splat_unit::rows::moved;
+use crate::splat_unit::registers::moved;
 
 /// The vector of exponentials that is offered, and the thresholds of an alpha.
 pub(super) struct Vector {

@@ -6,7 +6,7 @@ use super::Pair;
 use crate::splat_unit::drain::{Drain, Port};
 use crate::splat_unit::formats::COLOUR_SUM;
 use crate::splat_unit::product::product_of;
-use crate::splat_unit::rows::moved;
+use crate::splat_unit::registers::moved;
 
 /// Channels, the highest bits first.
 const CHANNELS: [u32; 3] = [2, 1, 0];

@@ -7,7 +7,7 @@ use super::{ALPHA, Pair};
 use crate::splat_unit::drain::{Drain, Port};
 use crate::splat_unit::formats::TRANSMITTANCE;
 use crate::splat_unit::product::product_of;
-use crate::splat_unit::rows::moved;
+use crate::splat_unit::registers::moved;
 
 /// Alpha 1, U0.16.
 const FULL: u32 = 1 << 16;
