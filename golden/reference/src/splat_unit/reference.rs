@@ -84,7 +84,8 @@ impl ReferenceSplatUnit {
         self.counts
     }
 
-    /// Composites an entry. An entry of a slot that the unit does not have changes nothing.
+    /// Composites an entry. One in a tile after those of the job is dropped: the unit raises a flag, and
+    /// nothing else changes.
     pub fn composite(&mut self, entry: &SplatEntry) {
         let Some(tile) = self.tiles.get(usize::from(entry.slot)) else {
             return;

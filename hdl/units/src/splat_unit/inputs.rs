@@ -48,7 +48,7 @@ impl Inputs {
             last_slot: input(
                 "cfg_last_slot",
                 w.slot,
-                "pixels of tiles 0 to this are given",
+                "pixels of tiles 0 to this are given, and records in later ones dropped",
             ),
             valid: input(
                 "s_axis_spl_tvalid",
@@ -75,8 +75,14 @@ impl Inputs {
         }
     }
 
-    /// Flags: bytes that are neither a record nor a word, and a setting that moves within a job.
-    pub(super) fn flag(&self, m: &mut ModuleBuilder, busy: Signal, enters: Signal) {
+    /// Flags: bytes that are neither a record nor a word, a setting that moves within a job, and a record
+    /// that was dropped.
+    pub(super) fn flag(
+        &self,
+        m: &mut ModuleBuilder,
+        busy: Signal,
+        [enters, is_dropped]: [Signal; 2],
+    ) {
         let all = m.lit(ones(RECORD / 8), self.keep.ty());
         let four = m.lit(ones(WORD), self.keep.ty());
         let nothing = m.lit(0, self.keep.ty());
@@ -90,7 +96,9 @@ impl Inputs {
         m.set_next(past, settings);
         let other = m.ne(settings, past);
         let moved = m.and(other, busy);
+        let dropped = m.and(enters, is_dropped);
         let flags = [
+            sticky(m, "record_dropped", self.clear, dropped),
             sticky(m, "setting_moved", self.clear, moved),
             sticky(m, "torn_beat", self.clear, torn),
         ];
@@ -98,7 +106,7 @@ impl Inputs {
         m.output(
             "stat_errors",
             flags,
-            "0: bytes kept that are none of the three; 1: a setting moved within a job",
+            "0: bytes kept that are none of the three; 1: a setting moved within a job; 2: a record dropped",
         );
     }
 }

@@ -53,7 +53,7 @@ pub fn splat_unit(config: &Config, su: &SuConfig) -> Result<Arc<Module>, IrError
     let busy = parts.job_open(m, &inputs, accepted.enters);
     let bits = config.gu.counter_bits;
     parts.count(m, (inputs.clear, busy), &accepted, bits);
-    inputs.flag(m, busy, accepted.enters);
+    inputs.flag(m, busy, [accepted.enters, accepted.is_dropped]);
     m.section("Outputs");
     m.output_low_in_reset(
         "s_axis_spl_tready",
@@ -74,7 +74,10 @@ pub fn splat_unit(config: &Config, su: &SuConfig) -> Result<Arc<Module>, IrError
 struct Accepted {
     ready: Signal,
     enters: Signal,
-    is_record: Signal,
+    /// A record in a tile whose pixels are given.
+    is_taken: Signal,
+    /// A record in another one.
+    is_dropped: Signal,
 }
 
 /// Parts of the unit.
@@ -93,7 +96,8 @@ fn link(m: &mut ModuleBuilder, (from, out): (Instance, &str), (to, port): (Insta
 }
 
 impl Parts {
-    /// The beat goes to the forms, or into the table of limits, while no job ends.
+    /// The beat goes to the forms, or into the table of limits, while no job ends. A record in a tile whose
+    /// pixels are not given goes nowhere: what it draws would stay for a later job.
     fn connect_front(
         &self,
         m: &mut ModuleBuilder,
@@ -114,10 +118,17 @@ impl Parts {
         let begins_word = m.bit(keep, 0);
         let no_record = m.not(is_record);
         let is_word = m.and(begins_word, no_record);
+        let slot = m.slice(inputs.user, 0, w.slot);
+        let is_given = m.le(slot, inputs.last_slot);
+        let is_given = m.name(is_given, "tile_is_given");
+        let is_taken = m.and(is_record, is_given);
+        let is_taken = m.name(is_taken, "is_taken");
+        let not_given = m.not(is_given);
+        let is_dropped = m.and(is_record, not_given);
         let rank = m.slice(data, USED, RECORD - USED);
         m.unused(rank, "the records come in depth order");
         for (port, signal) in [
-            ("valid", m.all_of(&[inputs.valid, open, is_record])),
+            ("valid", m.all_of(&[inputs.valid, open, is_taken])),
             ("record", m.slice(data, 0, USED)),
             ("centred", inputs.centred),
             ("limit_we", m.and(enters, is_word)),
@@ -141,7 +152,8 @@ impl Parts {
         Accepted {
             ready,
             enters,
-            is_record,
+            is_taken,
+            is_dropped,
         }
     }
 
@@ -297,8 +309,8 @@ impl Parts {
             ("stat_busy", busy, "cycles in which it was not idle"),
             (
                 "stat_records",
-                m.and(accepted.enters, accepted.is_record),
-                "records in tiles",
+                m.and(accepted.enters, accepted.is_taken),
+                "records in tiles that are given",
             ),
             (
                 "stat_square_sums",

@@ -43,6 +43,8 @@ pub struct SplatOutputs {
     pub idle: bool,
     /// Counters of the cycles before.
     pub counters: SplatCounters,
+    /// Bit 2 of `stat_errors`: a record in a tile after the last one was dropped.
+    pub has_dropped: bool,
 }
 
 /// Counters of the unit.
@@ -50,7 +52,7 @@ pub struct SplatOutputs {
 pub struct SplatCounters {
     /// Cycles in which it was not idle.
     pub busy: u64,
-    /// Records in tiles.
+    /// Records in tiles whose pixels are given.
     pub records: u64,
     /// Pairs of pixel and record whose power was computed.
     pub square_sums: u64,
@@ -93,6 +95,8 @@ pub struct SplatModel {
     tiles: Tiles,
     ending: bool,
     is_open: bool,
+    last_slot: usize,
+    has_dropped: bool,
     counters: SplatCounters,
 }
 
@@ -221,6 +225,8 @@ impl SplatModel {
             tiles: Tiles::new(tiles, su.lanes as usize, settings, last_slot),
             ending: false,
             is_open: false,
+            last_slot,
+            has_dropped: false,
             counters: SplatCounters::default(),
         })
     }
@@ -229,6 +235,7 @@ impl SplatModel {
     pub fn clear(&mut self) {
         self.step(None, false);
         self.counters = SplatCounters::default();
+        self.has_dropped = false;
     }
 
     /// One clock cycle with a beat that is offered, or none, and a sink that takes a pixel, or not.
@@ -241,6 +248,7 @@ impl SplatModel {
             pixel: self.tiles.pixel(),
             idle: is_idle,
             counters: self.counters,
+            has_dropped: self.has_dropped,
         };
         let before = self.front.is_busy() || self.walk.is_busy();
         let flush = self.ending && !before;
@@ -258,6 +266,10 @@ impl SplatModel {
         let walked = self.walk.step(takes_power, self.front.row());
         self.counters.square_sums += u64::from(walked.summed);
         let entry = match offered.filter(|_| ready) {
+            Some(SplatBeat::Record(entry, _)) if usize::from(entry.slot) > self.last_slot => {
+                self.has_dropped = true;
+                None
+            }
             Some(SplatBeat::Record(entry, _)) => {
                 self.counters.records += 1;
                 Some(self.entry(entry))

@@ -122,6 +122,11 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
     let point = |opacity| entry(at(5, 9, [i32::MAX, 0, i32::MAX], opacity));
     let mut all = vec![
         Records::new("two tiles", any(&mut draw, 2, 60)),
+        Records {
+            last_slot: 0,
+            ..Records::new("one tile, and records in the next", any(&mut draw, 2, 16))
+        },
+        Records::new("two tiles, the second without them", any(&mut draw, 2, 8)),
         Records::new("no record", vec![]),
         // Their rows wait behind a large one, so that their pairs follow one another.
         Records::new(

@@ -19,6 +19,11 @@ const BEFORE: usize = 3;
 /// Cycles after which a model counts as hanging.
 const PATIENCE: u64 = 1_000_000;
 
+/// Flags of `stat_errors`.
+const TORN: u64 = 1;
+const MOVED: u64 = 2;
+const DROPPED: u64 = 4;
+
 /// Counters that gaps do not change: when a pixel ends decides which later pairs are computed in vain.
 pub(super) const STEADY: [&str; 4] = ["stat_records", "stat_drawn", "stat_stopped", "stat_errors"];
 
@@ -172,7 +177,8 @@ fn run(
             return Err(potamoi_cycles::WorkError::Deadlock { cycle: cycles }.into());
         }
     }
-    let counters = model.step(None, false).counters;
+    let ended = model.step(None, false);
+    let counters = ended.counters;
     let stats = BTreeMap::from([
         ("stat_busy", counters.busy),
         ("stat_records", counters.records),
@@ -180,16 +186,14 @@ fn run(
         ("stat_exponentials", counters.exponentials),
         ("stat_drawn", counters.drawn),
         ("stat_stopped", counters.stopped),
-        ("stat_errors", 0),
+        ("stat_errors", if ended.has_dropped { DROPPED } else { 0 }),
     ]);
     Ok((cycles, stats))
 }
 
-/// Beats and settings that break promises: bytes that are neither a record nor a word, and a setting
-/// that moves while a job is open.
+/// Beats and settings that break promises: bytes that are neither a record nor a word, a setting that
+/// moves while a job is open, and a record in a tile after the last one.
 pub(super) fn script(su: &SuConfig) -> Script {
-    const TORN: u64 = 1;
-    const MOVED: u64 = 2;
     let normal = |cap: u64| {
         vec![
             ("cfg_alpha_cap", cap),
@@ -205,7 +209,7 @@ pub(super) fn script(su: &SuConfig) -> Script {
         ],
         settings: normal(cap),
         up,
-        down: !up & (TORN | MOVED),
+        down: !up & (TORN | MOVED | DROPPED),
         ..Clock::default()
     };
     let reset = Clock {
@@ -226,7 +230,7 @@ pub(super) fn script(su: &SuConfig) -> Script {
     let hole = keep_of(RECORD_BYTES, |byte| byte != 9);
     clocks.extend([reset.clone(), cleared.clone(), clock(Some(hole), 0, TORN)]);
     // A setting may move before a job, and not within it.
-    clocks.extend([reset, cleared, clock(None, 5, 0)]);
+    clocks.extend([reset.clone(), cleared.clone(), clock(None, 5, 0)]);
     clocks.push(clock(Some(keep_of(RECORD_BYTES, |_| false)), 5, 0));
     clocks.push(clock(None, 5, 0));
     clocks.push(clock(None, 6, MOVED));
@@ -236,5 +240,18 @@ pub(super) fn script(su: &SuConfig) -> Script {
         ..clock(None, 6, 0)
     });
     clocks.push(clock(None, 6, 0));
+    let record_in = |slot: u32, up: u64| Clock {
+        beats: vec![Some(Beat::from([
+            ("tkeep", keep_of(RECORD_BYTES, |_| true)),
+            ("tlast", vec![0]),
+            ("tuser", vec![slot]),
+        ]))],
+        ..clock(None, 0, up)
+    };
+    // Tile 0 is given, and tile 1 is not.
+    for (slot, up) in [(0, 0), (1, DROPPED)] {
+        clocks.extend([reset.clone(), cleared.clone()]);
+        clocks.extend([record_in(slot, up), clock(None, 0, up)]);
+    }
     Script { clocks }
 }

@@ -21,6 +21,9 @@ const STATS: [&str; 6] = [
     "stopped",
 ];
 
+/// The flag of a record in a tile after the last one.
+const DROPPED: u64 = 0b100;
+
 /// Handles of the ports.
 pub(super) struct Ports<P> {
     valid: P,
@@ -131,7 +134,7 @@ impl From<SplatOutputs> for Seen {
             idle: own.idle,
             pixel: own.pixel,
             counters: own.counters,
-            errors: 0,
+            errors: if own.has_dropped { DROPPED } else { 0 },
         }
     }
 }

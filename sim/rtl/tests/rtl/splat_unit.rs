@@ -218,6 +218,35 @@ fn the_engines_agree_on_the_splat_unit() {
     assert_eq!(runs[0], runs[2]);
 }
 
+/// Records in a tile after the last one are dropped, and raise a flag: every cycle is that of the cycle
+/// model, and the pixels are those of the reference unit, which drops them too.
+#[test]
+fn records_in_tiles_after_the_last_one_are_dropped() {
+    let mut random = Pcg64Mcg::seed_from_u64(9);
+    let jobs = [24, 9].map(|count| entries(&mut random, 2, count));
+    let kept = jobs.clone().map(|mut job| {
+        job.retain(|entry| entry.slot == 0);
+        job
+    });
+    let config = config("small");
+    let unit = SplatUnit::on(EngineKind::Interpreter, &config, &SMALL).unwrap();
+    let run = |jobs: &[Vec<SplatEntry>; 2]| {
+        let own = jobs.each_ref().map(Vec::as_slice);
+        unit.check(&own, 0, &SETTINGS, &stalls(), 1)
+    };
+    let error = run(&jobs).unwrap_err().to_string();
+    assert!(error.contains("raises the flags 0b100"), "{error}");
+    let found = run(&kept).unwrap();
+    for (job, found) in jobs.iter().zip(found.jobs) {
+        let mut twin = ReferenceSplatUnit::new(&config.vu.exp, 1, SETTINGS);
+        job.iter().for_each(|entry| twin.composite(entry));
+        assert_eq!(
+            found,
+            SplatPixel::of_tiles(twin.tiles()).collect::<Vec<_>>()
+        );
+    }
+}
+
 /// A fault in a register of each part shows in a pixel, a handshake or a counter.
 #[test]
 fn faults_in_the_splat_unit_are_found() {
