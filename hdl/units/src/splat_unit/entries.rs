@@ -36,8 +36,10 @@ impl Entries {
         m.mem_write(self.memory, enable, index, word);
     }
 
-    pub(super) fn read(&self, m: &mut ModuleBuilder, index: Signal) -> Entry {
+    /// The entry of a number; its word is named.
+    pub(super) fn read(&self, m: &mut ModuleBuilder, index: Signal, name: &str) -> Entry {
         let word = m.mem_read_async(self.memory, index);
+        let word = m.name(word, name);
         let mut at = 0;
         let mut next = |m: &mut ModuleBuilder, width: u32| {
             at += width;

@@ -7,8 +7,8 @@ use super::formats::{EXACT, MAGNITUDE};
 
 /// What a form rounded half to even counts with: its magnitude, and whether it is too large to count. One
 /// carry does both: the magnitude of a negative form is the complement of its floor, and one more where
-/// that floor is not rounded up.
-pub(super) fn magnitude(m: &mut ModuleBuilder, exact: Signal) -> (Signal, Signal) {
+/// that floor is not rounded up. `name` is that of the magnitude before the test.
+pub(super) fn magnitude(m: &mut ModuleBuilder, exact: Signal, name: &str) -> (Signal, Signal) {
     let dropped = EXACT - 16;
     let floor = m.slice(exact, dropped, exact.width() - dropped);
     let [odd, guard] = [dropped, dropped - 1].map(|place| m.bit(exact, place));
@@ -22,16 +22,24 @@ pub(super) fn magnitude(m: &mut ModuleBuilder, exact: Signal) -> (Signal, Signal
     let carry = m.xor(up, negative);
     let carry = m.extend(carry, floor.width());
     let absolute = m.add(flipped, carry);
+    let absolute = m.name(absolute, name);
     let high = m.slice(absolute, MAGNITUDE, absolute.width() - MAGNITUDE);
     let beyond = m.any(high);
     (m.slice(absolute, 0, MAGNITUDE), beyond)
 }
 
-/// A form where it has grown since its start value.
-pub(super) fn form_at(m: &mut ModuleBuilder, start: Signal, grown: Signal, width: u32) -> Signal {
+/// A form where it has grown since its start value. `name` is that of the growth with the start value's
+/// fraction bits.
+pub(super) fn form_at(
+    m: &mut ModuleBuilder,
+    [start, grown]: [Signal; 2],
+    width: u32,
+    name: &str,
+) -> Signal {
     let fraction = m.lit(0, Ty::u(MEAN.frac_bits()));
     let grown = m.as_unsigned(grown);
     let grown = m.cat(&[grown, fraction]);
+    let grown = m.name(grown, name);
     let grown = m.as_signed(grown);
     let (start, grown) = (m.extend(start, width), m.extend(grown, width));
     m.add(start, grown)
@@ -52,7 +60,7 @@ mod rounding {
     fn magnitudes_are_those_of_forms_rounded_half_to_even() {
         let mut m = ModuleBuilder::new("form");
         let exact = m.input("exact", Ty::s(AT_ROW), "");
-        let (found, beyond) = magnitude(&mut m, exact);
+        let (found, beyond) = magnitude(&mut m, exact, "absolute");
         m.output("magnitude", found, "");
         m.output("beyond", beyond, "");
         let module = m.finish().unwrap();

@@ -92,6 +92,7 @@ impl Inputs {
         let torn = m.and(enters, wrong);
         let settings = [self.cap, self.min, self.stop, self.centred, self.last_slot];
         let settings = m.cat(&settings);
+        let settings = m.name(settings, "settings");
         let past = m.data_reg("settings_before", settings.ty());
         m.set_next(past, settings);
         let other = m.ne(settings, past);

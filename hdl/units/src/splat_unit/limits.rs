@@ -128,6 +128,7 @@ impl Table {
         let place = m.name(place, "leading_one");
         let above = m.not(place);
         let moved = m.shl(opacity, above);
+        let moved = m.name(moved, "from_leading_one");
         let index = m.slice(moved, width - 1 - INDEX, INDEX);
         let index = m.name(index, "after_leading_one");
         let read = |m: &mut ModuleBuilder, memory: Instance, address: Signal| {

@@ -35,6 +35,7 @@ pub(super) fn live(
         let address = |m: &mut ModuleBuilder, pixel: Signal| m.slice(pixel, low, w.pixel() - low);
         let own = address(m, pixel);
         let before = m.mem_read_async(memory, own);
+        let before = m.name(before, &format!("{name}_before"));
         let place = m.slice(pixel, low - PLACE, PLACE);
         let after = without(m, before, place);
         let after = m.name(after, &format!("{name}_after"));
@@ -55,5 +56,10 @@ pub(super) fn live(
     let none = m.not(some);
     let ends = m.and(stops, none);
     let (tiles, _) = word_of(m, "alive", w.tiles, PIXEL, ends);
-    [m.mem_read_async(rows, row), m.mem_read_async(tiles, tile)]
+    let of_row = m.mem_read_async(rows, row);
+    let of_tile = m.mem_read_async(tiles, tile);
+    [
+        m.name(of_row, "live_asked_for"),
+        m.name(of_tile, "alive_asked_for"),
+    ]
 }

@@ -68,7 +68,9 @@ pub(super) fn near() -> Result<Arc<Module>, IrErrors> {
     let start = m.as_signed(start);
     let step = m.slice(step, STEP - COARSE_STEP, COARSE_STEP);
     let step = m.as_signed(step);
+    let step = m.name(step, "coarse_step");
     let highest = m.extend(root, BOUND);
+    let highest = m.name(highest, "root_wide");
     let slack = m.lit(SLACK, highest.ty());
     let lowest = m.add(highest, slack);
     let lowest = m.neg(lowest);
@@ -81,6 +83,7 @@ pub(super) fn near() -> Result<Arc<Module>, IrErrors> {
     let mut grown = multiples(m, step, step_moves);
     grown.reverse();
     let grown = m.cat(&grown);
+    let grown = m.name(grown, "grown_at_places");
     let links = [
         ("takes_start", Feed::Shared(start_moves)),
         ("start", Feed::Shared(start)),

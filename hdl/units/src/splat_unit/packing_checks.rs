@@ -94,6 +94,7 @@ fn pair_in_its_lane(m: &mut ModuleBuilder, filling: &Filling, place: Signal) {
     let all = m.lit(lanes, wide);
     let empty = m.sub(all, count);
     let at = m.add(empty, place);
+    let at = m.name(at, "lane_of_pair");
     let lane_of = |m: &mut ModuleBuilder, all: Signal| {
         let width = all.width() / lanes;
         let each: Vec<Signal> = (0..lanes).map(|i| m.slice(all, i * width, width)).collect();

@@ -115,11 +115,13 @@ fn walk(m: &mut ModuleBuilder, inputs: &Inputs) -> Walk {
     let rest = m.name(rest, "left_after");
     let more = m.any(rest);
     let no_more = m.not(more);
+    let no_more = m.name(no_more, "is_last_pixel");
     let kept = m.reg("kept", bit, 0);
     let not_kept = m.not(kept);
     let moves = m.or(not_kept, inputs.ready);
     let moves = m.name(moves, "moves");
     let step = m.and(walks, moves);
+    let step = m.name(step, "walks_on");
     let ends = m.and(step, no_more);
     let ends = m.name(ends, "ends_row");
     let rests = m.not(walks);
@@ -178,18 +180,18 @@ fn forms(m: &mut ModuleBuilder, walk: &Walk) -> Forms {
     let q = moved(m, "q_1", row.q, moves);
     let beyond = moved(m, "beyond_1", row.beyond, moves);
     let place = m.slice(tag.pixel, 0, PLACE);
-    let grown = times(m, step, place);
+    let grown = times(m, step, place, "l11_wide");
     tag = tag.moved(m, 2, moves);
     let grown = moved(m, "grown", grown, moves);
     let from = moved(m, "p_2", from, moves);
     let q = moved(m, "q_2", q, moves);
     let beyond = moved(m, "beyond_2", beyond, moves);
-    let exact = form_at(m, from, grown, AT_ROW + 1);
+    let exact = form_at(m, [from, grown], AT_ROW + 1, "p_growth");
     tag = tag.moved(m, 3, moves);
     let exact = moved(m, "p_3", exact, moves);
     let q = moved(m, "q_3", q, moves);
     let beyond = moved(m, "beyond_3", beyond, moves);
-    let (p, p_beyond) = magnitude(m, exact);
+    let (p, p_beyond) = magnitude(m, exact, "p_absolute");
     let beyond = m.or(beyond, p_beyond);
     Forms {
         tag: tag.moved(m, 4, moves),
@@ -228,7 +230,9 @@ fn power(
     let half = m.lit(1u64 << (shift - 1), p.ty());
     let sum = m.add(p, q);
     let sum = m.add(sum, half);
+    let sum = m.name(sum, "squares_and_half");
     let sum = m.slice(sum, shift, wide - shift);
+    let sum = m.name(sum, "half_sum");
     let power = m.saturate(sum, Ty::u(w.power));
     let most = m.lit((1u64 << w.power) - 1, Ty::u(w.power));
     let power = m.mux(beyond, most, power);

@@ -14,14 +14,17 @@ const fn most_rows(factor: u32) -> u32 {
     if factor > 24 { 6 } else { 9 }
 }
 
-/// Sum of the rows of a factor at bits `from` to `to - 1` of another; the first row has place 0.
+/// Sum of the rows of a factor at bits `from` to `to - 1` of another; the first row has place 0. `name` is
+/// that of the factor as wide as the sum.
 fn sum_of_rows(
     m: &mut ModuleBuilder,
     factor: Signal,
     by: Signal,
     (from, to): (u32, u32),
+    name: &str,
 ) -> Signal {
     let wide = m.extend(factor, factor.width() + to - from);
+    let wide = m.name(wide, name);
     let none = m.lit(0, wide.ty());
     let sign = by.ty().signed.then(|| by.width() - 1);
     let mut rows = vec![];
@@ -45,18 +48,22 @@ fn sum_of_rows(
     }
 }
 
-/// Product of a factor and an unsigned number of few bits.
-pub(super) fn times(m: &mut ModuleBuilder, factor: Signal, by: Signal) -> Signal {
-    sum_of_rows(m, factor, by, (0, by.width()))
+/// Product of a factor and an unsigned number of few bits. `name` is that of the factor as wide as it.
+pub(super) fn times(m: &mut ModuleBuilder, factor: Signal, by: Signal, name: &str) -> Signal {
+    sum_of_rows(m, factor, by, (0, by.width()), name)
 }
 
 /// The multiples 0 to 15 of a number, each in the clock after; even ones are shifted odd ones.
 pub(super) fn multiples(m: &mut ModuleBuilder, of: Signal, enable: Signal) -> Vec<Signal> {
     let one = m.extend(of, of.width() + 4);
+    let one = m.name(one, "once");
     let times = |m: &mut ModuleBuilder, two: u32| m.shl_const(one, two);
     let [two, four, eight, sixteen] = [1, 2, 3, 4].map(|power| times(m, power));
+    let eight = m.name(eight, "eight_times");
     let three = m.add(two, one);
+    let three = m.name(three, "three_times");
     let five = m.add(four, one);
+    let five = m.name(five, "five_times");
     let odd = [
         one,
         three,
@@ -106,7 +113,7 @@ pub(super) fn product(factor: Ty, by: Ty) -> Result<Arc<Module>, IrErrors> {
     let mut parts = vec![];
     for group in 0..groups {
         let (from, to) = (group * rows, by.width.min((group + 1) * rows));
-        let sum = sum_of_rows(m, a, b, (from, to));
+        let sum = sum_of_rows(m, a, b, (from, to), &format!("a_at_{from}"));
         let register = m.data_reg(&format!("rows_{from}_to_{}", to - 1), sum.ty());
         m.set_next_if(register, advance, sum);
         let wide = m.extend(register, all.width);

@@ -27,8 +27,9 @@ pub(super) fn root() -> Result<Arc<Module>, IrErrors> {
     let mut root = m.lit(0, Ty::u(ROOT));
     let mut left = square;
     for stage in 1..=CLOCKS {
-        for _ in 0..DIGITS {
-            (rest, root, left) = digit(m, rest, root, left);
+        for own in 1..=DIGITS {
+            let number = (stage - 1) * DIGITS + own;
+            (rest, root, left) = digit(m, (rest, root, left), number);
         }
         let keep = |m: &mut ModuleBuilder, name: &str, value: Signal| {
             let register = m.data_reg(&format!("{name}_{stage}"), value.ty());
@@ -45,23 +46,31 @@ pub(super) fn root() -> Result<Arc<Module>, IrErrors> {
     builder.finish()
 }
 
-/// One digit: the two highest bits that are left join the rest.
+/// One digit, the highest is number 1: the two highest bits that are left join the rest.
 fn digit(
     m: &mut ModuleBuilder,
-    rest: Signal,
-    root: Signal,
-    left: Signal,
+    (rest, root, left): (Signal, Signal, Signal),
+    number: u32,
 ) -> (Signal, Signal, Signal) {
+    let named = |m: &mut ModuleBuilder, signal, what: &str| {
+        m.name(signal, &format!("{what}_{number}_digits"))
+    };
     let width = rest.width();
     let two = m.slice(left, SEARCH_LIMIT - 2, 2);
     let low = m.slice(rest, 0, width - 2);
     let rest = m.cat(&[low, two]);
+    let rest = m.name(rest, &format!("rest_for_digit_{number}"));
     let (one, trial) = (m.lit(1, Ty::u(2)), m.slice(root, 0, width - 2));
     let trial = m.cat(&[trial, one]);
+    let trial = m.name(trial, &format!("trial_{number}"));
     let fits = m.ge(rest, trial);
+    let fits = m.name(fits, &format!("digit_{number}"));
     let less = m.sub(rest, trial);
     let rest = m.mux(fits, less, rest);
+    let rest = named(m, rest, "rest_after");
     let kept = m.slice(root, 0, ROOT - 1);
     let root = m.cat(&[kept, fits]);
-    (rest, root, m.shl_const(left, 2))
+    let root = named(m, root, "root_after");
+    let left = m.shl_const(left, 2);
+    (rest, root, named(m, left, "left_after"))
 }

@@ -114,9 +114,9 @@ pub(super) fn rows(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     m.section("Outputs");
     m.output("ready", ready, "takes an entry at the clock edge");
     found.output(m);
-    let pixel = entries.read(m, inputs.indices[0]);
+    let pixel = entries.read(m, inputs.indices[0], "walked_entry");
     m.output("pixel_l11", pixel.l11, "of the entry asked for");
-    let limited = entries.read(m, inputs.indices[1]);
+    let limited = entries.read(m, inputs.indices[1], "limited_entry");
     m.output("entry_limit", limited.limit, "of the entry asked for");
     let info = m.cat(&[limited.opacity, limited.colour, limited.slot]);
     m.output("entry_info", info, "opacity, colour and slot");
@@ -226,12 +226,15 @@ fn at_row(m: &mut ModuleBuilder, searched: Searched, room: Signal) -> AtRow {
     let start = [0, 1].map(|i| moved(m, ["p_held_1", "q_held_1"][i], start[i], room));
     let steps = [0, 1].map(|i| moved(m, ["l21_1", "l22_1"][i], steps[i], room));
     let search = moved(m, "search_1", search, room);
-    let grown = steps.map(|step| times(m, step, tag.row));
+    let grown = [0, 1].map(|i| times(m, steps[i], tag.row, ["l21_wide", "l22_wide"][i]));
     tag = tag.moved(m, room);
     let start = [0, 1].map(|i| moved(m, ["p_held_2", "q_held_2"][i], start[i], room));
     let grown = [0, 1].map(|i| moved(m, ["p_grown", "q_grown"][i], grown[i], room));
     let search = moved(m, "search_2", search, room);
-    let forms = [0, 1].map(|i| form_at(m, start[i], grown[i], AT_ROW));
+    let forms = [0, 1].map(|i| {
+        let name = ["p_growth", "q_growth"][i];
+        form_at(m, [start[i], grown[i]], AT_ROW, name)
+    });
     tag = tag.moved(m, room);
     let forms = [0, 1].map(|i| moved(m, ["p_3", "q_3"][i], forms[i], room));
     let search = moved(m, "search_3", search, room);
@@ -250,7 +253,7 @@ struct Measured {
 
 fn measured(m: &mut ModuleBuilder, at_row: &AtRow, room: Signal) -> Measured {
     let [p, q] = at_row.forms;
-    let (q, beyond) = magnitude(m, q);
+    let (q, beyond) = magnitude(m, q, "q_absolute");
     Measured {
         tag: at_row.tag.moved(m, room),
         p: moved(m, "p_4", p, room),
@@ -277,7 +280,8 @@ struct Rooted {
 
 fn rooted(m: &mut ModuleBuilder, own: &Measured, room: Signal) -> Result<Rooted, IrErrors> {
     let short = m.slice(own.q, 16 - COMPARE, ROOT);
-    let square = times(m, short, short);
+    let short = m.name(short, "q_short");
+    let square = times(m, short, short, "q_short_wide");
     let tag = own.tag.moved(m, room);
     let square = moved(m, "q_square", square, room);
     let search = moved(m, "search_5", own.search, room);
@@ -341,7 +345,7 @@ fn span(
 ) -> Result<Found, IrErrors> {
     let room = inputs.room;
     let tag = own.tag.until(m, ENTRY_READ, room);
-    let entry = entries.read(m, tag.index);
+    let entry = entries.read(m, tag.index, "span_entry");
     let tag = tag.until(m, FORMED, room);
     let step = moved(m, "step", entry.l11, room);
     let p = shifted(m, "p_stages", own.p, FORMED - 1 - MEASURED, room);

@@ -33,16 +33,23 @@ struct Record {
 
 impl Record {
     fn of(m: &mut ModuleBuilder, data: Signal) -> Self {
-        let mut word = |at: u32| {
-            let bits = m.slice(data, 32 * at, 32);
+        let mut at = 0;
+        let mut field = |m: &mut ModuleBuilder, name: &str, bits: u32| {
+            at += bits;
+            let field = m.slice(data, at - bits, bits);
+            m.name(field, name)
+        };
+        let mut signed = |m: &mut ModuleBuilder, name: &str| {
+            let bits = field(m, name, 32);
             m.as_signed(bits)
         };
-        let (mean, factor) = ([word(0), word(1)], [word(2), word(3), word(4)]);
+        let mean = ["mean_x", "mean_y"].map(|name| signed(m, name));
+        let factor = ["first_l11", "first_l21", "first_l22"].map(|name| signed(m, name));
         Self {
             mean,
             factor,
-            opacity: m.slice(data, 160, 16),
-            colour: m.slice(data, 176, 48),
+            opacity: field(m, "first_opacity", 16),
+            colour: field(m, "first_colour", 48),
         }
     }
 }
@@ -260,6 +267,7 @@ fn rows_in_reach(
 /// A start value, held in a clock of settling.
 fn hold(m: &mut ModuleBuilder, state: &Settling, (name, clock): (&str, u32), of: &Start) -> Start {
     let now = is(m, state.settled, clock);
+    let now = m.name(now, &format!("holds_{name}"));
     let mut register = |name: String, value: Signal| {
         let register = m.data_reg(&name, value.ty());
         m.set_next_if(register, now, value);

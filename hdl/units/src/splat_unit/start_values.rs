@@ -84,6 +84,7 @@ pub(super) fn start_values(
     let term = m.data_reg("term", product.ty());
     m.set_next(term, product);
     let low = m.extend(term, SUM);
+    let low = m.name(low, "term_wide");
     let high = m.shl_const(low, HALF);
     let is_high = m.bit(summed.1, 0);
     let term = m.mux(is_high, high, low);
@@ -155,6 +156,7 @@ fn in_format(m: &mut ModuleBuilder, sum: Signal, bits: u32, name: &str) -> Start
     let (any, all) = (m.any(top), m.all(top));
     let is_far = m.xor(any, all);
     let value = m.slice(sum, 0, START);
+    let value = m.name(value, &format!("{name}_in_format"));
     Start {
         value: m.as_signed(value),
         is_far: m.name(is_far, &format!("{name}_far")),

@@ -32,7 +32,7 @@ pub fn splat_unit(config: &Config, su: &SuConfig) -> Result<Arc<Module>, IrError
     let m = &mut builder;
     m.doc("composites records of Gaussians, in depth order, into the pixels of tiles.");
     let inputs = Inputs::declare(m, &w);
-    m.section("End of a job");
+    m.section("Whether the job ends: its last beat was taken");
     let ending = m.reg("ending", Ty::bit(), 0);
     let parts = Parts {
         tile: m.instance("tile_state", &tiles(&w)?, &[]),
@@ -48,6 +48,7 @@ pub fn splat_unit(config: &Config, su: &SuConfig) -> Result<Arc<Module>, IrError
     parts.connect_walk(m)?;
     m.section("Exponentials");
     parts.connect_powers(m);
+    m.section("Transmittance and colour, and the end of a job");
     parts.connect_end(m, &inputs, (ending, accepted.enters));
     m.section("Counters, and flags of broken promises");
     let busy = parts.job_open(m, &inputs, accepted.enters);
@@ -112,6 +113,7 @@ impl Parts {
         let open = m.name(open, "open");
         let takes = m.out(self.front, "ready");
         let ready = m.and(open, takes);
+        let ready = m.name(ready, "takes_beat");
         let enters = m.and(inputs.valid, ready);
         let enters = m.name(enters, "enters");
         let is_record = m.bit(keep, WORD);
@@ -221,11 +223,11 @@ impl Parts {
                 m.connect(row, "pixel_index", value);
             }
         }
-        link(m, (row, "pixel_l11"), (walk, "l11"));
         link(m, (walk, "limit_index"), (row, "limit_index"));
+        link(m, (walk, "entry_done"), (row, "entry_done"));
+        link(m, (row, "pixel_l11"), (walk, "l11"));
         link(m, (row, "entry_limit"), (walk, "limit"));
         link(m, (row, "entry_info"), (walk, "entry_info"));
-        link(m, (walk, "entry_done"), (row, "entry_done"));
         Ok(())
     }
 

@@ -53,22 +53,28 @@ impl Vector {
         moves: Signal,
     ) -> (Factors, Signal) {
         m.section("Lane of the vector");
-        let lane = m.reg("lane", Ty::u(bits_for((w.lanes - 1).max(1))), 0);
         let steps = m.and(self.valid, moves);
         let steps = m.name(steps, "steps");
-        let last = is(m, lane, w.lanes - 1);
-        let last = m.name(last, "last_lane");
-        let pop = m.and(steps, last);
+        // A vector of one lane is taken at once.
+        let (lane, pop) = match w.lanes {
+            1 => (None, steps),
+            lanes => {
+                let lane = m.reg("lane", Ty::u(bits_for(lanes - 1)), 0);
+                let last = is(m, lane, lanes - 1);
+                let last = m.name(last, "last_lane");
+                let end = m.lit(lanes - 1, lane.ty());
+                let next = wrapping(m, lane, end);
+                m.set_next_if(lane, steps, next);
+                (Some(lane), m.and(steps, last))
+            }
+        };
         let pop = m.name(pop, "takes_vector");
-        let end = m.lit(w.lanes - 1, lane.ty());
-        let next = wrapping(m, lane, end);
-        m.set_next_if(lane, steps, next);
         let one_of = |m: &mut ModuleBuilder, all: Signal, width: u32| {
             let lanes = 0..w.lanes;
             let parts: Vec<Signal> = lanes.map(|i| m.slice(all, i * width, width)).collect();
-            match parts[..] {
-                [only] => only,
-                _ => m.select(lane, &parts),
+            match lane {
+                None => parts[0],
+                Some(lane) => m.select(lane, &parts),
             }
         };
         let result = one_of(m, self.results, w.exponential);

@@ -133,11 +133,12 @@ pub(super) fn tiles(w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let shown = live(m, w, &drain, stopped, [row, tile]);
     let late = colour::sums(m, &stages, drawn.weight, (colours, &drain))?;
 
-    m.section("Outputs");
-    m.output("pop", pop, "takes the vector at the clock edge");
     let valid = declared.iter().map(|stage| stage.valid);
     let valid: Vec<Signal> = valid.chain([drawn.stops]).chain(late).collect();
     let busy = m.any_of(&valid);
+
+    m.section("Outputs");
+    m.output("pop", pop, "takes the vector at the clock edge");
     m.output("busy", busy, "a pair is on its way");
     m.output("row_live", shown[0], "live pixels of the row");
     m.output("tile_alive", shown[1], "rows of the tile with live pixels");
