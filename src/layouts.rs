@@ -59,7 +59,7 @@ pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
         height: scene.camera().height,
         configuration: config.hash(),
         found,
-        not_checked: scene.not_checked(),
+        not_checked: scene.not_checked(&config),
     };
     print(&report);
     say_not_checked(&report.not_checked);

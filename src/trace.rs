@@ -97,7 +97,7 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
         operations: trace.computed.len(),
         elements: trace.computed.iter().map(|c| c.a.len()).sum(),
         bytes: std::fs::metadata(&args.out).map_or(0, |m| m.len()),
-        not_checked: scene.not_checked(),
+        not_checked: scene.not_checked(&config),
     };
     say!(
         "{}: {} feature vectors of {} MVoxels, {} elements of {} vector operations, \

@@ -89,7 +89,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
         configuration: config.hash(),
         keeps_all_pairs: keeps_all_pairs(&scene, config, wanted.numerics),
         frames,
-        not_checked: not_checked(&scene, wanted.numerics, &cameras),
+        not_checked: not_checked(&scene, config, wanted.numerics, &cameras),
         seconds: start.elapsed().as_secs_f64(),
     };
     if let (Some(first), Some(last)) = (names.first(), names.last()) {

@@ -201,7 +201,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
                 .filter_map(|(unit, is_built)| is_built.then_some(unit))
                 .collect()
         }),
-        not_checked: not_checked(&scene, numerics, &[*scene.camera()]),
+        not_checked: not_checked(&scene, &config, numerics, &[*scene.camera()]),
         seconds,
     };
     print(&report, &scene, args);

@@ -196,7 +196,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         vector_unit: &vector,
         splat_unit: config.su.as_ref().map(|_| &splat),
         failure: failure.as_ref(),
-        not_checked: work.not_checked(),
+        not_checked: work.not_checked(&config),
         seconds: start.elapsed().as_secs_f64(),
     };
     print(&report, &config);

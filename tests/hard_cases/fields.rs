@@ -487,7 +487,7 @@ fn an_added_field_is_told_like_the_others() {
     let mut scene = Scene::of("added", model, camera(), up, [0.0; 3]);
     assert_eq!(scene.model().algorithm(), "toy");
     assert_eq!(scene.model().full_size(), None);
-    let said = scene.not_checked();
+    let said = scene.not_checked(&Config::paper());
     assert!(
         said.iter().any(|own| *own == ALGORITHM.outside[0]),
         "{said:?}"

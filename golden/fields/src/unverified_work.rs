@@ -1,6 +1,6 @@
 //! Report texts for work that no unit with verified RTL does.
 
-/// Compositing sums and early termination of field and splat renderers.
+/// Compositing sums and early termination of fields, and of splats without a splat unit.
 pub const COMPOSITING: &str =
     "sums of weighted colours and where rays stop: exact integers in Rust";
 /// Indexing of fields.

@@ -133,6 +133,7 @@ mod tests {
             let towards = *scene.camera();
             let [aside, away] = [90.0, 180.0].map(|degrees| turned(&towards, degrees));
             assert_eq!(scene.unseen(&[towards]), None, "{representation}");
+            let paper = potamoi_formats::config::Config::paper();
             let before = scene.left_open();
             for camera in [aside, away] {
                 scene.set_camera(camera);
@@ -145,7 +146,7 @@ mod tests {
                     scene.left_open(),
                     [&before[..], std::slice::from_ref(&said)].concat()
                 );
-                assert_eq!(scene.not_checked().last(), Some(&said));
+                assert_eq!(scene.not_checked(&paper).last(), Some(&said));
             }
             let rendered = scene.render_float().unwrap();
             assert!(!rendered.covered.contains(&true), "{representation}");

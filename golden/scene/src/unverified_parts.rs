@@ -4,6 +4,7 @@
 use super::{Kind, Model, Scene};
 use potamoi_base::camera::Camera;
 use potamoi_fields::unverified_work::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
+use potamoi_formats::config::Config;
 use potamoi_march::tiling::Halo;
 
 /// For splats.
@@ -17,11 +18,11 @@ const NO_REFERENCE: &str = "nearness to the truth: no picture that the model was
                             hand, only its own rendering in floating point";
 
 impl Scene {
-    /// Parts that no check of the units covers: those computed outside them, and for a model from
-    /// a file its unused parts and assumptions.
+    /// Parts that no check of the configuration's units covers: those computed outside them, and for a
+    /// model from a file its unused parts and assumptions.
     #[must_use]
-    pub fn not_checked(&self) -> Vec<String> {
-        self.not_checked_along(&[self.camera])
+    pub fn not_checked(&self, config: &Config) -> Vec<String> {
+        self.not_checked_along(config, &[self.camera])
     }
 
     /// [`Scene::left_open`] for frames seen through `cameras`.
@@ -34,14 +35,15 @@ impl Scene {
 
     /// [`Scene::not_checked`] for frames seen through `cameras`.
     #[must_use]
-    pub fn not_checked_along(&self, cameras: &[Camera]) -> Vec<String> {
-        let mut all = self.unverified_stages();
+    pub fn not_checked_along(&self, config: &Config, cameras: &[Camera]) -> Vec<String> {
+        let mut all = self.unverified_stages(config);
         all.extend(self.left_open_along(cameras));
         all
     }
 
-    /// Parts computed outside the units.
-    fn unverified_stages(&self) -> Vec<String> {
+    /// Parts computed outside the units. Of frames of splats, a splat unit gives the sums of colours and
+    /// decides where pixels stop.
+    fn unverified_stages(&self, config: &Config) -> Vec<String> {
         let outside: &[&str] = match (self.model(), self.model().kind()) {
             (Model::Compact(_), _) => &[
                 CODES,
@@ -56,8 +58,12 @@ impl Scene {
             (_, Kind::Splats(_)) => &[PROJECTION, RIT, HOLDING, COMPOSITING],
             (_, Kind::Field(field)) => field.algorithm().outside,
         };
-        let mut all: Vec<String> = outside.iter().map(|&what| what.to_owned()).collect();
-        if self.halo == Halo::Split && !outside.contains(&PARTS) {
+        let on_unit = self.cloud().is_some() && self.splat_unit(config).is_some();
+        let outside = outside
+            .iter()
+            .filter(|&&what| !on_unit || what != COMPOSITING);
+        let mut all: Vec<String> = outside.map(|&what| what.to_owned()).collect();
+        if self.halo == Halo::Split && all.iter().all(|what| what != PARTS) {
             all.push(PARTS.to_owned());
         }
         all
@@ -103,7 +109,9 @@ mod tests {
     use potamoi_fields::unverified_work::*;
 
     fn said(scene: &str) -> String {
-        crate::tests::opened(scene).not_checked().join("; ")
+        crate::tests::opened(scene)
+            .not_checked(&Config::paper())
+            .join("; ")
     }
 
     fn fixture(name: &str) -> String {
@@ -158,6 +166,29 @@ mod tests {
         }
     }
 
+    /// With a splat unit the sums of splats are compared, and those of fields are not.
+    #[test]
+    fn sums_are_not_checked_unless_a_splat_unit_gives_them() {
+        let with = Config::preset("lean-splats").unwrap();
+        for (scene, on_unit) in [
+            ("garden", true),
+            ("cairn:splats", true),
+            ("cairn:compact", true),
+            ("cairn:voxels", false),
+            ("cairn:ngp", false),
+        ] {
+            let scene = crate::tests::opened(scene);
+            let says = |config: &Config| {
+                scene
+                    .not_checked(config)
+                    .iter()
+                    .any(|own| own == COMPOSITING)
+            };
+            assert!(says(&Config::paper()), "{}", scene.name());
+            assert_eq!(says(&with), !on_unit, "{}", scene.name());
+        }
+    }
+
     /// A hash grid of MVoxels says what one of vertices does, and that its
     /// MVoxels share no vertices.
     #[test]
@@ -202,7 +233,7 @@ mod tests {
             );
             std::fs::write(&path, text).unwrap();
             let scene = Scene::open(path.to_str().unwrap()).unwrap();
-            scene.not_checked().join("; ")
+            scene.not_checked(&Config::paper()).join("; ")
         };
         assert!(open("split").contains(PARTS) && !open("shared").contains(PARTS));
         assert!(!open("shared").contains(NO_REFERENCE));

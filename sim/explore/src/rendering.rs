@@ -123,10 +123,15 @@ pub fn shoot(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot,
 /// Items that pictures through these cameras leave unchecked. In floating point nothing outside the
 /// units is in question.
 #[must_use]
-pub fn not_checked(scene: &Scene, numerics: Numerics, cameras: &[Camera]) -> Vec<String> {
+pub fn not_checked(
+    scene: &Scene,
+    config: &Config,
+    numerics: Numerics,
+    cameras: &[Camera],
+) -> Vec<String> {
     match numerics {
         Numerics::Truth => scene.unseen(cameras).into_iter().collect(),
         Numerics::Float => scene.left_open_along(cameras),
-        Numerics::Fixed | Numerics::Rtl => scene.not_checked_along(cameras),
+        Numerics::Fixed | Numerics::Rtl => scene.not_checked_along(config, cameras),
     }
 }

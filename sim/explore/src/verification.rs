@@ -28,11 +28,11 @@ impl Work {
         }
     }
 
-    /// Items that agreement does not cover.
+    /// Items that agreement with the units of the configuration does not cover.
     #[must_use]
-    pub fn not_checked(&self) -> Vec<String> {
+    pub fn not_checked(&self, config: &Config) -> Vec<String> {
         match self {
-            Self::Scene(scene) => scene.not_checked(),
+            Self::Scene(scene) => scene.not_checked(config),
             Self::Trace(..) => {
                 vec!["all that lies outside the units: a trace holds their work alone".to_owned()]
             }
