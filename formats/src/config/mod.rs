@@ -129,6 +129,22 @@ fn preset_names() -> String {
     PRESETS.map(|(name, _)| name).join(", ")
 }
 
+/// A clause of a refusal: the presets that `can` do what a configuration cannot, and how to take the first
+/// of them. It is empty if none can.
+#[must_use]
+pub fn presets_that(can: impl Fn(&Config) -> bool) -> String {
+    let able = |(name, _)| Config::preset(name).filter(&can).map(|_| name);
+    let names: Vec<&str> = PRESETS.into_iter().filter_map(able).collect();
+    match names[..] {
+        [] => String::new(),
+        [only] => format!(", as the preset `{only}` has: use --config {only}"),
+        [first, ..] => {
+            let listed = names.join(", ");
+            format!(", as the presets {listed} have: use --config {first}, or another of them")
+        }
+    }
+}
+
 impl Config {
     /// The preset of this name, if any.
     #[must_use]

@@ -14,7 +14,7 @@
 
 use std::f64::consts::LN_2;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, presets_that};
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
@@ -162,16 +162,27 @@ impl Opacity {
     }
 }
 
-/// Checks that the units have the operations.
+/// Checks that the units have the operations. A refusal names the presets that have them.
 pub(super) fn need(config: &Config, ops: &[OpCode]) -> Result<(), FieldError> {
-    let missing = ops.iter().find(|op| !config.vu.ops.contains(op));
+    need_of(config, ops, |_| true)
+}
+
+/// The same, where a refusal names only presets that are `able` to do the rest.
+pub(super) fn need_of(
+    config: &Config,
+    ops: &[OpCode],
+    able: impl Fn(&Config) -> bool,
+) -> Result<(), FieldError> {
+    let lacks = |config: &Config| ops.iter().find(|op| !config.vu.ops.contains(op));
+    let missing = lacks(config);
     missing.map_or(Ok(()), |op| {
         Err(FieldError::Part {
             part: "vu.ops",
             found: OpCode::list(&config.vu.ops),
             expected: format!(
-                "\"{}\" among the operations, as the preset `fields` has: use --config fields",
-                op.name()
+                "\"{}\" among the operations{}",
+                op.name(),
+                presets_that(|preset| lacks(preset).is_none() && able(preset))
             ),
         })
     })

@@ -10,13 +10,14 @@
 
 use glam::DVec3;
 use potamoi_formats::config::Config;
+use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
 
 use super::{FEATURES, HARMONICS, HashedColour, LEVELS, MATRICES, ONES, harmonics};
 use crate::calibrate::direction;
 use crate::gather_plan::{CodedTable, Located, finest_of};
 use crate::mac::MacMlp;
-use crate::opacity::need;
+use crate::opacity::need_of;
 use crate::quantisation::held;
 use crate::{FieldError, FieldWork, Layer, Mlp};
 use potamoi_march::{FixedStats, Lanes, Work};
@@ -53,7 +54,14 @@ impl<'a> FixedColour<'a> {
         centres: &[DVec3],
         config: &Config,
     ) -> Result<Self, FieldError> {
-        need(config, &[OpCode::Relu])?;
+        // Vertices of the tables, and records of Gaussians, which are single ids.
+        let gathers_both = |preset: &Config| {
+            let own = preset.supported_vertices();
+            [Vertices::One, Vertices::Eight]
+                .iter()
+                .all(|kind| own.contains(kind))
+        };
+        need_of(config, &[OpCode::Relu], gathers_both)?;
         let frac = finest_of(&field.tables, |_| true, config, "features")?;
         let tables = field.tables.iter();
         let tables = tables.map(|table| CodedTable::new(table, &[frac; FEATURES as usize], config));

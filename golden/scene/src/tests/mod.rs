@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, PRESETS};
 
 use super::*;
 use potamoi_reference::ReferenceUnits;
@@ -159,6 +159,25 @@ fn errors_of_fields_name_their_scene() {
             words.iter().all(|w| error.contains(w)) && error.starts_with("scene "),
             "{error}"
         );
+    }
+}
+
+/// A configuration for splats alone refuses fields, and names the presets that render them: all of these,
+/// and no others.
+#[test]
+fn a_refusal_names_the_presets_that_render_the_scene() {
+    let config = Config::preset("lean-splats").unwrap();
+    for name in ["lantern", "cairn:ngp"] {
+        let mut scene = opened(name);
+        scene.set_size(Some(4), Some(4)).unwrap();
+        let render = |config: &Config| scene.render_fixed(config, &mut ReferenceUnits::new(config));
+        let error = render(&config).unwrap_err().to_string();
+        let words: Vec<&str> = error.split([' ', ',', '`']).collect();
+        assert!(error.contains(": use --config "), "{error}");
+        for (preset, _) in PRESETS {
+            let renders = render(&Config::preset(preset).unwrap()).is_ok();
+            assert_eq!(words.contains(&preset), renders, "{preset}: {error}");
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Fixed-point formats of voxel grids and of the arithmetic on samples.
 
-use potamoi_formats::config::{Config, Modes};
+use potamoi_formats::config::{Config, Modes, presets_that};
 use potamoi_formats::fixed::{Format, Rounding};
 use potamoi_formats::units::OpCode;
 
@@ -28,47 +28,23 @@ pub struct Formats {
 }
 
 impl Formats {
-    /// The finest formats that hold every value of the grid.
+    /// The finest formats that hold every value of the grid. A refusal of the configuration names the presets
+    /// that render grids of as many channels.
     ///
     /// # Errors
     /// The grid's values need more integer bits than the formats have, or the configuration's
     /// units lack an operation.
     pub fn new(grid: &Grid, config: &Config) -> Result<Self, MarchError> {
-        let needs = |field, value: String, expected: &str| {
-            Err(MarchError::Config {
-                field,
-                value,
-                expected: expected.to_owned(),
-            })
-        };
-        for op in [OpCode::Relu, OpCode::Multiply, OpCode::OneMinusExp] {
-            if !config.vu.ops.contains(&op) {
-                let expected = format!("\"{}\" among the operations", op.name());
-                return needs("vu.ops", OpCode::list(&config.vu.ops), &expected);
-            }
-        }
-        let eight = potamoi_formats::rit::Vertices::Eight;
-        if !config.supported_vertices().contains(&eight) {
-            if config.gu.modes == Modes::Unstructured {
-                let expected = "entries of vertices: \"both\" or \"structured\"";
-                return needs("gu.modes", "unstructured".to_owned(), expected);
-            }
-            let counts: Vec<_> = config.gu.vertices.iter().map(|v| v.count()).collect();
-            return needs("gu.vertices", format!("{counts:?}"), "8 among them");
+        let channels = grid.layout().channels();
+        if let Some(refused) = Refusal::of(channels, config) {
+            let can = presets_that(|preset| Refusal::of(channels, preset).is_none());
+            return Err(MarchError::Config {
+                field: refused.field,
+                value: refused.value,
+                expected: format!("{}{can}", refused.expected),
+            });
         }
         let exp = &config.vu.exp;
-        if !(8..=24).contains(&exp.output_bits) {
-            let value = exp.output_bits.to_string();
-            return needs("vu.exp.output_bits", value, "8 to 24 bits of opacity");
-        }
-        let channels = grid.layout().channels();
-        if config.segments(channels) > config.gu.segments as usize {
-            let expected = format!(
-                "{} segments for {channels} channels",
-                config.segments(channels)
-            );
-            return needs("gu.segments", config.gu.segments.to_string(), &expected);
-        }
         let largest = |density: bool| {
             let values = grid.features().chunks_exact(channels);
             let picked = values.flat_map(|v| if density { &v[..1] } else { &v[1..] });
@@ -119,6 +95,53 @@ impl Formats {
     #[must_use]
     pub(crate) fn step_code(step: f64) -> i32 {
         (step * f64::from(1u32 << STEP_BITS)).round() as i32
+    }
+}
+
+/// What a configuration lacks for grids.
+struct Refusal {
+    field: &'static str,
+    value: String,
+    expected: String,
+}
+
+impl Refusal {
+    /// What `config` lacks for a grid of so many channels.
+    fn of(channels: usize, config: &Config) -> Option<Self> {
+        let needs = |field, value: String, expected: String| {
+            Some(Self {
+                field,
+                value,
+                expected,
+            })
+        };
+        for op in [OpCode::Relu, OpCode::Multiply, OpCode::OneMinusExp] {
+            if !config.vu.ops.contains(&op) {
+                let expected = format!("\"{}\" among the operations", op.name());
+                return needs("vu.ops", OpCode::list(&config.vu.ops), expected);
+            }
+        }
+        let eight = potamoi_formats::rit::Vertices::Eight;
+        if !config.supported_vertices().contains(&eight) {
+            if config.gu.modes == Modes::Unstructured {
+                let expected = "entries of vertices: \"both\" or \"structured\"".to_owned();
+                return needs("gu.modes", "unstructured".to_owned(), expected);
+            }
+            let counts: Vec<_> = config.gu.vertices.iter().map(|v| v.count()).collect();
+            let expected = "8 among them".to_owned();
+            return needs("gu.vertices", format!("{counts:?}"), expected);
+        }
+        let output_bits = config.vu.exp.output_bits;
+        if !(8..=24).contains(&output_bits) {
+            let expected = "8 to 24 bits of opacity".to_owned();
+            return needs("vu.exp.output_bits", output_bits.to_string(), expected);
+        }
+        let segments = config.segments(channels);
+        if segments > config.gu.segments as usize {
+            let expected = format!("{segments} segments for {channels} channels");
+            return needs("gu.segments", config.gu.segments.to_string(), expected);
+        }
+        None
     }
 }
 
