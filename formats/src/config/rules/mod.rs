@@ -260,6 +260,14 @@ mod tests {
             "[gu]\nmodes = \"unstructured\"\nvertices = [8]",
             "[vu.exp]\npieces = 3",
             "[vu.exp]\nform = \"piecewise\"\npipelined = true\niterations = 5",
+            "[su]\nlanes = 0",
+            "[su]\ntiles = 12",
+            "[su]\nunits = 65",
+            "[su]\n[vu.exp]\nform = \"piecewise\"\npipelined = true\nbase = \"two\"",
+            "[su]\n[vu]\nops = [\"exp\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
+            "[su]\n[vu.exp]\noutput_bits = 18",
+            "[su]\n[vu.exp]\ninput = \"U4.12\"",
+            "[su]\nopacity = \"in-power\"\n[vu.exp]\ninput = \"U3.12\"",
         ];
         let mut seen = String::new();
         for text in cases {

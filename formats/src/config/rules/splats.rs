@@ -3,6 +3,8 @@
 use crate::config::{Config, ExpBase, ExpOutput, RuleBreaches, SplatOpacity};
 use crate::record::LOG_OPACITY;
 
+/// Fraction bits of an alpha.
+const ALPHA_BITS: u32 = 16;
 /// Integer bits of a power: from 8 on nothing counts.
 const POWER_INTEGER_BITS: u32 = 3;
 /// Fraction bits that the search for spans needs.
@@ -39,14 +41,26 @@ pub(super) fn splats(config: &Config, out: &mut RuleBreaches) {
     );
     let exp = &config.vu.exp;
     let fraction = exp.input.frac_bits();
-    let plain = exp.base == ExpBase::E && exp.output == ExpOutput::Alpha;
     out.require(
-        plain && exp.output_bits <= 16,
-        "su-exponential",
-        "su",
-        format!("{exp:?}"),
-        "left out, or an exponential of vu.exp.base = \"e\", vu.exp.output = \"alpha\" and \
-         vu.exp.output_bits of 16 at most: opacity times it is an alpha of 16 bits",
+        exp.base == ExpBase::E,
+        "su-exp-base",
+        "vu.exp.base",
+        "two",
+        "\"e\", or [su] left out: the splat unit computes exp(-u)",
+    );
+    out.require(
+        exp.output == ExpOutput::Alpha,
+        "su-exp-output",
+        "vu.exp.output",
+        "general",
+        "\"alpha\", or [su] left out: the splat unit needs fractions in the formats of alphas",
+    );
+    out.require(
+        exp.output_bits <= ALPHA_BITS,
+        "su-exp-output-bits",
+        "vu.exp.output_bits",
+        exp.output_bits,
+        "16 at most, or [su] left out: the opacity times it is an alpha of 16 bits",
     );
     out.require(
         !exp.input.is_signed()
@@ -55,7 +69,7 @@ pub(super) fn splats(config: &Config, out: &mut RuleBreaches) {
         "su-input",
         "vu.exp.input",
         exp.input,
-        "U3.12 to U3.20 where there is a splat unit: powers up to 8, compared with 12 bits or more",
+        "U3.12 to U3.20, or [su] left out: the splat unit has powers up to 8, compared with 12 bits or more",
     );
     out.require(
         su.opacity == SplatOpacity::Multiplied || exp.input == LOG_OPACITY,
