@@ -128,7 +128,7 @@ pub(super) fn print(found: &Modelled, system: &System) {
     for (_, scenario) in scenarios(&found.outcomes) {
         let outcomes = found.outcomes.iter();
         let own: Vec<&Outcome> = outcomes.filter(|o| o.scenario == scenario).collect();
-        say!("\n{scenario:?} rendering\n{}", speed(found, &own));
+        say!("\n{}\n{}", scenario.heading(), speed(found, &own));
         say!("\n{}", limits::table(found, &own));
         for (bound, at) in [("overlap wholly", true), ("do not overlap", false)] {
             let of = |o: &&Outcome| {

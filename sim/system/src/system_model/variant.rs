@@ -78,3 +78,14 @@ pub enum Scenario {
     /// warped paths.
     Remote,
 }
+
+impl Scenario {
+    /// Heading of a table.
+    #[must_use]
+    pub const fn heading(self) -> &'static str {
+        match self {
+            Self::Local => "Local rendering",
+            Self::Remote => "Remote rendering",
+        }
+    }
+}
