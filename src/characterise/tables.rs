@@ -3,7 +3,7 @@
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::HumanBytes;
 use potamoi_explore::characterisation::{Characterisation, PaperMotivation};
-use potamoi_explore::splat_unit_run::SplatUnitRun;
+use potamoi_explore::splat_unit_run::{SplatPart, SplatUnitRun};
 use potamoi_march::tiling::Halo;
 use potamoi_scene::characterise::{SplatPairs, Stages, Traffic};
 
@@ -200,6 +200,18 @@ fn splat_unit(run: &SplatUnitRun) {
         own.exponentials as f64 / counted,
         run.lane_slots_a_counted_pair
     );
+    for without in &run.without {
+        let part = match without.part {
+            SplatPart::Spans => "spans",
+            SplatPart::Cut => "the cut",
+        };
+        say!(
+            "  without {part} (cycle model, the same pixels): {} cycles, {:.3} square sums and {:.3} exponentials",
+            without.cycles,
+            without.square_sums_a_counted_pair,
+            without.exponentials_a_counted_pair
+        );
+    }
 }
 
 fn stored(paper: &PaperMotivation) -> String {

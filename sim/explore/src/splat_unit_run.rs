@@ -1,8 +1,9 @@
 //! Cycles of the splat unit for a frame, by its cycle model.
 
-use potamoi_cycles::splat_unit::{SplatCounters, SplatJobRun, SplatRunner};
+use potamoi_cycles::splat_unit::{SplatCounters, SplatJobRun, SplatRunner, last_end};
 use potamoi_formats::config::Config;
-use potamoi_reference::splat_unit::SplatJob;
+pub use potamoi_reference::splat_unit::SplatPart;
+use potamoi_reference::splat_unit::{SplatEntry, SplatJob, SplatSettings};
 use potamoi_scene::{Model, Scene};
 use potamoi_splats::{RenderError, Schedule, View, unit_entries, unit_settings};
 use serde::Serialize;
@@ -10,14 +11,18 @@ use serde::Serialize;
 use crate::ExploreError;
 
 /// A frame on the splat unit, with streams that never pause.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct SplatUnitRun {
     /// Lanes of its exponential.
     pub lanes: u32,
     /// Tiles in flight.
     pub tiles: u32,
+    /// Units side by side.
+    pub units: u32,
     /// Cycles of all jobs, pixels included.
     pub cycles: u64,
+    /// Cycles until the last of the units side by side is done.
+    pub elapsed_cycles: u64,
     /// Work and busy cycles.
     pub counters: SplatCounters,
     /// Square sums over pairs that draw or stop a pixel.
@@ -27,6 +32,23 @@ pub struct SplatUnitRun {
     pub lane_slots_a_counted_pair: f64,
     /// Cycles times lanes over pairs that draw or stop a pixel.
     pub lane_clocks_a_counted_pair: f64,
+    /// The same frame on units from which a part is left out, one at a time.
+    pub without: Vec<SplatPartLeftOut>,
+}
+
+/// A frame on splat units from which a part is left out.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct SplatPartLeftOut {
+    /// The part.
+    pub part: SplatPart,
+    /// Cycles of all jobs, pixels included.
+    pub cycles: u64,
+    /// Cycles until the last of the units side by side is done.
+    pub elapsed_cycles: u64,
+    /// Square sums over pairs that draw or stop a pixel.
+    pub square_sums_a_counted_pair: f64,
+    /// Exponentials over pairs that draw or stop a pixel.
+    pub exponentials_a_counted_pair: f64,
 }
 
 /// Runs the frame of a scene's camera in jobs of as many tiles as the unit holds. `None` if the scene is
@@ -49,36 +71,89 @@ pub fn splat_unit_run(
         return Ok(None);
     }
     let schedule = Schedule::new(cloud, &view, &options.schedule).map_err(failed)?;
-    let Some(mut runner) = SplatRunner::new(config) else {
-        return Ok(None);
-    };
-    let mut all = SplatJobRun::default();
+    let mut groups = vec![];
     for group in (0..schedule.groups()).filter_map(|g| schedule.group(g)) {
         let mut entries = vec![];
         unit_entries(&view, &group, &mut |entry| entries.push(*entry));
-        let job = SplatJob {
-            settings,
-            tiles: group.tiles.len(),
-            entries: &entries,
+        groups.push((group.tiles.len(), entries));
+    }
+    let frame = Frame { settings, groups };
+    let Some(runner) = SplatRunner::new(config) else {
+        return Ok(None);
+    };
+    let whole = frame.run(runner, su.units)?;
+    let mut without = vec![];
+    for part in [SplatPart::Spans, SplatPart::Cut] {
+        let Some(runner) = SplatRunner::new(config) else {
+            continue;
         };
-        let run = runner.run(&job);
-        all += run.map_err(|error| ExploreError::Rtl(error.into()))?;
+        let run = frame.run(runner.without(part), su.units)?;
+        without.push(SplatPartLeftOut {
+            part,
+            cycles: run.all.cycles,
+            elapsed_cycles: run.elapsed_cycles,
+            square_sums_a_counted_pair: run.a_counted_pair(run.all.counters.square_sums),
+            exponentials_a_counted_pair: run.a_counted_pair(run.all.counters.exponentials),
+        });
     }
     let SplatJobRun {
         cycles,
         counters,
         lane_slots,
-    } = all;
-    let counted = (counters.drawn + counters.stopped).max(1);
+    } = whole.all;
     Ok(Some(SplatUnitRun {
         lanes: su.lanes,
         tiles: su.tiles,
+        units: su.units,
         cycles,
+        elapsed_cycles: whole.elapsed_cycles,
         counters,
-        square_sums_a_counted_pair: counters.square_sums as f64 / counted as f64,
-        lane_slots_a_counted_pair: lane_slots as f64 / counted as f64,
-        lane_clocks_a_counted_pair: cycles as f64 * f64::from(su.lanes) / counted as f64,
+        square_sums_a_counted_pair: whole.a_counted_pair(counters.square_sums),
+        lane_slots_a_counted_pair: whole.a_counted_pair(lane_slots),
+        lane_clocks_a_counted_pair: whole.a_counted_pair(cycles * u64::from(su.lanes)),
+        without,
     }))
+}
+
+/// The jobs of a frame: tiles and records of each.
+struct Frame {
+    settings: SplatSettings,
+    groups: Vec<(usize, Vec<SplatEntry>)>,
+}
+
+/// The sum of all jobs.
+struct FrameRun {
+    all: SplatJobRun,
+    elapsed_cycles: u64,
+}
+
+impl Frame {
+    fn run(&self, mut runner: SplatRunner, units: u32) -> Result<FrameRun, ExploreError> {
+        let (mut all, mut jobs) = (SplatJobRun::default(), vec![]);
+        for (tiles, entries) in &self.groups {
+            let job = SplatJob {
+                settings: self.settings,
+                tiles: *tiles,
+                entries,
+            };
+            let run = runner.run(&job);
+            let run = run.map_err(|error| ExploreError::Rtl(error.into()))?;
+            jobs.push(run.cycles);
+            all += run;
+        }
+        Ok(FrameRun {
+            all,
+            elapsed_cycles: last_end(jobs.into_iter(), units),
+        })
+    }
+}
+
+impl FrameRun {
+    /// A number over the pairs that draw or stop a pixel.
+    fn a_counted_pair(&self, number: u64) -> f64 {
+        let counters = &self.all.counters;
+        number as f64 / (counters.drawn + counters.stopped).max(1) as f64
+    }
 }
 
 fn cloud_of(scene: &Scene) -> Option<&potamoi_splats::Cloud> {

@@ -24,7 +24,7 @@ mod tile_state;
 pub use affine_forms::Forms;
 pub use job::{Composited, SplatEntry, SplatJob, SplatPixel, SplatSettings, SplatUnitCounts};
 pub use power_limits::{CoarseLimits, PowerLimits, StoredLimits};
-pub use reference::{ReferenceSplatUnit, SplatPairs};
+pub use reference::{ReferenceSplatUnit, SplatPairs, SplatPart};
 pub use spans::{ROW_MASK, Span, Spans};
 pub use tile_state::{Outcome, Thresholds, TileState};
 

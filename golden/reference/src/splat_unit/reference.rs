@@ -21,6 +21,16 @@ pub struct SplatPairs {
     pub alphas: [[Option<u32>; TILE as usize]; TILE as usize],
 }
 
+/// A part of the unit without which it computes the same pixels, with more work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SplatPart {
+    /// Rows and spans: without them the power of every live pixel of the tile is computed.
+    Spans,
+    /// The cut: without it every power that is computed has an exponential.
+    Cut,
+}
+
 /// Bit-exact model of the splat unit.
 #[derive(Debug, Clone)]
 pub struct ReferenceSplatUnit {
@@ -124,20 +134,35 @@ impl ReferenceSplatUnit {
     /// What an entry asks of the unit, whatever pixels are live; `None` if nothing can count.
     #[must_use]
     pub fn pairs(&self, entry: &SplatEntry) -> Option<SplatPairs> {
+        self.pairs_without(entry, None)
+    }
+
+    /// The same of a unit from which a part is left out.
+    #[must_use]
+    pub fn pairs_without(
+        &self,
+        entry: &SplatEntry,
+        left_out: Option<SplatPart>,
+    ) -> Option<SplatPairs> {
         let (forms, limit) = self.start(entry)?;
         let mut pairs = SplatPairs {
             rows: 0,
             spans: [0; TILE as usize],
             alphas: [[None; TILE as usize]; TILE as usize],
         };
-        for span in self.spans(entry, &forms, limit) {
+        let spans = match left_out {
+            Some(SplatPart::Spans) => whole_rows(entry, &forms),
+            Some(SplatPart::Cut) | None => self.spans(entry, &forms, limit),
+        };
+        for span in spans {
             let row = span.row as usize;
             pairs.rows |= 1 << row;
             pairs.spans[row] = span.mask;
             for x in (0..TILE).filter(|x| span.mask >> x & 1 == 1) {
                 let power = self.power(forms.at(x, span.row));
+                let is_kept = power <= limit || left_out == Some(SplatPart::Cut);
                 pairs.alphas[row][x as usize] =
-                    (power <= limit).then(|| self.alpha(entry.record.opacity, power));
+                    is_kept.then(|| self.alpha(entry.record.opacity, power));
             }
         }
         Some(pairs)
@@ -154,15 +179,8 @@ impl ReferenceSplatUnit {
 
     /// Rows that may count, with the pixels of each that lie in the tile.
     fn spans(&self, entry: &SplatEntry, forms: &Forms, limit: u32) -> Vec<Span> {
-        let last = entry.last.map(|at| at.min(TILE as u8 - 1));
-        let columns = ROW_MASK >> (TILE as u8 - 1 - last[0]);
         let spans = Spans::new(&entry.record, forms, limit, self.power_bits);
-        let spans = spans.all().filter(|span| span.row <= u32::from(last[1]));
-        let in_tile = spans.map(|span| Span {
-            mask: span.mask & columns,
-            ..span
-        });
-        in_tile.collect()
+        in_tile(entry, spans.all())
     }
 
     /// The product of an opacity and the exponential of a power, U0.16.
@@ -174,7 +192,10 @@ impl ReferenceSplatUnit {
                 (i64::from(opacity) * exp(power) + (1 << (bits - 1))) >> bits
             }
             // Within the limit the sum is one of the exponential's codes.
-            SplatOpacity::InPower => of_exponential(exp(power + u32::from(opacity)), bits),
+            SplatOpacity::InPower => {
+                let most = (8 << self.power_bits) - 1;
+                of_exponential(exp((power + u32::from(opacity)).min(most)), bits)
+            }
         };
         alpha as u32
     }
@@ -186,4 +207,28 @@ impl ReferenceSplatUnit {
         let power = (p * p + q * q + (1 << (shift - 1))) >> shift;
         power.min((8 << self.power_bits) - 1) as u32
     }
+}
+
+/// Of spans the rows and pixels of an entry's tile that lie in the picture.
+fn in_tile(entry: &SplatEntry, spans: impl Iterator<Item = Span>) -> Vec<Span> {
+    let last = entry.last.map(|at| at.min(TILE as u8 - 1));
+    let columns = ROW_MASK >> (TILE as u8 - 1 - last[0]);
+    let spans = spans.filter(|span| span.row <= u32::from(last[1]));
+    let in_tile = spans.map(|span| Span {
+        mask: span.mask & columns,
+        ..span
+    });
+    in_tile.collect()
+}
+
+/// All pixels of an entry's tile that lie in the picture; none if its start values are far.
+fn whole_rows(entry: &SplatEntry, forms: &Forms) -> Vec<Span> {
+    let rows = (0..TILE).filter(|_| !forms.is_far());
+    in_tile(
+        entry,
+        rows.map(|row| Span {
+            row,
+            mask: ROW_MASK,
+        }),
+    )
 }
