@@ -41,6 +41,8 @@ pub struct FloatOptions {
     /// Whether colours depend on the viewing direction; if not, they are those along the zero
     /// vector.
     pub directions: bool,
+    /// Factor of the field's thresholds of opacity and weight.
+    pub thresholds: f64,
 }
 
 impl Default for FloatOptions {
@@ -49,6 +51,7 @@ impl Default for FloatOptions {
             background: [0.0; 3],
             terminate: true,
             directions: true,
+            thresholds: 1.0,
         }
     }
 }
@@ -112,6 +115,7 @@ pub fn render_masked(
         }
     };
     check_mask(camera, only)?;
+    let own_sampling = own.sampling();
     let view = View {
         camera,
         sampling: Sampling {
@@ -120,7 +124,9 @@ pub fn render_masked(
             } else {
                 0.0
             },
-            ..own.sampling()
+            least_opacity: options.thresholds * own_sampling.least_opacity,
+            least_weight: options.thresholds * own_sampling.least_weight,
+            ..own_sampling
         },
         frame,
         directions: options.directions,

@@ -138,6 +138,7 @@ impl Scene {
             background: self.background,
             terminate: in_full || self.stops(LOST_IN_FLOATS),
             directions: in_full || self.degree() > 0,
+            ..FloatOptions::default()
         }
     }
 

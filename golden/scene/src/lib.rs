@@ -18,6 +18,7 @@ mod camera_setup;
 pub mod characterise;
 pub mod colmap;
 pub mod compact_3dgs;
+mod converged;
 #[cfg(test)]
 mod damaged_camera_files;
 mod description;
@@ -53,6 +54,7 @@ mod unverified_parts;
 mod warp_renderer;
 
 pub use builtin::BUILTIN;
+pub use converged::{Converged, Halvings};
 pub use error::SceneError;
 pub use exact_depth::ExactDepth;
 pub use image_sequence::Images;

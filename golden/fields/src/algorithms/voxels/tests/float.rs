@@ -47,6 +47,7 @@ fn a_grid_on_the_road_of_all_fields_is_its_own_rays() {
         terminate: false,
         background: [0.5, 0.25, 1.0],
         directions: false,
+        ..FloatOptions::default()
     };
     for layout in [Layout::Constant, Layout::Linear] {
         let grid = blob([19, 16, 23], layout);
