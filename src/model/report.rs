@@ -10,7 +10,7 @@ use crate::failure::Failure;
 /// Version of the JSON reports.
 ///
 /// 2: results at both bounds of the GPU's kernels (`run.max`, `run.sum`), and the GPU alone.
-const FORMAT_VERSION: u32 = 2;
+const FORMAT_VERSION: u32 = 3;
 
 /// Results of scenes on a system.
 #[derive(Serialize)]

@@ -256,13 +256,13 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
         "the paper's mean",
         "streamed MB",
         "random MB",
-        "PSNR to model, dB",
-        "PSNR to truth, dB",
+        "in floats: PSNR to full frames, dB",
+        "in floats: PSNR to truth, dB",
         "loss, dB",
         "the paper's mean",
     ]);
     let whole = own.iter().find(|o| o.variant.frames == Frames::Full);
-    let whole = whole.and_then(|o| o.quality.truth_db);
+    let whole = whole.and_then(|o| o.float_quality.truth_db);
     for o in own {
         let frames = o.run.max.frames as f64;
         let spent = &o.run.max.spent;
@@ -284,10 +284,10 @@ fn speed(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
                 (spent.streamed_bytes + spent.written_bytes) * 1e-6 / frames
             ),
             format!("{:.2}", spent.random_bytes * 1e-6 / frames),
-            db(o.quality.model_db),
-            db(o.quality.truth_db),
+            db(o.float_quality.full_db),
+            db(o.float_quality.truth_db),
             db(whole
-                .zip(o.quality.truth_db)
+                .zip(o.float_quality.truth_db)
                 .map(|(whole, own)| whole - own)),
             figure(paper.lost_db),
         ]);

@@ -260,13 +260,13 @@ impl Bench {
             model.run(&path, variant, Scenario::Local)
         };
         let (outcome, full) = (run(frames)?.0, run(Frames::Full)?.0);
-        let own = outcome.quality;
+        let own = outcome.float_quality;
         Ok(Moved {
             time: outcome.run.span_ns().mid() / full.run.span_ns().mid(),
             energy: (outcome.run.total_mj().zip(full.run.total_mj()))
                 .map(|(own, full)| own.mid() / full.mid()),
-            model: [own.model_db, own.model_ssim],
-            truth: [own, full.quality].map(|of| [of.truth_db, of.truth_ssim]),
+            model: [own.full_db, own.full_ssim],
+            truth: [own, full.float_quality].map(|of| [of.truth_db, of.truth_ssim]),
         })
     }
 }

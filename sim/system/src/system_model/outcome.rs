@@ -112,8 +112,8 @@ pub struct Outcome {
     pub scenario: Scenario,
     /// Time and energy at both bounds of the GPU's kernels.
     pub run: AtBounds<Run>,
-    /// Quality of its frames.
-    pub quality: Quality,
+    /// Quality of its frames, rendered in floating point.
+    pub float_quality: Quality,
 }
 
 /// Model of the system that all variants share.
@@ -157,7 +157,7 @@ impl Model<'_> {
             let composer = FrameJobs::new(composer, path, variant, scenario).jobs()?;
             self.done(composer, path.targets.len())
         };
-        let quality = match variant.frames {
+        let float_quality = match variant.frames {
             Frames::Full => path.full_quality,
             Frames::Half => path.half_quality,
             Frames::Warped => path.warped_quality,
@@ -169,7 +169,7 @@ impl Model<'_> {
             variant,
             scenario,
             run: AtBounds { max, sum },
-            quality,
+            float_quality,
         };
         Ok((outcome, timeline))
     }

@@ -103,18 +103,18 @@ pub struct TargetWork<B = Batch> {
     pub work: Option<FrameWork<B>>,
 }
 
-/// Quality of a path's frames. PSNR in dB, from the mean squared error over all frames, peak 1;
+/// Quality of a path's frames in floating point. PSNR in dB, from the mean squared error over all frames, peak 1;
 /// `None` where they are equal. SSIM, as mean over frames; `None` for frames smaller than 11 x 11
 /// pixels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
-    /// PSNR against the model's own full frames.
-    pub model_db: Option<f64>,
+    /// PSNR against the scene's own full frames.
+    pub full_db: Option<f64>,
     /// PSNR against the ground truth that the model was sampled from, where it is known.
     pub truth_db: Option<f64>,
-    /// SSIM against the model's own full frames.
+    /// SSIM against the scene's own full frames.
     #[serde(default)]
-    pub model_ssim: Option<f64>,
+    pub full_ssim: Option<f64>,
     /// SSIM against the ground truth, where it is known.
     #[serde(default)]
     pub truth_ssim: Option<f64>,

@@ -134,12 +134,12 @@ impl Errors {
     }
 
     fn quality(&self) -> Quality {
-        let [model_db, model_ssim] = self.model.means(self.frames);
+        let [full_db, full_ssim] = self.model.means(self.frames);
         let [truth_db, truth_ssim] = self.truth.means(self.frames);
         Quality {
-            model_db,
+            full_db,
             truth_db,
-            model_ssim,
+            full_ssim,
             truth_ssim,
         }
     }

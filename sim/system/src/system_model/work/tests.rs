@@ -196,8 +196,8 @@ fn a_path_is_counted_once() {
     }
     assert!((0..4).all(|i| 4 * path.half(i).frame_pixels == path.full(i).frame_pixels));
     // Full frames are the model's own; warped ones are nearer to it than half the resolution.
-    assert_eq!(path.full_quality.model_db, None);
-    assert!(path.warped_quality.model_db > path.half_quality.model_db);
+    assert_eq!(path.full_quality.full_db, None);
+    assert!(path.warped_quality.full_db > path.half_quality.full_db);
     let (again, was_kept) = count();
     assert!(was_kept && again == path);
     // What was damaged is counted again.

@@ -23,7 +23,7 @@ use potamoi_cycles::batch::Pricing;
 use potamoi_cycles::mac_array::MacArray;
 
 /// Version of the counting code, raised where counts change.
-const VERSION: &str = "7";
+const VERSION: &str = "8";
 
 /// Why work could be neither counted nor read.
 #[derive(Debug, Error)]
