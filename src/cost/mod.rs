@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::scene::SceneArgs;
 
 /// Version of the JSON reports.
-const FORMAT_VERSION: u32 = 1;
+const FORMAT_VERSION: u32 = 2;
 
 #[derive(Debug, Args)]
 #[command(mut_arg("width", |width| width.help("Width of the picture [default: 128]")))]
@@ -46,8 +46,8 @@ pub(crate) struct CostArgs {
     /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..))]
     frames: u32,
-    /// Search for the cheapest configuration that reaches this PSNR to the ground truth (to the model
-    /// where there is none), and verify its Verilog [default: no search]
+    /// Search for the cheapest configuration that reaches this PSNR to the ground truth (to the
+    /// converged picture where there is none), and verify its Verilog [default: no search]
     #[arg(long, value_name = "DB", group = "goal", conflicts_with_all = ["study", "budget_ms"])]
     target_psnr: Option<f64>,
     /// Search for the best quality within this time per frame, and verify its Verilog [default: no

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plotters::prelude::*;
-use potamoi_explore::accuracy::{CostQuality, ImageQuality, Point, Sweep, front};
+use potamoi_explore::accuracy::{CostQuality, ImageQuality, Point, ReferenceKind, Sweep, front};
 
 use crate::charts::{Area, COLOURS, Drawn, LETTERS, TITLE, legend, picture};
 use crate::failure::Failure;
@@ -27,7 +27,7 @@ fn place(point: &Point, of: impl Fn(&Point) -> Option<ImageQuality>) -> Option<C
     })
 }
 
-/// Quality over time, against the model and against the ground truth.
+/// Quality over time, against the ground truth where it is known, and against the converged picture.
 pub(super) fn plot(path: &Path, report: &Sweep) -> Result<(), Failure> {
     picture(path, SIZE, |area| {
         let title = format!(
@@ -35,26 +35,19 @@ pub(super) fn plot(path: &Path, report: &Sweep) -> Result<(), Failure> {
             report.scene, report.size[0], report.size[1]
         );
         let area = area.titled(&title, TITLE)?;
-        let has_truth = report.default_point().truth.is_some();
+        let has_truth = report.reference.kind == ReferenceKind::Truth;
         let aside = if has_truth { 0.9 } else { 0.4 };
         let panels = area.split_evenly((1, 1 + usize::from(has_truth)));
-        panel(
-            &panels[0],
-            report,
-            "dB beside the model in 64-bit floating point",
-            aside,
-            |p| Some(p.model),
-        )?;
-        match panels.get(1) {
-            Some(own) => panel(
-                own,
-                report,
-                "dB beside what the model was sampled from",
-                aside,
-                |p| p.truth,
-            ),
-            None => Ok(()),
+        let (first, rest) = panels.split_at(usize::from(has_truth));
+        for own in first {
+            let what = "dB beside the truth, which the model was sampled from";
+            panel(own, report, what, aside, |p| p.truth)?;
         }
+        for own in rest {
+            let what = "dB beside the converged picture of the model";
+            panel(own, report, what, aside, |p| Some(p.converged))?;
+        }
+        Ok(())
     })
 }
 

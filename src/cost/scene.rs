@@ -99,7 +99,11 @@ fn seek(
     let candidate = search.find(&Shown(&spinner), |text| Ok::<_, Failure>(unproved(text)?));
     spinner.finish_and_clear();
     let candidate = candidate?;
-    tables::found(&candidate.found, sweep.default_point());
+    tables::found(
+        &candidate.found,
+        sweep.default_point(),
+        sweep.reference.kind,
+    );
     unproved(&candidate.text)?;
     let settings: Vec<&Setting> = candidate.settings.iter().collect();
     let bar = progress::bar(0, "verifying");

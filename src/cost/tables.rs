@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use potamoi_explore::accuracy::knobs::Knob;
-use potamoi_explore::accuracy::{ImageQuality, Point, SearchResult, Sweep};
+use potamoi_explore::accuracy::{
+    ImageQuality, Point, Reference, ReferenceKind, SearchResult, Sweep,
+};
 use potamoi_system::system_model::ClockOrigin;
 
 use crate::model::ladder;
@@ -39,13 +41,14 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     let head = ["knob", "setting"].map(str::to_owned).into_iter();
     let head = head.chain(of_units).chain(
         [
-            "PSNR to model, dB",
+            "PSNR to truth, dB",
             "SSIM",
+            "PSNR to converged, dB",
+            "SSIM",
+            "PSNR to float, dB",
             "largest pixel error",
             "largest error bound",
             "PSNR at bounds, dB",
-            "PSNR to truth, dB",
-            "SSIM",
             "gathering cycles",
             "vector cycles",
             "GHz",
@@ -67,13 +70,14 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
         let truth = point.truth;
         let begin = [point.knob.clone(), point.setting.clone()].into_iter();
         table.add_row(begin.chain(of_units).chain([
-            db(point.model),
-            number(point.model.ssim, 5),
+            truth.map_or_else(|| "-".to_owned(), db),
+            number(truth.and_then(|t| t.ssim), 5),
+            db(point.converged),
+            number(point.converged.ssim, 5),
+            point.float.map_or_else(|| "-".to_owned(), db),
             number(point.worst.map(|w| w.measured), 6),
             number(point.worst.and_then(|w| w.bound), 6),
             number(point.worst.and_then(|w| w.bound_db), 1),
-            truth.map_or_else(|| "-".to_owned(), db),
-            number(truth.and_then(|t| t.ssim), 5),
             point.gather_cycles.to_string(),
             point.vector_cycles.to_string(),
             clock(point),
@@ -88,9 +92,9 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     say!(
         "GHz: 1 over the longest period of the accelerator's blocks at 12 nm, before wires: ~ \
          estimated, ! assumed, else synthesised; mJ and mm^2: - where no synthesis and no formula \
-         covers the units (potamoi synth measures them); PSNR: - where there is no reference picture; \
-         {MID}"
+         covers the units (potamoi synth measures them); PSNR: - where there is no such picture; {MID}"
     );
+    say!("{}", beside(&report.reference));
     for knob in knobs {
         say!("{}", sentence(knob, report));
     }
@@ -151,7 +155,23 @@ fn sentence(knob: &Knob, report: &Sweep) -> String {
     )
 }
 
-pub(super) fn found(found: &SearchResult, default: &Point) {
+/// Sentence on what quality is measured against.
+fn beside(reference: &Reference) -> String {
+    let first = match reference.kind {
+        ReferenceKind::Truth => {
+            "truth, the analytic field that the model was sampled from; converged"
+        }
+        ReferenceKind::Converged => "converged",
+    };
+    format!(
+        "reference of quality, front, knee and goals: {first}, the model without approximations of \
+         the renderer ({}); float: the same settings in floating point, the error of the formats \
+         alone",
+        reference.converged.words()
+    )
+}
+
+pub(super) fn found(found: &SearchResult, default: &Point, kind: ReferenceKind) {
     let SearchResult {
         settings,
         point,
@@ -170,13 +190,10 @@ pub(super) fn found(found: &SearchResult, default: &Point) {
         saved if saved < 0.0 => format!("{:.1} % more", -saved),
         saved => format!("{saved:.1} % less"),
     };
-    let beside = match point.truth {
-        Some(_) => "PSNR to truth",
-        None => "PSNR to model",
-    };
     say!(
-        "  {} dB {beside} instead of {}; {:.1} us a frame instead of {:.1}: {}{}",
+        "  {} dB PSNR to {} instead of {}; {:.1} us a frame instead of {:.1}: {}{}",
         quality(point),
+        kind.name(),
         quality(default),
         point.frame_ns * 1e-3,
         default.frame_ns * 1e-3,
@@ -208,7 +225,7 @@ pub(super) fn csv(report: &Sweep) -> String {
     let units = report.default_point().units.named();
     let units = units.map(|(name, _)| format!("{name}_max_ulp,{name}_bound_ulp,{name}_mean_ulp"));
     let mut text = format!(
-        "knob,setting,{},model_db,model_ssim,worst_pixel,worst_pixel_bound,truth_db,truth_ssim,gather_cycles,vector_cycles,array_cycles,clock_ghz,clock_origin,frame_ns,energy_mj,area_mm2,front\n",
+        "knob,setting,{},reference,truth_db,truth_ssim,converged_db,converged_ssim,float_db,worst_pixel,worst_pixel_bound,gather_cycles,vector_cycles,array_cycles,clock_ghz,clock_origin,frame_ns,energy_mj,area_mm2,front\n",
         units.join(",")
     );
     let field = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
@@ -221,17 +238,18 @@ pub(super) fn csv(report: &Sweep) -> String {
             ]
         });
         let numbers = [
-            p.model.db,
-            p.model.ssim,
-            p.worst.map(|w| w.measured),
-            p.worst.and_then(|w| w.bound),
             p.truth.and_then(|t| t.db),
             p.truth.and_then(|t| t.ssim),
+            p.converged.db,
+            p.converged.ssim,
+            p.float.and_then(|f| f.db),
+            p.worst.map(|w| w.measured),
+            p.worst.and_then(|w| w.bound),
         ];
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             p.knob,
             p.setting,
             units
@@ -240,6 +258,7 @@ pub(super) fn csv(report: &Sweep) -> String {
                 .map(field)
                 .collect::<Vec<_>>()
                 .join(","),
+            report.reference.kind.name(),
             numbers.map(field).join(","),
             p.gather_cycles,
             p.vector_cycles,

@@ -19,7 +19,7 @@
 //! # Example
 //!
 //! The exponential in 8 iterations is compared with the default on one frame. It is faster and has
-//! a larger error against the model. Neither dominates the other, so both are on the front.
+//! a larger error against the converged picture. Neither dominates the other, so both are on the front.
 //!
 //! ```
 //! use potamoi_explore::accuracy::{Bench, CostQuality, Paths, Price, front, knobs};

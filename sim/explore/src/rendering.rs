@@ -56,6 +56,17 @@ impl Shot {
     }
 }
 
+/// The scene in floating point with no effect left out: what a picture in the hardware's formats is
+/// compared with to see the error of the formats alone.
+///
+/// # Errors
+/// A scene that cannot be rendered.
+pub fn whole_float(scene: &Scene) -> Result<Rendered, ExploreError> {
+    let mut whole = scene.clone();
+    whole.set_choices(Choices::default());
+    Ok(whole.render_float()?)
+}
+
 /// Refuses to leave out effects in floating point, which has no units.
 fn refuse_of_units(scene: &Scene) -> Result<(), ExploreError> {
     let of_units = [Effect::Trilinear, Effect::Exponential];

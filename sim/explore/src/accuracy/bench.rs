@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 
-use potamoi_base::effects::Choices;
 use potamoi_base::picture::Picture;
 use potamoi_formats::config::{Config, Layer};
 use potamoi_reference::ReferenceUnits;
@@ -17,7 +16,9 @@ use super::local_search::Paths;
 use super::pareto_front::CostQuality;
 use super::point::{Point, priced};
 use super::price::Price;
+use super::references::References;
 use super::units::{UnitErrorCache, UnitErrors};
+use crate::rendering::whole_float;
 use crate::{ExploreError, Setup, store};
 
 /// Frame rate of built-in paths.
@@ -29,21 +30,22 @@ struct Tried {
     scene: Scene,
     picture: Picture,
     work: FrameWork,
-    model: ImageQuality,
     truth: Option<ImageQuality>,
+    converged: ImageQuality,
     clock: Clock,
     frame_ns: f64,
     energy_mj: Option<f64>,
     area_mm2: Option<f64>,
-    is_path: bool,
 }
 
 /// A scene on which settings are tried.
 pub struct Bench {
     /// The scene and its system, with every knob at its default.
     pub setup: Setup,
-    model: Picture,
-    truth: Option<Picture>,
+    /// Pictures that quality is measured against.
+    pub references: References,
+    /// The picture in floating point, which error bounds are derived beside.
+    float: Picture,
     frames: u32,
     known: UnitErrorCache,
     /// Results of path variants that were tried alone.
@@ -51,22 +53,15 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Renders the references that settings are compared with: the model in floating point, and the
-    /// ground truth where it is known. Paths have `frames` frames.
+    /// Renders what settings are compared with: the references of the scene, and its picture in
+    /// floating point. Paths have `frames` frames.
     ///
     /// # Errors
     /// A scene that cannot be rendered.
     pub fn new(setup: Setup, frames: u32) -> Result<Self, ExploreError> {
-        let scene = &setup.scene;
-        // What pictures are compared with leaves nothing out.
-        let mut whole = scene.clone();
-        whole.set_choices(Choices::default());
         Ok(Self {
-            model: whole.render_float()?.picture,
-            truth: match scene.analytic() {
-                Some(_) => Some(scene.render_truth()?.picture),
-                None => None,
-            },
+            references: References::of(&setup.scene)?,
+            float: whole_float(&setup.scene)?.picture,
             frames,
             known: UnitErrorCache::default(),
             alone: RefCell::default(),
@@ -107,7 +102,7 @@ impl Bench {
     ) -> Result<Option<CostQuality>, ExploreError> {
         let tried = self.tried(settings, paths)?;
         let costs = [Some(tried.frame_ns), tried.energy_mj, tried.area_mm2];
-        Ok(priced(tried.model, tried.truth, costs, price))
+        Ok(priced(tried.converged, tried.truth, costs, price))
     }
 
     /// All measurements of settings, under the name of a knob and a label.
@@ -122,12 +117,13 @@ impl Bench {
     ) -> Result<Point, ExploreError> {
         let tried = self.tried(settings, Paths::Counted)?;
         let (scene, config) = (&tried.scene, &tried.config);
-        let worst = match tried.is_path {
-            true => None,
-            false => {
-                let bounds = self.bounds(settings, scene, config)?;
-                let (shown, model) = (&tried.picture, &self.model);
-                Some(PixelError::new(shown, model, bounds.as_deref()))
+        let all = |holds: fn(&Change) -> bool| settings.iter().all(|s| holds(&s.change));
+        let worst = match all(is_bounded) {
+            false => None,
+            true => {
+                let bounds = self.bounds(scene, config)?;
+                let (shown, float) = (&tried.picture, &self.float);
+                Some(PixelError::new(shown, float, bounds.as_deref()))
             }
         };
         let total = tried.work.total();
@@ -135,8 +131,9 @@ impl Bench {
             knob: knob.to_owned(),
             setting: label.to_owned(),
             units: UnitErrors::of(scene, config, &self.known),
-            model: tried.model,
             truth: tried.truth,
+            converged: tried.converged,
+            float: all(keeps_float).then(|| ImageQuality::of(&tried.picture, &self.float)),
             worst,
             gather_cycles: total.gather_cycles,
             vector_cycles: total.vector_cycles,
@@ -149,22 +146,8 @@ impl Bench {
         })
     }
 
-    /// Error bounds of pixels, where settings leave the float model unchanged.
-    fn bounds(
-        &self,
-        settings: &[&Setting],
-        scene: &Scene,
-        config: &Config,
-    ) -> Result<Option<Vec<f64>>, ExploreError> {
-        let is_same_float = |s: &&Setting| match s.change {
-            Change::Scene(RenderChange::Precision(_)) | Change::Config { .. } | Change::Path(_) => {
-                true
-            }
-            Change::Scene(_) => false,
-        };
-        if !settings.iter().all(is_same_float) {
-            return Ok(None);
-        }
+    /// Error bounds of pixels beside the picture in floating point, where they are derived.
+    fn bounds(&self, scene: &Scene, config: &Config) -> Result<Option<Vec<f64>>, ExploreError> {
         let float = self.setup.scene.precision();
         let powers = self.known.vector_bounds(scene, config);
         Ok(scene.error_bounds_beside(config, float, &powers)?)
@@ -186,15 +169,14 @@ impl Bench {
         let model = self.setup.model_of(&costs);
         let run = model.frame(&work, Gathering::Unit)?;
         let mut tried = Tried {
-            model: ImageQuality::of(&rendered.picture, &self.model),
-            truth: (self.truth.as_ref()).map(|truth| ImageQuality::of(&rendered.picture, truth)),
+            truth: self.references.truth(&rendered.picture),
+            converged: self.references.converged(&rendered.picture),
             picture: rendered.picture,
             work,
             clock: costs.clock.clone(),
             frame_ns: run.span_ns().mid(),
             energy_mj: run.total_mj().map(|mj| mj.mid()),
             area_mm2: costs.area_mm2,
-            is_path: way.is_some(),
             config,
             scene,
         };
@@ -265,10 +247,29 @@ impl Bench {
             time: outcome.run.span_ns().mid() / full.run.span_ns().mid(),
             energy: (outcome.run.total_mj().zip(full.run.total_mj()))
                 .map(|(own, full)| own.mid() / full.mid()),
-            model: [own.full_db, own.full_ssim],
+            full: [own.full_db, own.full_ssim],
             truth: [own, full.float_quality].map(|of| [of.truth_db, of.truth_ssim]),
         })
     }
+}
+
+/// Whether a setting leaves the picture in floating point as it is.
+fn keeps_float(change: &Change) -> bool {
+    match change {
+        Change::Config { .. } => true,
+        Change::Scene(RenderChange::Precision(own)) => {
+            own.stop_below.is_none() && own.alpha_min.is_none()
+        }
+        // That picture is in exact order, and leaves nothing out.
+        Change::Scene(RenderChange::Order(_) | RenderChange::Without(_)) => true,
+        Change::Scene(RenderChange::Profile(_) | RenderChange::Step(_)) | Change::Path(_) => false,
+    }
+}
+
+/// Whether errors beside the picture in floating point may be bounded: where that stays as it is,
+/// or differs by thresholds, whose decisions bounds include.
+fn is_bounded(change: &Change) -> bool {
+    keeps_float(change) || matches!(change, Change::Scene(RenderChange::Precision(_)))
 }
 
 /// Quality and cost of a path's frames relative to the same path in full.
@@ -278,8 +279,8 @@ struct Moved {
     time: f64,
     /// Ratio of energy, where known.
     energy: Option<f64>,
-    /// PSNR in dB and SSIM against the model.
-    model: [Option<f64>; 2],
+    /// PSNR in dB and SSIM against full frames.
+    full: [Option<f64>; 2],
     /// PSNR and SSIM against the ground truth, of the variant and of full frames.
     truth: [[Option<f64>; 2]; 2],
 }
@@ -288,7 +289,7 @@ impl Tried {
     /// Scales time and energy by the path's ratios, and shifts the quality as the path's.
     fn move_by(&mut self, moved: &Moved) {
         let [way, full] = moved.truth;
-        self.model = ImageQuality::path(moved.model, self.model);
+        self.converged = ImageQuality::path(moved.full, self.converged);
         self.truth = self.truth.map(|frame| frame.moved(way, full));
         self.frame_ns *= moved.time;
         self.energy_mj = self.energy_mj.zip(moved.energy).map(|(own, by)| own * by);

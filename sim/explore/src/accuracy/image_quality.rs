@@ -15,21 +15,27 @@ pub struct ImageQuality {
 }
 
 impl ImageQuality {
-    pub(super) fn of(shown: &Picture, other: &Picture) -> Self {
+    /// Quality of `shown` against `other`, over all pixels.
+    #[must_use]
+    pub fn of(shown: &Picture, other: &Picture) -> Self {
         Self {
             db: shown.psnr(other, |_| true).filter(|db| db.is_finite()),
             ssim: ssim(shown, other, |_| true),
         }
     }
 
-    /// Quality of a path's frames against the model. `of` is measured in floating point; the
-    /// squared error of the hardware's formats, from a full frame, is added.
-    pub(super) fn path(of: [Option<f64>; 2], formats: Self) -> Self {
-        let error = |db: Option<f64>| db.map_or(0.0, |db| 10f64.powf(-0.1 * db));
-        let sum = error(of[0]) + error(formats.db);
+    /// Quality of a path's frames against converged ones. `of` is that of frames in floating point
+    /// against full frames with the same settings; the squared error of a full frame in the
+    /// hardware's formats (`full`) is added.
+    pub(super) fn path(of: [Option<f64>; 2], full: Self) -> Self {
+        let error = |db: f64| 10f64.powf(-0.1 * db);
         Self {
-            db: (sum > 0.0).then(|| -10.0 * sum.log10()),
-            ssim: of[1].zip(formats.ssim).map(|(own, formats)| own * formats),
+            // Equal frames have no error.
+            db: match (of[0], full.db) {
+                (Some(own), Some(full)) => Some(-10.0 * (error(own) + error(full)).log10()),
+                (own, full) => own.or(full),
+            },
+            ssim: of[1].zip(full.ssim).map(|(own, full)| own * full),
         }
     }
 
@@ -44,13 +50,13 @@ impl ImageQuality {
     }
 }
 
-/// Errors of pixels against the float model, with their bounds.
+/// Errors of pixels against the picture in floating point, with their bounds: those of the
+/// hardware's formats alone.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PixelError {
     /// Largest error of a channel, peak 1.
     pub measured: f64,
-    /// Largest bound by error analysis; `None` where none is derived, or where settings change the
-    /// float model.
+    /// Largest bound by error analysis; `None` where none is derived.
     pub bound: Option<f64>,
     /// Largest ratio of a pixel's error to its own bound.
     pub part_of_bound: Option<f64>,
@@ -59,8 +65,8 @@ pub struct PixelError {
 }
 
 impl PixelError {
-    pub(super) fn new(shown: &Picture, model: &Picture, bounds: Option<&[f64]>) -> Self {
-        let off: Vec<f64> = (shown.rgb.iter().zip(&model.rgb))
+    pub(super) fn new(shown: &Picture, float: &Picture, bounds: Option<&[f64]>) -> Self {
+        let off: Vec<f64> = (shown.rgb.iter().zip(&float.rgb))
             .map(|(a, b)| {
                 let channels = a.iter().zip(b);
                 channels.fold(0.0, |m, (a, b)| {

@@ -17,11 +17,15 @@ pub struct Point {
     pub setting: String,
     /// Errors of the units' operations.
     pub units: UnitErrors,
-    /// Quality against the float model.
-    pub model: ImageQuality,
     /// Quality against the ground truth that the model was sampled from, where it is known.
     pub truth: Option<ImageQuality>,
-    /// Largest error of a pixel's channel against the float model; `None` for path variants.
+    /// Quality against the converged picture of the model.
+    pub converged: ImageQuality,
+    /// Quality against the same picture in floating point: the error of the hardware's formats
+    /// alone. `None` where settings change that picture, and for path variants.
+    pub float: Option<ImageQuality>,
+    /// Largest error of a pixel's channel against floating point; `None` where settings change what
+    /// no bound covers, and for path variants.
     pub worst: Option<PixelError>,
     /// Cycles of the gathering unit for a full frame.
     pub gather_cycles: u64,
@@ -46,32 +50,32 @@ impl Point {
     /// Quality and time.
     #[must_use]
     pub fn place(&self) -> CostQuality {
-        place(self.model, self.truth, self.frame_ns)
+        place(self.converged, self.truth, self.frame_ns)
     }
 
     /// Quality and another cost; `None` where that is not known.
     #[must_use]
     pub(crate) fn priced(&self, price: Price) -> Option<CostQuality> {
         let costs = [Some(self.frame_ns), self.energy_mj, self.area_mm2];
-        priced(self.model, self.truth, costs, price)
+        priced(self.converged, self.truth, costs, price)
     }
 }
 
-/// Quality against the ground truth where it is known, else against the model. Equal pictures have
-/// infinite quality.
-fn place(model: ImageQuality, truth: Option<ImageQuality>, cost: f64) -> CostQuality {
+/// Quality against the ground truth where it is known, else against the converged picture. Equal
+/// pictures have infinite quality.
+fn place(converged: ImageQuality, truth: Option<ImageQuality>, cost: f64) -> CostQuality {
     CostQuality {
         cost,
-        quality: truth.unwrap_or(model).db.unwrap_or(f64::INFINITY),
+        quality: truth.unwrap_or(converged).db.unwrap_or(f64::INFINITY),
     }
 }
 
 /// [`place`] by time, energy or area; `None` where that is not known.
 pub(super) fn priced(
-    model: ImageQuality,
+    converged: ImageQuality,
     truth: Option<ImageQuality>,
     costs: [Option<f64>; 3],
     price: Price,
 ) -> Option<CostQuality> {
-    price.of(costs).map(|cost| place(model, truth, cost))
+    price.of(costs).map(|cost| place(converged, truth, cost))
 }

@@ -6,6 +6,7 @@ use super::bench::Bench;
 use super::knobs::Knob;
 use super::pareto_front::{CostQuality, front, knee};
 use super::point::Point;
+use super::references::Reference;
 use crate::system::{Rung, rungs};
 use crate::{ExploreError, Progress};
 
@@ -21,6 +22,8 @@ pub struct Sweep {
     pub algorithm: &'static str,
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// What quality is measured against.
+    pub reference: Reference,
     /// Hash of the default's configuration, as hexadecimal digits.
     pub configuration: String,
     /// Points; the default is first.
@@ -89,6 +92,7 @@ impl Sweep {
             scene: scene.name().to_owned(),
             algorithm: scene.model().algorithm(),
             size: [scene.camera().width, scene.camera().height],
+            reference: bench.references.described(),
             configuration: bench.setup.config.hash(),
             knee: knee(&places, &front),
             front,
@@ -188,7 +192,7 @@ mod tests {
         let default = bench.point("default", "", &[]).unwrap();
         let (mut points, mut refused) = (vec![], vec![]);
         turn(&bench, &knobs[0], &mut points, &mut refused, &());
-        let db = |point: &Point| point.model.db.unwrap();
+        let db = |point: &Point| point.converged.db.unwrap();
         assert_eq!(points.len(), 2);
         assert!(db(&points[0]) < db(&default) - 3.0, "{}", db(&points[0]));
         assert_eq!(db(&points[1]).to_bits(), db(&default).to_bits());
