@@ -17,6 +17,17 @@ impl CostQuality {
     }
 }
 
+/// Quality in dB above which small differences count as none: no eye sees them, and formats scatter
+/// by as much.
+const FINE_DB: f64 = 60.0;
+/// Smallest difference in dB that counts above it.
+const LEAST_DB: f64 = 0.1;
+
+/// Whether quality rises by so little, from so high, that it counts as equal.
+fn is_equal(from: f64, to: f64) -> bool {
+    from > FINE_DB && to - from < LEAST_DB
+}
+
 /// The Pareto front: indices of points that no other dominates, by rising cost; of equal points the
 /// first.
 #[must_use]
@@ -36,7 +47,8 @@ pub fn front(places: &[CostQuality]) -> Vec<usize> {
 /// The knee of a front: the point farthest above the straight line from the worst quality of all
 /// places to the best, over the range of costs (V. Satopaa et al., "Finding a 'Kneedle' in a
 /// Haystack", ICDCSW 2011). `None` where all costs or all qualities are equal, or no point is above
-/// the line. Equal pictures, whose PSNR is infinite, are left out.
+/// the line. Equal pictures, whose PSNR is infinite, are left out. Differences below 0.1 dB make no
+/// knee above 60 dB: a point that is better than a faster one by less counts as not there.
 #[must_use]
 pub fn knee(places: &[CostQuality], front: &[usize]) -> Option<usize> {
     let ends = |of: fn(&CostQuality) -> f64| {
@@ -46,18 +58,27 @@ pub fn knee(places: &[CostQuality], front: &[usize]) -> Option<usize> {
             Some((low.min(v), high.max(v)))
         })
     };
+    let mut kept: Vec<usize> = vec![];
+    for i in front.iter().filter(|i| places[**i].quality.is_finite()) {
+        let last = kept.last().map(|last| places[*last].quality);
+        if last.is_none_or(|last| !is_equal(last, places[*i].quality)) {
+            kept.push(*i);
+        }
+    }
     let (fast, slow) = ends(|p| p.cost)?;
-    let (worst, best) = ends(|p| p.quality)?;
-    if fast == slow || worst == best {
+    let (worst, _) = ends(|p| p.quality)?;
+    let best = places[*kept.last()?].quality;
+    if fast == slow || worst == best || is_equal(worst, best) {
         return None;
     }
     let above = |i: &usize| {
         let CostQuality { cost, quality } = places[*i];
         (quality - worst) / (best - worst) - (cost - fast) / (slow - fast)
     };
-    let finite = front.iter().filter(|i| places[**i].quality.is_finite());
-    let knee = finite.max_by(|a, b| above(a).total_cmp(&above(b)))?;
-    (above(knee) > 0.0).then_some(*knee)
+    let knee = kept
+        .into_iter()
+        .max_by(|a, b| above(a).total_cmp(&above(b)))?;
+    (above(&knee) > 0.0).then_some(knee)
 }
 
 #[cfg(test)]
@@ -109,7 +130,91 @@ mod tests {
         assert_eq!(knee(&all, &front(&all)), Some(1));
     }
 
+    /// The rule without a smallest difference.
+    fn plain_knee(places: &[CostQuality], front: &[usize]) -> Option<usize> {
+        let (mut costs, mut qualities) = ([f64::MAX, f64::MIN], [f64::MAX, f64::MIN]);
+        for place in places {
+            for (ends, v) in [(&mut costs, place.cost), (&mut qualities, place.quality)] {
+                *ends = [ends[0].min(v), ends[1].max(v)];
+            }
+        }
+        let part = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low);
+        let above =
+            |i: &&usize| part(places[**i].quality, qualities) - part(places[**i].cost, costs);
+        let knee = front.iter().max_by(|a, b| above(a).total_cmp(&above(b)))?;
+        (above(&knee) > 0.0).then_some(*knee)
+    }
+
+    /// `cost --scene lantern --knobs constant-bits`. Beside the picture in floating point, 0.56 dB at
+    /// 100 dB were a knee; beside the converged picture these are 0.003 dB, and a knee by the rule
+    /// without a smallest difference.
+    #[test]
+    fn widths_of_constants_have_no_knee_on_lantern() {
+        // Microseconds, and dB beside either: the default, then 14, 16, 17 and 18 bits.
+        let found = [
+            (946.9, 99.709, 62.140),
+            (994.1, 99.270, 62.135),
+            (947.7, 100.265, 62.143),
+            (892.0, 98.844, 62.139),
+            (946.1, 99.926, 62.141),
+        ];
+        let float = places(&found.map(|(us, float, _)| (us, float)));
+        let converged = places(&found.map(|(us, _, converged)| (us, converged)));
+        assert_eq!(plain_knee(&float, &front(&float)), Some(2));
+        assert_eq!(plain_knee(&converged, &front(&converged)), Some(3));
+        assert_eq!(knee(&converged, &front(&converged)), None);
+    }
+
+    /// Qualities in quarters of a decibel, up to 100 dB.
+    fn quarters(all: &[(u32, u32)]) -> Vec<CostQuality> {
+        let of = |(c, q): &(u32, u32)| (f64::from(*c), 0.25 * f64::from(*q));
+        places(&all.iter().map(of).collect::<Vec<_>>())
+    }
+
     proptest! {
+        /// What is better by less than 0.1 dB, from above 60 dB, makes no knee.
+        #[test]
+        fn what_nobody_sees_makes_no_knee(
+            all in prop::collection::vec((1u32..1000, 0u32..1000), 2..40), best in 60.2f64..110.0
+        ) {
+            let of = |(cost, part): &(u32, u32)| {
+                (f64::from(*cost), best - 1e-4 * f64::from(*part))
+            };
+            let all = places(&all.iter().map(of).collect::<Vec<_>>());
+            prop_assert_eq!(knee(&all, &front(&all)), None);
+        }
+
+        /// Another point, slower than the best and better by less, is not the knee and moves none.
+        #[test]
+        fn what_nobody_sees_moves_no_knee(
+            all in prop::collection::vec((0u32..200, 0u32..400), 2..40),
+            share in 0.01f64..0.99, more in 0.001f64..0.099
+        ) {
+            let mut all = quarters(&all);
+            let kept = front(&all);
+            let found = knee(&all, &kept);
+            let best = all[kept[kept.len() - 1]];
+            let slow = all.iter().map(|p| p.cost).fold(0.0, f64::max);
+            prop_assume!(best.quality > FINE_DB && slow > best.cost);
+            all.push(CostQuality {
+                cost: best.cost + share * (slow - best.cost),
+                quality: best.quality + more,
+            });
+            let kept = front(&all);
+            prop_assert_eq!(kept.last(), Some(&(all.len() - 1)));
+            prop_assert_eq!(knee(&all, &kept), found);
+        }
+
+        /// The rule is the published one where no difference is small.
+        #[test]
+        fn differences_that_count_make_the_published_knee(
+            all in prop::collection::vec((0u32..200, 0u32..400), 2..40)
+        ) {
+            let all = quarters(&all);
+            let kept = front(&all);
+            prop_assert_eq!(knee(&all, &kept), plain_knee(&all, &kept));
+        }
+
         #[test]
         fn every_point_is_on_the_front_or_beaten_by_one_of_it(
             all in prop::collection::vec((0u32..20, 0u32..20), 1..40)
