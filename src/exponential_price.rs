@@ -60,7 +60,7 @@ fn row(price: &ExponentialPrice) -> Vec<String> {
         plain(error.map(|own| format!("{:.2e}", own.max))),
         plain(error.map(|own| format!("{:.2e}", own.rms))),
     ];
-    let db = |own: &SceneQuality| plain(own.psnr_db.known().map(|db| format!("{db:.2}")));
+    let db = |own: &SceneQuality| plain(own.float_db.known().map(|db| format!("{db:.2}")));
     cells.extend(price.scenes.iter().map(db));
     cells
 }
@@ -127,7 +127,10 @@ fn unknown(prices: &[ExponentialPrice]) -> Vec<(&'static str, &str, Vec<&str>)> 
             ("um^2, ps and pJ", price.hardware.unknown()),
             ("errors", price.error.unknown()),
         ];
-        let scenes = price.scenes.iter().map(|own| ("dB", own.psnr_db.unknown()));
+        let scenes = price
+            .scenes
+            .iter()
+            .map(|own| ("dB", own.float_db.unknown()));
         let own = block.into_iter().chain(scenes);
         for (what, why) in own.filter_map(|(what, why)| Some((what, why?))) {
             match all
@@ -150,7 +153,7 @@ pub(crate) fn csv(prices: &[ExponentialPrice]) -> String {
          latency_clocks,latency_clocks_most,operands,ulp,max_ulp,rms_ulp,max,rms",
     );
     for own in prices.first().map_or(&[][..], |own| &own.scenes) {
-        text += &format!(",{}_psnr_db", own.scene);
+        text += &format!(",{}_float_db", own.scene);
     }
     text += "\n";
     for price in prices {
@@ -187,7 +190,10 @@ pub(crate) fn csv(prices: &[ExponentialPrice]) -> String {
             latency.most
         );
         for own in &price.scenes {
-            let db = own.psnr_db.known().map_or_else(String::new, f64::to_string);
+            let db = own
+                .float_db
+                .known()
+                .map_or_else(String::new, f64::to_string);
             let _ = write!(text, ",{db}");
         }
         text += "\n";

@@ -17,6 +17,7 @@ mod machine;
 mod machines;
 mod macros;
 mod model;
+mod quality;
 mod render;
 mod rtl_out;
 mod rtl_tools;

@@ -9,7 +9,8 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use potamoi_base::effects::Choices;
 use potamoi_base::outputs as files;
-use potamoi_explore::rendering::{Numerics, Shot, not_checked, shoot};
+use potamoi_explore::accuracy::{ImageQuality, Reference, References};
+use potamoi_explore::rendering::{Numerics, Shot, not_checked, shoot, whole_float};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, OpCode, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_rtl::RtlCycles;
@@ -42,6 +43,10 @@ pub(crate) struct RenderArgs {
     /// Frame rate of the scene's own camera path, or of a recorded motion
     #[arg(long, value_name = "FPS", default_value_t = 30.0, requires = "frames")]
     fps: f64,
+    /// Compare the picture with the references of quality, too: the ground truth where it is known, and
+    /// the converged picture
+    #[arg(long, conflicts_with = "frames")]
+    quality: bool,
     /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -71,7 +76,7 @@ impl From<By> for Numerics {
 }
 
 /// Version of the JSON report.
-pub(crate) const FORMAT_VERSION: u32 = 1;
+pub(crate) const FORMAT_VERSION: u32 = 2;
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -83,11 +88,19 @@ struct Report<'a> {
     numerics: Numerics,
     /// Hash of the configuration, 12 hexadecimal digits.
     configuration: String,
-    /// PSNR in dB against floating point, in unquantised linear RGB, peak 1.
-    psnr_db: Option<f64>,
+    /// Quality against the same scene and settings in floating point, in unquantised linear RGB, peak
+    /// 1: the error of the hardware's formats, and of what `--without` names.
+    float: Option<ImageQuality>,
     /// PSNR in dB over pixels that are not empty in floating point.
-    psnr_covered_db: Option<f64>,
+    float_covered_db: Option<f64>,
     covered_pixels: usize,
+    /// What quality is measured against, if that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reference: Option<Reference>,
+    /// Quality against the ground truth, if that was asked for and is known.
+    truth: Option<ImageQuality>,
+    /// Quality against the converged picture, if that was asked for.
+    converged: Option<ImageQuality>,
     /// Skips and early terminations decided otherwise than in floating point; splats only.
     flipped_skips: Option<u64>,
     flipped_stops: Option<u64>,
@@ -154,10 +167,11 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let spinner = progress::spinner("rendering");
-    // What a picture is compared with leaves nothing out.
-    let mut whole = scene.clone();
-    whole.set_choices(Choices::default());
-    let float = whole.render_float()?;
+    let float = whole_float(&scene)?;
+    let references = match args.quality {
+        true => Some(References::of(&scene)?),
+        false => None,
+    };
     if numerics == Numerics::Rtl {
         spinner.set_message("rendering through the Verilated units");
     }
@@ -171,10 +185,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     picture.picture.write_png(&args.out)?;
 
     let compared = numerics != Numerics::Float || !scene.choices().left_out().is_empty();
-    let psnr = |counts: &dyn Fn(usize) -> bool| {
-        let psnr = picture.picture.psnr(&float.picture, counts);
-        psnr.filter(|_| compared)
-    };
+    let covered = (picture.picture).psnr(&float.picture, |i| float.covered[i]);
     let flips: Option<Flips> = picture.flips(&float).filter(|_| compared);
     let report = Report {
         format_version: FORMAT_VERSION,
@@ -184,9 +195,12 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         height: scene.camera().height,
         numerics,
         configuration: config.hash(),
-        psnr_db: psnr(&|_| true),
-        psnr_covered_db: psnr(&|i| float.covered[i]),
+        float: compared.then(|| ImageQuality::of(&picture.picture, &float.picture)),
+        float_covered_db: covered.filter(|db| compared && db.is_finite()),
         covered_pixels: float.covered.iter().filter(|c| **c).count(),
+        reference: references.as_ref().map(References::described),
+        truth: (references.as_ref()).and_then(|own| own.truth(&picture.picture)),
+        converged: (references.as_ref()).map(|own| own.converged(&picture.picture)),
         flipped_skips: flips.map(|f| f.skip),
         flipped_stops: flips.map(|f| f.stop),
         keeps_all_pairs: keeps_all_pairs(&scene, &config, numerics),
@@ -209,6 +223,32 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// Prints PSNR against each picture that the result was compared with.
+fn print_quality(report: &Report<'_>) {
+    let float = report.float.and_then(|float| float.db);
+    if let (Some(frame), Some(covered)) = (float, report.float_covered_db) {
+        say!(
+            "  PSNR to float (linear RGB, unquantised): {frame:.1} dB over the frame, {covered:.1} dB \
+             over {} covered pixels",
+            report.covered_pixels
+        );
+    }
+    let Some(reference) = &report.reference else {
+        return;
+    };
+    let db = |own: ImageQuality| {
+        own.db
+            .map_or("equal".to_owned(), |db| format!("{db:.2} dB"))
+    };
+    if let Some(truth) = report.truth {
+        say!("  PSNR to truth: {}", db(truth));
+    }
+    if let Some(converged) = report.converged {
+        let how = reference.converged.words();
+        say!("  PSNR to converged: {} ({how})", db(converged));
+    }
 }
 
 /// Prints the work of the splat unit, where it composited.
@@ -253,13 +293,7 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         report.height,
         args.out.display()
     );
-    if let (Some(frame), Some(covered)) = (report.psnr_db, report.psnr_covered_db) {
-        say!(
-            "  PSNR against floating point (linear RGB, unquantised): {frame:.1} dB over the \
-             frame, {covered:.1} dB over {} covered pixels",
-            report.covered_pixels
-        );
-    }
+    print_quality(report);
     if let (Some(skips), Some(stops)) = (report.flipped_skips, report.flipped_stops) {
         say!("  decisions that flipped: {skips} skips, {stops} stops");
     }

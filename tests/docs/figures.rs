@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! <!-- figures: render --scene garden --json g.json; model --scenes cairn:ngp
-//! g.json /psnr_db .1
+//! g.json /float/db .1
 //! skip 2
 //! cairn:ngp | potamoi
 //! -->
@@ -15,8 +15,8 @@
 //! Each further line names what the next numbers of the body are:
 //!
 //! - `FILE /POINTER FORMAT`: a number of a JSON report, which a command wrote or the repository has;
-//!   `[key=value]` in the pointer finds the entry of a list; `.2` keeps two decimals, `.1e-3` one of
-//!   a thousandth, `.1Mi` and `.1Gi` one of 2^20 and 2^30, `,` puts commas between thousands.
+//!   `[key=value]` in the pointer finds the entry of a list, `[key=value&key=value]` one by two keys;
+//!   `.2` keeps two decimals, `.1e-3` one of a thousandth, `.1Mi` and `.1Gi` one of 2^20 and 2^30, `,` puts commas between thousands.
 //!   `/POINTER + /POINTER` is a sum, `*` and `/` in its place a product and a quotient;
 //! - `ROW | COLUMN; COLUMN`: the numbers in cells of a table that the last command prints, or, with
 //!   `first: ` before the row, the first one;
@@ -131,11 +131,13 @@ fn pointed<'a>(value: &'a Value, pointer: &str) -> Option<&'a Value> {
     let mut rest = pointer.strip_prefix('/')?;
     while !rest.is_empty() {
         if let Some(inner) = rest.strip_prefix('[') {
-            let (condition, after) = inner.split_once(']')?;
-            let (key, expected) = condition.split_once('=')?;
-            let is_it = |own: &&Value| {
-                pointed(own, &format!("/{key}")).and_then(Value::as_str) == Some(expected)
+            let (conditions, after) = inner.split_once(']')?;
+            let holds = |own: &Value, condition: &str| {
+                let (key, expected) = condition.split_once('=')?;
+                let found = pointed(own, &format!("/{key}")).and_then(Value::as_str);
+                (found == Some(expected)).then_some(())
             };
+            let is_it = |own: &&Value| conditions.split('&').all(|one| holds(own, one).is_some());
             value = value.as_array()?.iter().find(is_it)?;
             rest = after.strip_prefix('/').unwrap_or(after);
         } else {

@@ -13,6 +13,7 @@ use potamoi_units::exponential::alone;
 use serde::Serialize;
 
 use crate::ExploreError;
+use crate::accuracy::ImageQuality;
 
 /// Node in nanometres for area, period and energy.
 const NODE_NM: u32 = 12;
@@ -124,7 +125,7 @@ pub struct SceneQuality {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// PSNR in dB, peak 1.
-    pub psnr_db: Figure<f64>,
+    pub float_db: Figure<f64>,
 }
 
 /// What prices are measured with: fitted syntheses, and the scenes in floating point.
@@ -200,7 +201,7 @@ impl Pricing {
         let quality = |(name, scene, float): &(&'static str, Scene, Picture)| {
             let mut twins = ReferenceUnits::new(config);
             let refused = |unknown: String| Figure::Unknown { unknown };
-            let psnr_db = match (is_rendered, breaches.is_empty()) {
+            let float_db = match (is_rendered, breaches.is_empty()) {
                 (false, _) => refused(
                     "renderers take exp(-u): vu.exp.base = \"e\", vu.exp.output = \"alpha\", and a \
                      form that is right below 0"
@@ -208,9 +209,9 @@ impl Pricing {
                 ),
                 (true, false) => refused(breaches.to_string().replace('\n', "; ")),
                 (true, true) => match scene.render_fixed(config, &mut twins) {
-                    Ok(shown) => match shown.picture.psnr(float, |_| true) {
-                        Some(db) if db.is_finite() => Figure::Known(db),
-                        _ => refused("the pictures are equal".to_owned()),
+                    Ok(shown) => match ImageQuality::of(&shown.picture, float).db {
+                        Some(db) => Figure::Known(db),
+                        None => refused("the pictures are equal".to_owned()),
                     },
                     Err(error) => refused(error.to_string()),
                 },
@@ -218,7 +219,7 @@ impl Pricing {
             SceneQuality {
                 scene: name,
                 size: [float.width, float.height],
-                psnr_db,
+                float_db,
             }
         };
         self.scenes.iter().map(quality).collect()
@@ -347,7 +348,8 @@ mod tests {
 
     fn db(price: &ExponentialPrice) -> Vec<f64> {
         let all = price.scenes.iter();
-        all.filter_map(|own| own.psnr_db.known().copied()).collect()
+        all.filter_map(|own| own.float_db.known().copied())
+            .collect()
     }
 
     /// What the reference of the vector unit and the study of cost state of the same engines.
@@ -384,7 +386,7 @@ mod tests {
         let said = literal.hardware.unknown().unwrap();
         assert!(said.contains("potamoi synth --unit vu"), "{said}");
         assert!(db(&literal).is_empty());
-        let said = literal.scenes[0].psnr_db.unknown().unwrap();
+        let said = literal.scenes[0].float_db.unknown().unwrap();
         assert!(said.contains("right below 0"), "{said}");
         // As printed, it never subtracts below 0: exp(-1) comes out as 1.
         let error = literal.error.known().unwrap();
