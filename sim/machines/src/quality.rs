@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use potamoi_base::content_hash::hash_of;
-use potamoi_base::effects::Choices;
-use potamoi_base::picture::Picture;
+use potamoi_explore::accuracy::{self, ReferenceKind};
 use potamoi_explore::{ExploreError, Setup};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
@@ -13,41 +12,11 @@ use potamoi_system::system_model::work::{PathWork, Quality};
 use potamoi_system::system_model::{Frames, Variant};
 use serde::{Deserialize, Serialize};
 
-/// What a picture is compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Beside {
-    /// The ground truth that the model was sampled from.
-    Truth,
-    /// The model in floating point with the scene's own settings, whatever the machine's are.
-    Model,
-}
-
-impl Beside {
-    /// The word in CSV and JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Truth => "truth",
-            Self::Model => "model",
-        }
-    }
-
-    /// The words in tables.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Truth => "the ground truth",
-            Self::Model => "the model in floating point",
-        }
-    }
-}
-
 /// Quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PictureQuality {
-    /// The reference.
-    pub beside: Beside,
+    /// The reference: the truth, or the converged picture where the truth is not known.
+    pub beside: ReferenceKind,
     /// PSNR in dB, from the mean squared error over all pixels and channels, peak 1; `None` where the
     /// pictures are equal.
     pub db: Option<f64>,
@@ -55,8 +24,8 @@ pub struct PictureQuality {
 
 impl PictureQuality {
     /// The quality of a path's frames: that of a full frame in the hardware's formats, moved by what
-    /// the variant changes in floating point. Squared errors beside the model are added; beside the
-    /// truth the difference in dB is.
+    /// the variant changes in floating point. Squared errors beside the converged picture are
+    /// added; beside the truth the difference in dB is.
     #[must_use]
     pub fn along(self, path: &PathWork, variant: Variant) -> Self {
         let moved = match variant.frames {
@@ -66,8 +35,8 @@ impl PictureQuality {
             Frames::Chained => path.chained_quality,
         };
         let db = match self.beside {
-            Beside::Model => sum_of_errors(self.db, moved.model_db),
-            Beside::Truth => shifted(self.db, moved, path.full_quality),
+            ReferenceKind::Converged => sum_of_errors(self.db, moved.full_db),
+            ReferenceKind::Truth => shifted(self.db, moved, path.full_quality),
         };
         Self { db, ..self }
     }
@@ -83,12 +52,12 @@ fn shifted(own: Option<f64>, moved: Quality, full: Quality) -> Option<f64> {
     Some(own? + moved.truth_db? - full.truth_db?)
 }
 
-/// Pictures that scenes are compared with, each rendered once.
+/// References of scenes, each rendered once.
 #[derive(Default)]
-pub(crate) struct References(Mutex<HashMap<blake3::Hash, Arc<Picture>>>);
+pub(crate) struct References(Mutex<HashMap<blake3::Hash, Arc<accuracy::References>>>);
 
 /// Version of the comparison, raised where its results change.
-const VERSION: &str = "1";
+const VERSION: &str = "2";
 
 impl References {
     /// The quality of the frame that a setup's scene shows through reference units, beside the
@@ -100,41 +69,27 @@ impl References {
     ) -> Result<PictureQuality, ExploreError> {
         let identity = hash_of(&(VERSION, identity_of(plain).as_bytes()));
         let quality = setup.of_frame("picture-quality", &[("beside", identity)], || {
-            let reference = self.of(plain)?;
+            let references = self.of(plain)?;
             let mut units = ReferenceUnits::new(&setup.config);
             let shown = setup.scene.render_fixed(&setup.config, &mut units)?.picture;
-            let db = shown.psnr(&reference, |_| true);
-            Ok::<_, ExploreError>(PictureQuality {
-                beside: beside(plain),
-                db: db.filter(|db| db.is_finite()),
-            })
+            let beside = references.described().kind;
+            let own = match references.truth(&shown) {
+                Some(own) => own,
+                None => references.converged(&shown),
+            };
+            Ok::<_, ExploreError>(PictureQuality { beside, db: own.db })
         })?;
         Ok(*quality)
     }
 
-    fn of(&self, plain: &Scene) -> Result<Arc<Picture>, ExploreError> {
+    fn of(&self, plain: &Scene) -> Result<Arc<accuracy::References>, ExploreError> {
         let key = identity_of(plain);
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = lock().get(&key) {
             return Ok(Arc::clone(known));
         }
-        let rendered = match beside(plain) {
-            Beside::Truth => plain.render_truth()?,
-            Beside::Model => {
-                let mut whole = plain.clone();
-                whole.set_choices(Choices::default());
-                whole.render_float()?
-            }
-        };
-        let own = Arc::new(rendered.picture);
+        let own = Arc::new(accuracy::References::of(plain)?);
         Ok(Arc::clone(lock().entry(key).or_insert(own)))
-    }
-}
-
-const fn beside(scene: &Scene) -> Beside {
-    match scene.analytic() {
-        Some(_) => Beside::Truth,
-        None => Beside::Model,
     }
 }
 

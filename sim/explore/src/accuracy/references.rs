@@ -2,13 +2,13 @@
 
 use potamoi_base::picture::Picture;
 use potamoi_scene::{Converged, Halvings, Scene};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::image_quality::ImageQuality;
 use crate::ExploreError;
 
 /// The picture that quality, front, knee and goals of a search are measured against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceKind {
     /// The analytic field that the model was sampled from.
@@ -18,6 +18,15 @@ pub enum ReferenceKind {
 }
 
 impl ReferenceKind {
+    /// The words in a sentence.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Truth => "the ground truth",
+            Self::Converged => "the converged picture",
+        }
+    }
+
     /// Its name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
