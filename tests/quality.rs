@@ -55,7 +55,7 @@ fn one_machine_has_one_psnr() {
             "name = \"cairn\"\nrepresentation = \"voxels\"",
         ),
     ] {
-        let size = format!("--scene {scene} --width 20");
+        let size = format!("--scene {scene} --width 14");
         let of_cost = report_of(
             at,
             &format!("cost {size} --knobs iterations,step --json c.json"),
@@ -79,7 +79,7 @@ fn one_machine_has_one_psnr() {
         // In floating point another step is another picture, with an error of the formats of its own.
         let description = format!("[model]\nkind = \"builtin\"\n{model}\n[render]\nstep = 0.25\n");
         std::fs::write(at.join("finer.toml"), description).unwrap();
-        let finer = report_of(at, &format!("render --scene finer.toml --width 20 {shown}"));
+        let finer = report_of(at, &format!("render --scene finer.toml --width 14 {shown}"));
         let of_step = point(&of_cost, "step", "0.25");
         for quality in ["truth", "converged"] {
             assert_eq!(finer[quality], of_step[quality], "{scene} {quality}");
