@@ -174,7 +174,7 @@ fn a_killed_sweep_goes_on_with_the_same_bytes() {
     let resumed = expect(path, 0, &sweep("killed"));
     let count = |text: &str, after: &str| -> usize {
         let at = text.find(after).unwrap();
-        let digits = text[..at].rsplit(' ').nth(0).unwrap();
+        let digits = text[..at].rsplit(' ').next().unwrap();
         digits.parse().unwrap()
     };
     let (read, now) = (

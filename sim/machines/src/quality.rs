@@ -1,4 +1,6 @@
 //! Quality of a machine's picture beside one reference a scene.
+// The error is that of the studies that are called here; it is rare, and boxed by the caller.
+#![allow(clippy::result_large_err)]
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -87,8 +87,8 @@ impl Machine {
         let (hardware, note) = match parts.hardware {
             None => (None, None),
             Some(hardware) => {
-                let (config, note) = Config::from_document(hardware, name)
-                    .map_err(|error| sections::with_sections(error))?;
+                let (config, note) =
+                    Config::from_document(hardware, name).map_err(sections::with_sections)?;
                 let preset = known::presets().iter().find(|own| own.config == config);
                 let preset = preset.map(|own| own.name);
                 (Some(ConfigChoice { config, preset }), note)

@@ -170,7 +170,7 @@ fn buffers(system: &SynthReport, around: &System) -> Vec<BlockArea> {
     let all = memories(system, SYSTEM).unwrap_or_default();
     let bytes_of = |name: &str| {
         let shape = &system.memory(SYSTEM, name)?.0.shape;
-        Some(u64::from(shape.words) * u64::from(shape.bits) / 8)
+        Some(shape.words * shape.bits / 8)
     };
     let of = |(block, bytes, count): (&str, u64, u64)| {
         let known = all.iter().find(|(name, ..)| name == block);
