@@ -341,7 +341,7 @@ mod tests {
             tile: [0, 0],
             last: [15, 12],
             record: SplatRecord {
-                mean: [(3 * i) % 16 << 12, (5 * i) % 13 << 12],
+                mean: [((3 * i) % 16) << 12, ((5 * i) % 13) << 12],
                 factor: [1 << 29, (i % 9 - 4) << 25, 1 << 28],
                 opacity: 4_000 * (1 + i as u16 % 16),
                 colour: [4096; 3],
