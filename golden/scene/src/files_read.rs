@@ -1,9 +1,9 @@
 //! Files read through a path: itself, those in it, and those that descriptions name.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use potamoi_formats::document::{self, Value};
 
@@ -25,13 +25,29 @@ pub fn regular(path: &Path) -> Option<(u64, u64)> {
 /// those named in a description.
 #[must_use]
 pub fn files_of(path: &Path) -> BTreeSet<(u64, u64)> {
-    let mut found = BTreeSet::new();
+    found_through(path).into_keys().collect()
+}
+
+/// The same files by path, as they are reached from that path; a file with several names has one of them.
+#[must_use]
+pub fn paths_of(path: &Path) -> BTreeSet<PathBuf> {
+    found_through(path).into_values().collect()
+}
+
+fn found_through(path: &Path) -> Found {
+    let mut found = Found::new();
     add(path, DEPTH, &mut found);
     found
 }
 
+/// Paths of files by device and inode.
+type Found = BTreeMap<(u64, u64), PathBuf>;
+
+/// File of times that a trajectory is read with, where it lies beside it.
+const TIMES: &str = "times.txt";
+
 /// Adds the files read through a path, at this depth of descriptions and folders.
-fn add(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
+fn add(path: &Path, depth: u32, found: &mut Found) {
     if path.is_dir() {
         let entries = fs::read_dir(path).into_iter().flatten().flatten();
         for entry in entries {
@@ -45,9 +61,14 @@ fn add(path: &Path, depth: u32, found: &mut BTreeSet<(u64, u64)>) {
     let Some(file) = regular(path) else {
         return;
     };
-    if !found.insert(file) || depth == 0 {
+    if found.contains_key(&file) {
         return;
     }
+    found.insert(file, path.to_owned());
+    if depth == 0 {
+        return;
+    }
+    add(&path.with_file_name(TIMES), 0, found);
     let is_text = |ending: &str| {
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))

@@ -262,6 +262,18 @@ impl Setup {
         self.store()?.of_frame(kind, of, parts, find)
     }
 
+    /// Names of the files in the folder for counted work that [`Setup::count`] reads or writes.
+    #[must_use]
+    pub fn files_of_count(&self, options: &PathOptions) -> Vec<String> {
+        WorkCache::files_of_path(&self.scene, &self.config, options, &self.memory)
+    }
+
+    /// Name of the file that [`Setup::of_frame`] reads or writes.
+    #[must_use]
+    pub fn file_of_frame(&self, kind: &str, parts: &[(&'static str, blake3::Hash)]) -> String {
+        WorkCache::file_of_frame(kind, (&self.scene, &self.config), parts)
+    }
+
     fn store(&self) -> Result<WorkCache, ExploreError> {
         self.store.clone().map_or_else(store, Ok)
     }

@@ -69,8 +69,7 @@ impl References {
         setup: &Setup,
         plain: &Scene,
     ) -> Result<PictureQuality, ExploreError> {
-        let identity = hash_of(&(VERSION, identity_of(plain).as_bytes()));
-        let quality = setup.of_frame("picture-quality", &[("beside", identity)], || {
+        let quality = setup.of_frame(KIND, &[beside(plain)], || {
             let references = self.of(plain)?;
             let mut units = ReferenceUnits::new(&setup.config);
             let shown = setup.scene.render_fixed(&setup.config, &mut units)?.picture;
@@ -84,6 +83,11 @@ impl References {
         Ok(*quality)
     }
 
+    /// Name of the file that the quality of a setup's frame is kept in.
+    pub(crate) fn file(setup: &Setup, plain: &Scene) -> String {
+        setup.file_of_frame(KIND, &[beside(plain)])
+    }
+
     fn of(&self, plain: &Scene) -> Result<Arc<accuracy::References>, ExploreError> {
         let key = identity_of(plain);
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -93,6 +97,13 @@ impl References {
         let own = Arc::new(accuracy::References::of(plain)?);
         Ok(Arc::clone(lock().entry(key).or_insert(own)))
     }
+}
+
+/// Kind of what is kept, and the part of its key that the reference is.
+const KIND: &str = "picture-quality";
+
+fn beside(plain: &Scene) -> (&'static str, blake3::Hash) {
+    ("beside", hash_of(&(VERSION, identity_of(plain).as_bytes())))
 }
 
 /// Hash of all that a scene's picture depends on.

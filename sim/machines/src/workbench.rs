@@ -94,6 +94,27 @@ impl Workbench {
 }
 
 impl Workbench {
+    /// Names of the files in the folder for counted work that a machine's figures on a scene are made from.
+    /// Machines that share such a file share what is rendered for it.
+    ///
+    /// # Errors
+    /// As [`Workbench::figures`].
+    pub fn counted_files(
+        &self,
+        machine: &Machine,
+        plain: &Scene,
+        workload: &Workload,
+    ) -> Result<Vec<String>, MachineError> {
+        let scene = self.prepared(machine, plain)?;
+        let hardware = machine.hardware_for(&scene)?;
+        let setup = Setup::sharing(hardware, &machine.system, scene, &self.shared)?;
+        let mut files = setup.files_of_count(&options(machine, workload));
+        if workload.quality {
+            files.push(References::file(&setup, plain));
+        }
+        Ok(files)
+    }
+
     /// A scene with a machine's render settings. What is found out about a scene is found once for all
     /// machines that render it alike.
     fn prepared(&self, machine: &Machine, plain: &Scene) -> Result<Scene, MachineError> {

@@ -146,11 +146,9 @@ impl WorkCache {
         T: Serialize + DeserializeOwned + Send + Sync + 'static,
         E: From<WorkCacheError>,
     {
-        let key = key(kind, scene, config);
-        let key = parts
-            .iter()
-            .fold(key, |key, (part, own)| key.hash(part, *own));
-        Ok(self.get(&key, find)?.0)
+        Ok(self
+            .get(&frame_result_key(kind, (scene, config), parts), find)?
+            .0)
     }
 
     /// The memory replay of a path. Loads are cached as events are, replays for the same memory and
@@ -179,6 +177,33 @@ impl WorkCache {
         Ok(*self.get(&key, replay)?.0)
     }
 
+    /// Names of the files that the work of a path and its replay are kept in.
+    #[must_use]
+    pub fn files_of_path(
+        scene: &Scene,
+        config: &Config,
+        options: &PathOptions,
+        memory: &Memory,
+    ) -> Vec<String> {
+        let keys = [
+            events_key(scene, config, options),
+            reads_key(scene, config, options),
+            loads_key(scene, config, options, memory.burst_bytes()),
+            replay_key(scene, config, options, memory),
+        ];
+        keys.iter().map(file_name).collect()
+    }
+
+    /// Name of the file that a result of a frame is kept in, see [`WorkCache::of_frame`].
+    #[must_use]
+    pub fn file_of_frame(
+        kind: &str,
+        of: (&Scene, &Config),
+        parts: &[(&'static str, blake3::Hash)],
+    ) -> String {
+        file_name(&frame_result_key(kind, of, parts))
+    }
+
     /// A result, and whether it was cached; otherwise it is counted.
     fn get<T, E>(
         &self,
@@ -204,7 +229,7 @@ impl WorkCache {
         T: Serialize + DeserializeOwned,
         E: From<WorkCacheError>,
     {
-        let path = key.file(&self.folder, "json");
+        let path = self.folder.join(file_name(key));
         if let Some(work) = result_cache::read(&path) {
             return Ok((work, true));
         }
@@ -217,6 +242,22 @@ impl WorkCache {
         result_cache::write(&path, &work).map_err(fail)?;
         Ok((work, false))
     }
+}
+
+/// Name of the file of a key.
+fn file_name(key: &Key) -> String {
+    key.file(Path::new(""), "json").display().to_string()
+}
+
+fn frame_result_key(
+    kind: &str,
+    (scene, config): (&Scene, &Config),
+    parts: &[(&'static str, blake3::Hash)],
+) -> Key {
+    let own = key(kind, scene, config);
+    parts
+        .iter()
+        .fold(own, |key, (part, hash)| key.hash(part, *hash))
 }
 
 /// The configuration as far as rendering and schedule depend on it, in a fixed form. The clock is in
