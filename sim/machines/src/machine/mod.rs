@@ -143,6 +143,21 @@ impl Machine {
         Self::of_document(name, document, &self.folder)
     }
 
+    /// The same machine under another name.
+    #[must_use]
+    pub fn renamed(self, name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            ..self
+        }
+    }
+
+    /// Folder that paths of device files are relative to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// The same machine with another system, as a description or a device names it.
     #[must_use]
     pub fn around(self, system: System) -> Self {

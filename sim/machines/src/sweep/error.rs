@@ -65,6 +65,32 @@ pub enum SweepError {
         /// Columns that can be on a front.
         known: String,
     },
+    /// A number is no point's.
+    #[error("--points {number}: expected numbers below {points}, that of the plan's points")]
+    Point {
+        /// The number.
+        number: usize,
+        /// Number of points.
+        points: usize,
+    },
+    /// What an engine hands over is no line of a point.
+    #[error(
+        "the engine handed over what is no line of a point: {problem}; expected what `potamoi sweep --points` prints"
+    )]
+    Line {
+        /// The problem.
+        problem: String,
+    },
+    /// An engine ended before all points had their lines.
+    #[error(
+        "{count} of {points} points have no rows: the engine ended before they were evaluated; the same command goes on"
+    )]
+    Lacking {
+        /// Points without a line; equal ones once.
+        count: usize,
+        /// Number of points.
+        points: usize,
+    },
     /// Rows of another sweep cannot be read.
     #[error("{path}: {problem}; expected the folder of a finished sweep")]
     Rows {
@@ -81,6 +107,7 @@ impl SweepError {
     pub fn cause(&self) -> Cause {
         match self {
             Self::Machine(error) | Self::Space(SpaceError::Machine(error)) => error.cause(),
+            Self::Line { .. } | Self::Lacking { .. } => Cause::Tool,
             _ => Cause::Input,
         }
     }

@@ -56,6 +56,13 @@ impl<'a> Task<'a> {
             machine,
         }
     }
+
+    /// Names of the files of counted work that its figures are made from; none where it has no figures.
+    pub(super) fn counted_files(&self, bench: &Workbench, workload: &Workload) -> Vec<String> {
+        let machine = self.machine.as_ref().ok();
+        let files = machine.map(|own| bench.counted_files(own, self.scene, workload));
+        files.and_then(Result::ok).unwrap_or_default()
+    }
 }
 
 /// Lines of points so far, and what they have in common.
@@ -84,6 +91,15 @@ impl Evaluation {
         })
     }
 
+    /// Tasks that no line is of, with their numbers; of equal ones the first.
+    pub(super) fn waiting<'t, 'a>(&self, tasks: &'t [Task<'a>]) -> Vec<(usize, &'t Task<'a>)> {
+        let mut seen = HashSet::new();
+        let each = tasks.iter().enumerate();
+        let is_new = |task: &Task<'_>| !self.lines.contains_key(&task.key);
+        each.filter(|(_, task)| is_new(task) && seen.insert(task.key.as_str()))
+            .collect()
+    }
+
     /// Evaluates the tasks that no line is of, in their order, so that neighbours share what is counted.
     ///
     /// # Errors
@@ -94,27 +110,21 @@ impl Evaluation {
         workload: &Workload,
         progress: &dyn Progress,
     ) -> Result<(), SweepError> {
-        let mut waiting: Vec<&Task<'_>> = vec![];
-        let mut seen = HashSet::new();
-        for task in tasks {
-            let is_known = self.lines.contains_key(&task.key);
-            if !is_known && seen.insert(task.key.as_str()) {
-                waiting.push(task);
-            }
-        }
+        let waiting: Vec<&Task<'_>> = self
+            .waiting(tasks)
+            .into_iter()
+            .map(|(_, own)| own)
+            .collect();
         progress.expect(waiting.len() as u64);
         let jobs = thread::available_parallelism().map_or(1, NonZero::get);
         let failed = Mutex::new(None);
-        // Not threads of a pool: one that waits in a pool takes up other tasks of it, which could ask for
-        // the result that it is counting.
-        let found = in_parallel(&waiting, jobs, 0, &(), |task, _| {
-            let line = evaluate(task, &self.bench, workload);
-            if let Err(error) = self.journal.append(&line) {
+        let found = evaluate_each(&waiting, jobs, (&self.bench, workload), |line| {
+            if let Err(error) = self.journal.append(line) {
                 let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
                 failed.get_or_insert(error);
             }
             progress.advance(1);
-            Ok::<_, Infallible>(line)
+            Ok::<_, Infallible>(())
         });
         if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
             return Err(error);
@@ -126,10 +136,37 @@ impl Evaluation {
         Ok(())
     }
 
+    /// Keeps a line that was made elsewhere.
+    ///
+    /// # Errors
+    /// The journal cannot be written.
+    pub(super) fn keep(&mut self, line: Line) -> Result<(), SweepError> {
+        self.journal.append(&line)?;
+        self.evaluated += 1;
+        self.lines.insert(line.key.clone(), line);
+        Ok(())
+    }
+
     /// The line of a task that was evaluated.
     pub(crate) fn line(&self, task: &Task<'_>) -> Option<&Line> {
         self.lines.get(&task.key)
     }
+}
+
+/// Evaluates tasks on threads, and hands over each line when its task is finished; ends at the first failure.
+pub(super) fn evaluate_each<E: Send>(
+    tasks: &[&Task<'_>],
+    threads: usize,
+    (bench, workload): (&Workbench, &Workload),
+    finished: impl Fn(&Line) -> Result<(), E> + Sync,
+) -> Result<Vec<Line>, E> {
+    // Not threads of a pool: one that waits in a pool takes up other tasks of it, which could ask for
+    // the result that it is counting.
+    in_parallel(tasks, threads, 0, &(), |task, _| {
+        let line = evaluate(task, bench, workload);
+        finished(&line)?;
+        Ok(line)
+    })
 }
 
 fn evaluate(task: &Task<'_>, bench: &Workbench, workload: &Workload) -> Line {

@@ -1,4 +1,4 @@
-//! Sweeps: every point of a plan, each once, resumable.
+//! Sweeps: every point of a plan, each once, resumable; here on threads, or by an engine elsewhere.
 
 mod beside;
 mod error;
@@ -7,6 +7,7 @@ mod front;
 mod journal;
 mod plan;
 mod rows;
+mod session;
 
 use std::path::Path;
 
@@ -18,6 +19,7 @@ pub use evaluation::program;
 pub use front::{Better, better, front};
 pub use plan::Plan;
 pub use rows::{Rows, SweepRow};
+pub use session::{MissingPoint, Session};
 
 use self::evaluation::{Evaluation, Task};
 use crate::cells::{COLUMNS, Cell};
@@ -41,13 +43,21 @@ impl Plan {
     /// The journal cannot be written, or is another program's.
     pub fn run(&self, folder: &Path, progress: &dyn Progress) -> Result<Swept, SweepError> {
         let mut evaluation = Evaluation::open(folder)?;
-        let tasks: Vec<Task<'_>> = (0..self.len()).filter_map(|at| self.task(at)).collect();
+        let tasks = self.tasks();
         evaluation.all(&tasks, &self.workload, progress)?;
-        Ok(Swept {
-            rows: self.rows(&tasks, &evaluation),
+        Ok(self.swept(&tasks, &evaluation))
+    }
+
+    fn swept(&self, tasks: &[Task<'_>], evaluation: &Evaluation) -> Swept {
+        Swept {
+            rows: self.rows(tasks, evaluation),
             evaluated: evaluation.evaluated,
             resumed: evaluation.resumed,
-        })
+        }
+    }
+
+    fn tasks(&self) -> Vec<Task<'_>> {
+        (0..self.len()).filter_map(|at| self.task(at)).collect()
     }
 
     /// The task of a point by its number.

@@ -1,9 +1,11 @@
 //! The plan of a sweep, as a file.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::document::{self, Value, Wrong};
-use potamoi_scene::{Scene, scenes_named};
+use potamoi_scene::files_read::paths_of;
+use potamoi_scene::{BUILTIN, Scene, scenes_named};
 use serde::Deserialize;
 
 use super::SweepError;
@@ -28,6 +30,8 @@ pub struct Plan {
     pub scenes: Vec<Scene>,
     /// What machines do on each scene.
     pub workload: Workload,
+    /// Machines and scenes that are files or folders.
+    inputs: Vec<PathBuf>,
 }
 
 /// Keys of a plan without those of the fields that vary.
@@ -96,8 +100,11 @@ impl Plan {
             false => own,
         };
         let machines = default(written.machines, "paper");
+        let machine_files = machines.iter().map(&beside).map(PathBuf::from);
+        let mut inputs: Vec<PathBuf> = machine_files.filter(|own| own.is_file()).collect();
         let spaces = machines.iter().map(|own| {
-            let base = Machine::named(&beside(own))?;
+            // Named as in the plan, so that rows are the same wherever the plan lies.
+            let base = Machine::named(&beside(own))?.renamed(own);
             Ok::<_, SweepError>(Space::new(base, axes.clone())?)
         });
         let spaces = spaces.collect::<Result<Vec<_>, _>>()?;
@@ -110,7 +117,13 @@ impl Plan {
             scene.set_size(written.width, written.height)?;
             Ok::<_, SweepError>(scene)
         });
+        let is_input = |own: &&String| {
+            let path = Path::new(own);
+            path.is_file() || (path.is_dir() && !BUILTIN.contains(&own.as_str()))
+        };
+        inputs.extend(names.iter().filter(is_input).map(PathBuf::from));
         Ok(Self {
+            inputs,
             name: name.to_owned(),
             spaces,
             scenes: scenes.collect::<Result<_, _>>()?,
@@ -153,13 +166,20 @@ impl Plan {
         None
     }
 
-    /// Files that the plan reads.
+    /// Files that the plan reads, as far as known: itself, machines and devices, scenes with their models
+    /// and cameras.
     #[must_use]
-    pub fn files(&self) -> Vec<PathBuf> {
-        self.spaces
-            .iter()
-            .map(|own| PathBuf::from(&own.base.name))
-            .collect()
+    pub fn files(&self) -> BTreeSet<PathBuf> {
+        let mut found = BTreeSet::from([PathBuf::from(&self.name)]);
+        found.extend(self.inputs.iter().flat_map(|own| paths_of(own)));
+        for space in &self.spaces {
+            let values = space.axes.iter().flat_map(|axis| axis.values.iter());
+            let texts = values.flatten().filter_map(Value::text);
+            // Devices lie beside the machine.
+            let beside = texts.map(|own| space.base.folder().join(own));
+            found.extend(beside.filter(|own| own.is_file()));
+        }
+        found
     }
 }
 
