@@ -14,6 +14,7 @@ use crate::{renamed, roles};
 
 /// Value placeholders in help, with their meanings. A list is written `NAME,...`.
 const VALUES: &[(&str, &str)] = &[
+    ("ADDRESS", "protocol, host and port"),
     ("AXES", "three directions"),
     ("CYCLES", "clock cycles"),
     ("DB", "dB"),
@@ -37,6 +38,7 @@ const VALUES: &[(&str, &str)] = &[
 ];
 /// Placeholders without a unit.
 const UNITLESS: &[&str] = &[
+    "ADDRESS",
     "AXES",
     "DIR",
     "EFFECT",

@@ -1,11 +1,15 @@
 //! `potamoi sweep`: every point of a plan.
 
+mod dask;
 mod table;
 
-use std::path::PathBuf;
+use std::io::Write as _;
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::thread;
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_machines::Workload;
 use potamoi_machines::cells::COLUMNS;
@@ -27,9 +31,27 @@ pub(crate) struct SweepArgs {
     /// Plan as TOML: machines, scenes, and the fields that vary
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
-    /// Folder for the rows of all points; the same command goes on where it was interrupted
-    #[arg(long, value_name = "DIR")]
-    work_dir: PathBuf,
+    /// Folder for the rows of all points; the same command goes on where it was interrupted [default:
+    /// required, but for --points]
+    #[arg(long, value_name = "DIR", required_unless_present = "points")]
+    work_dir: Option<PathBuf>,
+    /// Engine that does the work: a simulator of the hardware, or what the points of a sweep are
+    /// spread over
+    #[arg(long, value_enum, default_value_t = Engine::Threads)]
+    engine: Engine,
+    /// Scheduler of --engine dask: tls://HOST:PORT, or tcp://HOST:PORT on this machine alone
+    /// [default: none]
+    #[arg(long, value_name = "ADDRESS", required_if_eq("engine", "dask"))]
+    scheduler: Option<String>,
+    /// Print the points that the folder lacks as JSON, one a line: number, key, and the files of
+    /// counted work that it uses; nothing is evaluated
+    #[arg(long, conflicts_with_all = ["points", "front", "beside", "json", "scheduler"])]
+    missing: bool,
+    /// Points to evaluate by number, whose lines of the journal are printed; no folder is read or
+    /// written [default: all that the folder lacks]
+    #[arg(long, value_name = "N,...", value_delimiter = ',',
+          conflicts_with_all = ["work_dir", "front", "beside", "json", "scheduler"])]
+    points: Vec<usize>,
     /// Columns of a front, such as fps,mm2,psnr_db: rows that no other row is better than in one of them
     /// and at least as good as in the others [default: no front]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
@@ -42,6 +64,14 @@ pub(crate) struct SweepArgs {
     json: Option<PathBuf>,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// Threads of this process
+    Threads,
+    /// Workers of Dask distributed, through the Python package
+    Dask,
+}
+
 #[derive(Serialize)]
 struct Report<'a> {
     format_version: u32,
@@ -52,6 +82,14 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
+    match &args.work_dir {
+        None => evaluate(&Plan::read(&args.plan)?, &args.points),
+        Some(folder) if args.missing => missing(&Plan::read(&args.plan)?, folder),
+        Some(folder) => sweep(args, folder),
+    }
+}
+
+fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     for name in &args.front {
         better(name)?;
@@ -64,10 +102,15 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
     let plan = Plan::read(&args.plan)?;
     let begun = Instant::now();
     let bar = progress::bar(0, "sweeping");
-    let swept = plan.run(&args.work_dir, &Shown(&bar))?;
+    let swept = match (args.engine, &args.scheduler) {
+        (Engine::Dask, Some(own)) => dask::run(&plan, &args.plan, folder, own, &Shown(&bar))?,
+        (Engine::Dask, None) => return Err(Failure::Usage(SCHEDULER.to_owned())),
+        (Engine::Threads, Some(_)) => return Err(Failure::Usage(ENGINE.to_owned())),
+        (Engine::Threads, None) => plan.run(folder, &Shown(&bar))?,
+    };
     bar.finish_and_clear();
     let rows = &swept.rows;
-    let path = args.work_dir.join(ROWS);
+    let path = folder.join(ROWS);
     let text = rows.csv();
     let text = text.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
     files::write(&path, &text)?;
@@ -91,6 +134,34 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// What --engine and --scheduler need of one another.
+const SCHEDULER: &str =
+    "--engine dask: expected --scheduler tls://HOST:PORT or tcp://127.0.0.1:PORT";
+const ENGINE: &str = "--scheduler: expected --engine dask beside it; threads need no scheduler";
+
+/// Prints what a folder lacks.
+fn missing(plan: &Plan, folder: &Path) -> Result<(), Failure> {
+    for point in plan.session(folder)?.missing() {
+        let text = serde_json::to_string(&point);
+        say!(
+            "{}",
+            text.map_err(|error| Failure::Output(error.to_string()))?
+        );
+    }
+    Ok(())
+}
+
+/// Prints the lines of points. Where nobody reads them any more, the rest is not evaluated.
+fn evaluate(plan: &Plan, points: &[usize]) -> Result<(), Failure> {
+    let all = thread::available_parallelism().map_or(1, NonZero::get);
+    let asked = std::env::var("RAYON_NUM_THREADS").ok();
+    let asked = asked
+        .and_then(|own| own.parse().ok())
+        .filter(|own| *own > 0);
+    let print = |line: &str| writeln!(std::io::stdout().lock(), "{line}").is_ok();
+    Ok(plan.evaluate(points, all.min(asked.unwrap_or(all)), &print)?)
 }
 
 fn summary(swept: &Swept, seconds: f64) {

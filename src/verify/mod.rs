@@ -37,7 +37,8 @@ pub(crate) struct VerifyArgs {
     /// name is found by its ports]
     #[arg(long, value_name = "NAME", requires = "rtl")]
     rtl_prefix: Option<String>,
-    /// Simulator of the hardware
+    /// Engine that does the work: a simulator of the hardware, or what the points of a sweep are
+    /// spread over
     #[arg(long, value_enum, default_value_t = Engine::Verilator)]
     engine: Engine,
     /// Extent of the verification
