@@ -8,6 +8,7 @@ mod cases;
 mod characterise;
 mod common;
 mod cost;
+mod dask;
 mod docs;
 mod effects;
 mod exponential;
