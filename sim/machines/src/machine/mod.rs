@@ -235,7 +235,7 @@ impl Machine {
         let config = self.hardware.as_ref().map(|own| &own.config);
         potamoi_base::content_hash::hash_of(&(
             config,
-            &self.system,
+            self.system.identity().as_bytes(),
             self.render.as_ref().and_then(document::to_toml),
             &self.without,
             &self.path,

@@ -134,3 +134,31 @@ proptest! {
         prop_assert_eq!(again.unwrap().identity(), own.identity());
     }
 }
+
+/// Devices are what their files say, wherever those lie.
+#[test]
+fn a_device_counts_by_its_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let devices = [
+        "../gpu/devices/xavier-nx.toml",
+        "../system/memories/lpddr3-1600.toml",
+    ];
+    let devices = devices.map(|own| std::fs::read_to_string(own).unwrap());
+    let at = |place: &str, changed: (&str, &str)| {
+        let place = folder.path().join(place);
+        std::fs::create_dir_all(&place).unwrap();
+        let own = "[system]\nmemory = \"memory.toml\"\ngpu.device = \"gpu.toml\"\n";
+        std::fs::write(place.join("own.toml"), own).unwrap();
+        for (name, text) in ["gpu.toml", "memory.toml"].iter().zip(&devices) {
+            let (from, to) = changed;
+            std::fs::write(place.join(name), text.replacen(from, to, 1)).unwrap();
+        }
+        Machine::read(&place.join("own.toml")).unwrap().identity()
+    };
+    let own = at("a", ("", ""));
+    assert_eq!(own, at("b", ("", "")));
+    let watts = ("watts = { value = 15", "watts = { value = 14");
+    assert_ne!(own, at("c", watts));
+    let clock = ("clock_ns = { value = 1.25", "clock_ns = { value = 1.5");
+    assert_ne!(own, at("d", clock));
+}

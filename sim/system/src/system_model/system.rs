@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use potamoi_base::content_hash::hash_of;
 use potamoi_formats::device_file::is_file;
 use potamoi_formats::document::{self, Value};
 use serde::{Deserialize, Serialize};
@@ -246,6 +247,23 @@ impl System {
         let system: Self = given.over(default).read().map_err(wrong)?;
         system.check(name)?;
         Ok(system)
+    }
+
+    /// Hash of all that a system is: of its devices the figures, wherever their files lie.
+    #[must_use]
+    pub fn identity(&self) -> blake3::Hash {
+        let Ok(mut rest) = toml::Table::try_from(self) else {
+            return hash_of(self);
+        };
+        // Names or paths, as given.
+        rest.remove("memory");
+        for gpu in ["gpu", "remote"] {
+            rest.get_mut(gpu)
+                .and_then(toml::Value::as_table_mut)
+                .map(|own| own.remove("device"));
+        }
+        let devices = [&self.gpu, &self.remote].map(|own| format!("{:?}", own.device));
+        hash_of(&(rest, devices, self.memory.figures()))
     }
 
     fn document(&self) -> Result<Value, String> {

@@ -75,6 +75,11 @@ impl From<MemoryDevice> for String {
 }
 
 impl MemoryDevice {
+    /// Its name and all its figures.
+    pub(super) fn figures(&self) -> (&str, &BTreeMap<String, f64>) {
+        (&self.name, &self.values)
+    }
+
     /// The device of that name; see [`MemoryDevice::names`].
     ///
     /// # Errors
