@@ -272,6 +272,11 @@ fn points_are_listed_and_evaluated_one_by_one() {
         0,
         &["sweep", "plan.toml", "--work-dir", "out", "--missing"],
     );
+    // Keys are those of the content, from wherever the plan is named.
+    let elsewhere = tempfile::tempdir().unwrap();
+    let plan = at.join("plan.toml").display().to_string();
+    let again = ["sweep", &plan, "--work-dir", "out", "--missing"];
+    assert_eq!(expect(elsewhere.path(), 0, &again), listed);
     let listed: Vec<serde_json::Value> = listed
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
@@ -363,4 +368,13 @@ fn nothing_is_lost_and_nothing_twice_whoever_is_killed() {
         "{before}: {text}"
     );
     assert_equal(at, "sweep-killed");
+    // A plan that is named by its whole path lies elsewhere on a worker, and has the same rows.
+    let mut whole = potamoi();
+    let plan = at.join("plan.toml");
+    whole.arg("sweep").arg(plan).arg("--work-dir");
+    whole.arg(at.join("whole-path"));
+    whole.args(["--engine", "dask", "--scheduler", &cluster.address]);
+    whole.env("POTAMOI_CACHE", at.join("cache"));
+    said(&whole.env("POTAMOI_PYTHON", python()).output().unwrap());
+    assert_equal(at, "whole-path");
 }
