@@ -66,7 +66,7 @@ fn configurations_without_a_splat_unit_or_with_a_wrong_one_are_refused_by_name()
         ("[su]\nlanez = 1\n", "lanez"),
         (
             "[vu.exp]\noutput = \"general\"\n[su]\n",
-            "vu.exp.output = \"alpha\"",
+            "vu.exp.output = general; expected \"alpha\"",
         ),
     ] {
         let config = written(folder.path(), text);
