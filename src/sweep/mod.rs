@@ -19,6 +19,7 @@ use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::scene::{left_open_of_files, note, say_not_checked};
 use crate::stdout::say;
 
 /// Version of the JSON report.
@@ -79,6 +80,8 @@ struct Report<'a> {
     program: String,
     workload: &'a Workload,
     rows: Vec<Map<String, Value>>,
+    /// Items that scenes' files leave open.
+    not_checked: Vec<String>,
 }
 
 pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
@@ -100,6 +103,7 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
         .map(|folder| Rows::read(&folder.join(ROWS)));
     let before = before.transpose()?;
     let plan = Plan::read(&args.plan)?;
+    plan.scenes.iter().for_each(note);
     let begun = Instant::now();
     let bar = progress::bar(0, "sweeping");
     let swept = match (args.engine, &args.scheduler) {
@@ -123,6 +127,8 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     if let Some(before) = &before {
         table::changes(&changes(rows, before));
     }
+    let not_checked = left_open_of_files();
+    say_not_checked(&not_checked);
     if let Some(path) = &args.json {
         let report = Report {
             format_version: FORMAT_VERSION,
@@ -130,6 +136,7 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
             program: program(),
             workload: &plan.workload,
             rows: as_json(rows, on.as_deref()),
+            not_checked,
         };
         files::write_json(path, &report)?;
     }

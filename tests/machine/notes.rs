@@ -6,7 +6,7 @@ use std::path::Path;
 use super::expect;
 
 /// Arguments of each command that opens a scene, which is `q.ply`.
-const QUICK: [(&str, &str); 8] = [
+const QUICK: [(&str, &str); 10] = [
     (
         "render",
         "--scene q.ply --width 8 --numerics float --out o.png",
@@ -18,10 +18,16 @@ const QUICK: [(&str, &str); 8] = [
     ("warp", "--scene q.ply --width 8 --frames 2"),
     ("emit", "--for-scene q.ply --out-dir e"),
     ("model", "--scene q.ply --width 12 --frames 2 --window 2"),
+    ("compare", "paper --scene q.ply --width 8 --frames 1"),
+    ("sweep", "plan.toml --work-dir w"),
 ];
 /// Those that build models or netlists, in `make test-full`.
-const SLOW: [(&str, &str); 4] = [
+const SLOW: [(&str, &str); 5] = [
     ("cost", "--scene q.ply --width 8 --frames 2 --knobs tail"),
+    (
+        "explore",
+        "small --scene q.ply --width 8 --frames 1 --vary system.memory_channels=2,4",
+    ),
     ("--config small verify", "--scene q.ply --width 8"),
     ("--config small synth", "--activity q.ply --unit vu"),
     (
@@ -45,6 +51,8 @@ fn with_unknown_property(folder: &Path) {
     let head = "ply\nformat ascii 1.0\nelement vertex 3\n";
     let text = format!("{head}{declared}end_header\n{rows}");
     fs::write(folder.join("q.ply"), text).unwrap();
+    let plan = "scenes = [\"q.ply\"]\nwidth = 8\n[workload]\nframes = 1\n";
+    fs::write(folder.join("plan.toml"), plan).unwrap();
 }
 
 fn tell(commands: &[(&str, &str)]) {
@@ -87,7 +95,7 @@ fn every_command_that_opens_a_scene_is_tried() {
     assert!(names.len() > 10, "{names:?}");
     for name in names.iter().filter(|name| **name != "help") {
         let help = expect(folder.path(), 0, &format!("$P {name} --help"));
-        let opens = ["--scene ", "--for-scene ", "--activity "];
+        let opens = ["--scene ", "--for-scene ", "--activity ", "<PLAN>"];
         let is_tried = QUICK
             .iter()
             .chain(&SLOW)
