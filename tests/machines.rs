@@ -322,12 +322,63 @@ fn what_the_search_finds_is_a_machine_for_every_command() {
         .filter(|own| own["keeps_limits"] == true)
         .filter_map(fps);
     assert_eq!(most.fold(0.0, f64::max), fps(&tried[best]).unwrap());
+    let front = report["trials"]["front"].as_array().unwrap();
+    assert_eq!(front[0].as_u64().unwrap() as usize, best);
+    assert!(text.contains("front of fps, area and quality"), "{text}");
     let out_of_reach = [&search[..16], &["--min-fps", "1e9"]].concat();
     let text = expect(path, 4, &out_of_reach);
     assert!(
         text.contains("no machine that was tried keeps the limits"),
         "{text}"
     );
+}
+
+/// What the search over settings writes beside the configuration is honoured by every command.
+#[test]
+fn what_cost_finds_is_a_machine_for_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let search = [
+        "--config",
+        "small",
+        "cost",
+        "--scene",
+        "garden",
+        "--width",
+        "16",
+        "--knobs",
+        "stop,window",
+        "--target-psnr",
+        "25",
+    ];
+    expect(path, 0, &search);
+    let found = fs::read_to_string(path.join("found.toml")).unwrap();
+    assert!(
+        found.contains("[render]") && found.contains("[path]"),
+        "{found}"
+    );
+    let small = ["--width", "16", "--scene", "garden"];
+    let on = |command: &[&str]| expect(path, 0, &[command, &small].concat());
+    let text = on(&["compare", "small", "found.toml"]);
+    assert!(text.contains("found.toml: potamoi"), "{text}");
+    on(&["model", "--config", "found.toml", "--frames", "2"]);
+    let text = on(&["verify", "--config", "found.toml"]);
+    assert!(text.contains("verify does not use [path]"), "{text}");
+    let arguments = ["emit", "--config", "found.toml", "--out-dir", "rtl"];
+    let text = expect(path, 0, &arguments);
+    assert!(
+        text.contains("emit does not use [render], [path]"),
+        "{text}"
+    );
+    // The settings of rendering are those of the file.
+    let drawn = |config: &str, json_file: &str| {
+        let own = [
+            "render", "--config", config, "--out", "p.png", "--json", json_file,
+        ];
+        on(&own);
+        json(&path.join(json_file))["float"]["db"].as_f64()
+    };
+    assert_ne!(drawn("found.toml", "f.json"), drawn("small", "s.json"));
 }
 
 /// A search that was interrupted, and one with the same seed, try the same points.

@@ -33,7 +33,7 @@ pub(crate) struct ExploreArgs {
     #[command(flatten)]
     scenes: ManyScenes,
     /// Field with its values, such as vu.lanes=12,24,48, gu.ports=1..4:*2, system.memory_channels=1,2,4,
-    /// render.step=0.25..1:+0.25, path.window=4,8, clock=reached,1.0; several flags
+    /// render.step=0.25..1:+0.25, path.window=4,8, clock=reached,1.0, or a list in TOML; several flags
     #[arg(long, value_name = "FIELD=VALUES", required = true, value_parser = axis)]
     vary: Vec<Axis>,
     /// Figure to make best; with several scenes its geometric mean

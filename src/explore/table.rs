@@ -49,7 +49,7 @@ pub(super) fn print(searched: &Searched, scenes: &[Scene], goal: &Goal) {
     for (at, field) in fields.iter().enumerate() {
         let value = |tried: Option<&Tried>| {
             let own = tried.and_then(|own| own.setting.get(at));
-            own.map_or_else(|| "its own".to_owned(), |(_, value)| value.clone())
+            own.map_or_else(|| "-".to_owned(), |(_, value)| value.clone())
         };
         let each = rows.iter().map(|(_, tried)| value(*tried));
         settings.add_row(
@@ -82,7 +82,49 @@ pub(super) fn print(searched: &Searched, scenes: &[Scene], goal: &Goal) {
         }
         say!("{table}\n");
     }
+    front(own, goal);
     beside_random(searched, goal);
+}
+
+/// Machines of the front that are printed; the JSON report has all.
+const SHOWN: usize = 12;
+
+/// Machines within the limits that no other is better than in objective, area or quality, and at least as
+/// good as in the others.
+fn front(trials: &Trials, goal: &Goal) {
+    let on: Vec<&Tried> = trials
+        .front
+        .iter()
+        .filter_map(|at| trials.tried.get(*at))
+        .collect();
+    let Some(first) = on.first() else { return };
+    let (column, _) = goal.objective.column();
+    say!("front of {column}, area and quality: {} machines", on.len());
+    let fields = first.setting.iter().map(|(field, _)| field.as_str());
+    let figures = [column, "mm2", "psnr_db"].into_iter();
+    let mut figures: Vec<&str> = figures.collect();
+    figures.dedup();
+    let mut table = tables::narrow(fields.chain(figures.iter().copied()).collect::<Vec<_>>());
+    for own in on.iter().take(SHOWN) {
+        let Some([objective, area, psnr]) = own.place(goal.objective) else {
+            continue;
+        };
+        let psnr = match psnr.is_finite() {
+            true => number(psnr),
+            false => "same".to_owned(),
+        };
+        let cells = match column {
+            "mm2" => vec![number(area), psnr],
+            _ => vec![number(objective), number(area), psnr],
+        };
+        let values = own.setting.iter().map(|(_, value)| value.clone());
+        table.add_row(values.chain(cells).collect::<Vec<_>>());
+    }
+    say!("{table}");
+    if let Some(more) = on.len().checked_sub(SHOWN).filter(|more| *more > 0) {
+        say!("  and {more} more, in --json");
+    }
+    say!("");
 }
 
 fn row(name: &str, cells: &[Cell], base: Option<&[Cell]>) -> Vec<String> {

@@ -2,7 +2,7 @@
 
 use potamoi_formats::document::{self, Value, Wrong};
 
-use crate::machine::{Machine, MachineError};
+use crate::machine::{Machine, MachineError, shown};
 
 /// Largest number of points of a space.
 const MOST: usize = 10_000_000;
@@ -20,8 +20,8 @@ pub struct Axis {
 pub type Setting = Vec<(String, String)>;
 
 impl Axis {
-    /// A field with its values, as a command line has them: `vu.lanes=12,24,48`, or a range with a step
-    /// or a factor, `vu.lanes=12..48:+12` and `vu.lanes=12..48:*2`.
+    /// A field with its values, as a command line has them: `vu.lanes=12,24,48`, a range with a step or a
+    /// factor, `vu.lanes=12..48:+12` and `vu.lanes=12..48:*2`, or a list in TOML, `vu.ops=[["exp"]]`.
     ///
     /// # Errors
     /// Text of another form; the error says what was expected.
@@ -30,9 +30,10 @@ impl Axis {
         let (field, values) = text
             .split_once('=')
             .ok_or_else(|| format!("{text}: {expected}"))?;
-        let values = match range_of(values) {
-            Some(range) => range.map_err(|why| format!("{text}: {why}; {expected}"))?,
-            None => values.split(',').map(|own| value(own.trim())).collect(),
+        let values = match (range_of(values), list_of(values)) {
+            (Some(range), _) => range.map_err(|why| format!("{text}: {why}; {expected}"))?,
+            (_, Some(list)) => list,
+            _ => values.split(',').map(|own| value(own.trim())).collect(),
         };
         if field.trim().is_empty() || values.is_empty() {
             return Err(format!("{text}: {expected}"));
@@ -101,6 +102,14 @@ fn range_of(text: &str) -> Option<Result<Vec<Value>, String>> {
     Some(read())
 }
 
+/// The values of a list in TOML, if the text is one.
+fn list_of(text: &str) -> Option<Vec<Value>> {
+    match value(text.trim()) {
+        Value::List(all) => Some(all.to_vec()),
+        _ => None,
+    }
+}
+
 /// Numbers from one to another, both included where they are met.
 fn range(from: f64, to: f64, by: By) -> Result<Vec<Value>, String> {
     let grows = match by {
@@ -135,14 +144,6 @@ fn value(text: &str) -> Value {
     let read = document::toml(format!("v = {text}").as_bytes()).ok();
     let found = read.and_then(|own| own.get("v").cloned());
     found.unwrap_or_else(|| Value::Text(text.into()))
-}
-
-/// A value as a command line has it.
-fn shown(value: &Value) -> String {
-    match value {
-        Value::Text(text) => text.to_string(),
-        other => document::to_toml(other).map_or_else(String::new, |own| own.to_string()),
-    }
 }
 
 /// A space of machines: every combination of the values of its axes.
@@ -293,6 +294,10 @@ mod tests {
         assert_eq!(values("clock_ghz=reached,1.0"), ["reached", "1.0"]);
         assert_eq!(values("render.step=0.1..0.5:+0.1").len(), 5);
         assert_eq!(values("vu.exp.pipelined=true,false"), ["true", "false"]);
+        assert_eq!(
+            values("vu.ops=[[\"exp\"], [\"exp\", \"pass\"]]"),
+            ["[\"exp\"]", "[\"exp\", \"pass\"]"]
+        );
         for wrong in [
             "vu.lanes",
             "=3",

@@ -46,6 +46,14 @@ pub struct Machine {
     note: Option<String>,
 }
 
+/// A value as a command line has it.
+pub(crate) fn shown(value: &Value) -> String {
+    match value {
+        Value::Text(text) => text.to_string(),
+        other => document::to_toml(other).map_or_else(String::new, |own| own.to_string()),
+    }
+}
+
 impl Machine {
     /// The machine that a command line names: a preset, or a file.
     ///
@@ -164,14 +172,26 @@ impl Machine {
         Self { system, ..self }
     }
 
-    /// The value at a path of the document, the preset's where the document names none; `None` where
-    /// neither has one, so that the default holds.
+    /// The value of a field as a machine's file has it; `None` where it is neither named nor has a
+    /// default, such as a render setting of the scene.
     #[must_use]
-    pub fn value(&self, path: &str) -> Option<Value> {
-        let whole = sections::Parts::of(&self.name, self.document.clone()).ok()?;
-        let hardware = whole.hardware?;
-        let own = self.document.find(path).or_else(|| hardware.find(path));
-        own.cloned()
+    pub fn value(&self, field: &str) -> Option<String> {
+        let given = self.document.find(field).map(shown);
+        let default = || {
+            let config = self.hardware.as_ref().map(|own| &own.config);
+            let whole = match field.strip_prefix("system.") {
+                Some(_) => serde_json::json!({ "system": &self.system }),
+                None => serde_json::to_value(config?).ok()?,
+            };
+            let pointer = format!("/{}", field.replace('.', "/"));
+            let found = whole.pointer(&pointer).filter(|own| !own.is_null())?;
+            Some(
+                found
+                    .as_str()
+                    .map_or_else(|| found.to_string(), str::to_owned),
+            )
+        };
+        given.or_else(default)
     }
 
     /// Sections that the file has beside the configuration.

@@ -65,8 +65,15 @@ fn a_point_changes_one_field() {
     assert_eq!((config.vu.lanes, config.clock_mhz), (48, None));
     assert_eq!(point.system.memory_channels, 1);
     assert_ne!(point.identity(), own.identity());
-    assert_eq!(point.value("vu.lanes"), Some(Value::Int(48)));
-    assert_eq!(own.value("vu.lanes"), Some(Value::Int(24)));
+    assert_eq!(point.value("vu.lanes").as_deref(), Some("48"));
+    assert_eq!(own.value("vu.lanes").as_deref(), Some("24"));
+    assert_eq!(own.value("vu.exp.form").as_deref(), Some("restoring"));
+    assert_eq!(own.value("system.memory_channels").as_deref(), Some("4"));
+    assert_eq!(
+        own.value("system.gpu.device").as_deref(),
+        Some("xavier-maxn")
+    );
+    assert_eq!(own.value("render.step"), None);
 }
 
 #[test]

@@ -53,6 +53,8 @@ pub struct Standing {
     loss: f64,
     /// Sum of the logarithms by which limits are missed; 0 where all are kept.
     missed: f64,
+    /// Area, which decides between machines that are otherwise alike; infinite where it is not known.
+    area: f64,
 }
 
 /// Loss of a limit that cannot be checked: a factor of a million.
@@ -65,10 +67,10 @@ impl Standing {
         self.missed == 0.0
     }
 
-    /// Whether this is better than another: limits first, then the objective.
+    /// Whether this is better than another: limits first, then the objective, then the area.
     #[must_use]
     pub fn is_better(&self, other: &Self) -> bool {
-        (self.missed, self.loss) < (other.missed, other.loss)
+        (self.missed, self.loss, self.area) < (other.missed, other.loss, other.area)
     }
 
     /// One number for an optimiser. Any machine that keeps the limits is below any that does not.
@@ -109,9 +111,12 @@ impl Goal {
                 missed += miss(own, limit, |own, limit| limit / own);
             }
         }
+        let areas = scenes.iter().flatten();
+        let areas = areas.map(|cells| figure(cells, "mm2").unwrap_or(f64::INFINITY));
         Standing {
             loss: loss / scenes.len().max(1) as f64,
             missed,
+            area: areas.fold(0.0, f64::max),
         }
     }
 }

@@ -16,8 +16,8 @@ use self::sampler::{Parzen, Random, Sampler};
 use crate::cells::Cell;
 use crate::machine::{Machine, MachineError};
 use crate::space::{Setting, Space};
-use crate::sweep::SweepError;
 use crate::sweep::evaluation::{Evaluation, Task};
+use crate::sweep::{SweepError, front};
 use crate::workload::Workload;
 
 /// Points that are asked for before any of them is evaluated, on any number of threads.
@@ -77,6 +77,9 @@ pub struct Trials {
     pub tried: Vec<Tried>,
     /// Index of the best of them: one that keeps the limits, where there is one.
     pub best: Option<usize>,
+    /// Indices of the front of objective, area and quality among those that keep the limits, the best
+    /// objective first.
+    pub front: Vec<usize>,
 }
 
 impl Trials {
@@ -122,13 +125,13 @@ impl Search<'_> {
             return Ok(Searched {
                 points,
                 base,
-                trials: trials(Method::Exhaustive, tried),
+                trials: trials(Method::Exhaustive, tried, self.goal.objective),
                 random: None,
             });
         }
         let mut with = |method, sampler: &mut dyn Sampler| {
             let tried = self.sampled(sampler, &mut evaluation, progress)?;
-            Ok::<_, SweepError>(trials(method, tried))
+            Ok::<_, SweepError>(trials(method, tried, self.goal.objective))
         };
         let own = with(Method::Estimators, &mut Parzen::new(self.space, self.seed))?;
         let random = with(Method::Random, &mut Random::new(self.space, self.seed))?;
@@ -158,7 +161,10 @@ impl Search<'_> {
             .map(|scene| Task::of((&base.name, Ok(base.clone())), scene, &self.workload))
             .collect();
         evaluation.all(&tasks, &self.workload, progress)?;
-        Ok(self.read(vec![], vec![], &tasks, evaluation))
+        let fields = self.space.axes.iter().flat_map(|axis| &axis.fields);
+        let own = |field: &String| base.value(field).unwrap_or_else(|| "default".to_owned());
+        let setting = fields.map(|field| (field.clone(), own(field))).collect();
+        Ok(self.read(setting, vec![], &tasks, evaluation))
     }
 
     /// Points by a sampler: none twice, in batches that do not depend on the number of threads.
@@ -239,7 +245,59 @@ impl Search<'_> {
     }
 }
 
-fn trials(method: Method, tried: Vec<Tried>) -> Trials {
+impl Tried {
+    /// The objective, its geometric mean over scenes; area; and the least PSNR. `None` where one of the
+    /// first two is not known.
+    #[must_use]
+    pub fn place(&self, objective: Objective) -> Option<[f64; 3]> {
+        let (column, _) = objective.column();
+        let scenes: Vec<&Vec<Cell>> = self.scenes.iter().flatten().collect();
+        let all = |name: &str| -> Option<Vec<f64>> {
+            scenes
+                .iter()
+                .map(|cells| goal::figure(cells, name))
+                .collect()
+        };
+        let own = all(column)?;
+        let mean = own.iter().map(|own| own.ln()).sum::<f64>() / own.len().max(1) as f64;
+        let area = all("mm2")?.first().copied()?;
+        // Equal pictures have no PSNR.
+        let psnr = scenes
+            .iter()
+            .filter_map(|cells| goal::figure(cells, "psnr_db"));
+        Some([mean.exp(), area, psnr.fold(f64::INFINITY, f64::min)])
+    }
+}
+
+/// The front of objective, area and quality among points that keep the limits.
+fn front_of(tried: &[Tried], objective: Objective) -> Vec<usize> {
+    let (column, is_more) = objective.column();
+    let kept = tried.iter().enumerate().filter(|(_, own)| own.keeps_limits);
+    let placed: Vec<(usize, [f64; 3])> = kept
+        .filter_map(|(at, own)| Some((at, own.place(objective)?)))
+        .collect();
+    let rows: Vec<Vec<Cell>> = (placed.iter())
+        .map(|(_, place)| place.map(Cell::Number).to_vec())
+        .collect();
+    let columns = [(0, column), (1, "mm2"), (2, "psnr_db")];
+    // Every objective's column has a better end.
+    let on = front(&rows, &columns).unwrap_or_default();
+    let mut own: Vec<(usize, [f64; 3])> = placed
+        .into_iter()
+        .zip(on)
+        .filter(|(_, on)| *on)
+        .map(|(own, _)| own)
+        .collect();
+    own.sort_by(|(_, a), (_, b)| {
+        let order = a[0].total_cmp(&b[0]);
+        let order = if is_more { order.reverse() } else { order };
+        order.then(a[1].total_cmp(&b[1]))
+    });
+    own.dedup_by(|(_, b), (_, a)| a == b);
+    own.into_iter().map(|(at, _)| at).collect()
+}
+
+fn trials(method: Method, tried: Vec<Tried>, objective: Objective) -> Trials {
     let standings = tried.iter().enumerate();
     let standings = standings.filter_map(|(at, own)| Some((at, own.standing?)));
     let best = standings.reduce(|best, own| match own.1.is_better(&best.1) {
@@ -249,6 +307,7 @@ fn trials(method: Method, tried: Vec<Tried>) -> Trials {
     Trials {
         method,
         best: best.map(|(at, _)| at),
+        front: front_of(&tried, objective),
         tried,
     }
 }
