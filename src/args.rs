@@ -122,6 +122,11 @@ pub(crate) struct ClockArgs {
 }
 
 impl ClockArgs {
+    /// Whether a clock is assumed.
+    pub(crate) const fn is_assumed(&self) -> bool {
+        self.assume_clock.is_some()
+    }
+
     /// A configuration with the assumed clock, if there is one.
     pub(crate) fn chosen(&self, chosen: ConfigChoice) -> Result<ConfigChoice, Failure> {
         let Some(ghz) = self.assume_clock else {

@@ -143,7 +143,7 @@ fn what_is_missed_is_measured() {
     ] {
         let found = without(scene, effect);
         assert_eq!(found["called_for"], true, "{scene}: {found}");
-        let psnr = found["psnr_db"].as_f64().unwrap();
+        let psnr = found["float"]["db"].as_f64().unwrap();
         assert!((1.0..120.0).contains(&psnr), "{scene}: {found}");
         assert!(found["pixels_changed"].as_u64().unwrap() > 5, "{found}");
     }

@@ -1,15 +1,14 @@
 //! `potamoi compare`: machines side by side.
 
 mod picture;
-mod table;
+pub(crate) mod table;
 
 use std::path::PathBuf;
 
 use clap::Args;
 use potamoi_base::outputs as files;
-use potamoi_explore::ConfigChoice;
 use potamoi_machines::machine::Section;
-use potamoi_machines::{Comparison, Machine, Workload};
+use potamoi_machines::{Comparison, Machine, Ratios, Workload};
 use potamoi_system::system_model::System;
 use serde::Serialize;
 
@@ -35,7 +34,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "SYSTEM,...", value_delimiter = ',')]
     system: Vec<PathBuf>,
     /// Number of frames on the camera path
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
     #[command(flatten)]
     clock: ClockArgs,
@@ -57,6 +56,8 @@ struct Report<'a> {
     command: &'static str,
     #[serde(flatten)]
     found: &'a Comparison,
+    /// Ratios over the first machine, of each scene's rows.
+    ratios: Vec<Vec<Option<Ratios>>>,
     /// Items that scenes' files leave open.
     not_checked: Vec<String>,
 }
@@ -87,6 +88,13 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "compare",
+            ratios: (found.scenes.iter().enumerate())
+                .map(|(scene, rows)| {
+                    (0..rows.len())
+                        .map(|row| found.ratios(scene, row))
+                        .collect()
+                })
+                .collect(),
             found: &found,
             not_checked,
         };
@@ -105,6 +113,11 @@ impl CompareArgs {
                 crate::stdout::remark(format_args!("{note}"));
             }
             let is_placed = machine.sections().contains(&Section::System);
+            if is_placed && !self.system.is_empty() {
+                crate::stdout::remark(format_args!(
+                    "{given} has a [system] of its own, which --system does not change"
+                ));
+            }
             if is_placed || self.system.is_empty() {
                 all.push(machine);
                 continue;
@@ -122,9 +135,16 @@ impl CompareArgs {
 
     /// The machine at the assumed clock, if there is one.
     fn at_clock(&self, mut machine: Machine) -> Result<Machine, Failure> {
-        if let Some(own) = machine.hardware.take() {
-            let chosen: ConfigChoice = self.clock.chosen(own)?;
-            machine.hardware = Some(chosen);
+        match machine.hardware.take() {
+            Some(own) => machine.hardware = Some(self.clock.chosen(own)?),
+            None if self.clock.is_assumed() => {
+                return Err(Failure::Usage(format!(
+                    "--assume-clock: {} names no configuration, so that each scene has a preset of its \
+                     own: add `preset` to it",
+                    machine.name
+                )));
+            }
+            None => {}
         }
         Ok(machine)
     }

@@ -62,7 +62,8 @@ fn groups(
         let name = format!("{} ({}), {width} x {height}", first.scene, first.algorithm);
         let mut bars: Vec<Bar> = (figures.iter().enumerate())
             .map(|(at, own)| {
-                let name = format!("{} at {:.2} GHz", own.machine, own.clock_ghz);
+                let machine = super::table::shortened(&own.machine);
+                let name = format!("{machine} at {:.2} GHz", own.clock_ghz);
                 (name, of(own), at % ALONE)
             })
             .collect();

@@ -9,7 +9,7 @@ use crate::bounds::tight;
 use crate::stdout::say;
 use crate::tables;
 
-pub(super) fn print(found: &Comparison) {
+pub(crate) fn print(found: &Comparison) {
     for (at, rows) in found.scenes.iter().enumerate() {
         scene(found, at, rows);
     }
@@ -41,11 +41,12 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             format!("; PSNR beside {}", own.beside.words())
         });
         say!(
-            "{} ({}), {} x {}{beside}",
+            "{} ({}), {} x {}, {} frames{beside}",
             first.scene,
             first.algorithm,
             first.size[0],
-            first.size[1]
+            first.size[1],
+            first.frames
         );
     }
     let mut table = tables::narrow([
@@ -70,19 +71,25 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             ]);
         }
     }
+    // Machines that render otherwise are beside another frame of the same GPU.
     let mut alone: Vec<&Figures> = vec![];
     for own in rows.iter().filter_map(Row::figures) {
-        if alone.iter().all(|known| known.gpu != own.gpu) {
+        if alone.iter().all(|known| !is_alone_alike(known, own)) {
             alone.push(own);
         }
     }
-    for own in alone {
+    for own in &alone {
+        let several = alone.iter().filter(|other| other.gpu == own.gpu).count() > 1;
+        let of = match several {
+            true => format!(", as {}", shortened(&own.machine)),
+            false => String::new(),
+        };
         let first = rows.first().and_then(Row::figures);
         let rate = &own.gpu_alone_frames_per_second;
         let over = first.map(|first| rate.over(&first.frames_per_second));
         let dash = unknown;
         table.add_row([
-            format!("{} alone", own.gpu),
+            format!("{} alone{of}", own.gpu),
             dash(),
             tight(rate),
             over.map_or_else(unknown, |own| times(&own)),
@@ -122,7 +129,7 @@ fn means(found: &Comparison) {
             continue;
         };
         table.add_row([
-            name.clone(),
+            shortened(name),
             count.to_string(),
             times(&ratios.rate),
             ratios.energy.map_or_else(unknown, |own| times(&own)),
@@ -137,10 +144,31 @@ fn unknown() -> String {
 
 /// The machine, with its variant where that is not full frames through the unit.
 fn named(own: &Figures) -> String {
+    let name = shortened(&own.machine);
     match own.variant {
-        "fs+gu" => own.machine.clone(),
-        variant => format!("{}: {variant}", own.machine),
+        "fs+gu" => name,
+        variant => format!("{name}: {variant}"),
     }
+}
+
+/// Longest name of a machine in a table, in characters.
+const NAME: usize = 20;
+
+/// The end of a long name: files differ there.
+pub(super) fn shortened(name: &str) -> String {
+    let count = name.chars().count();
+    match count > NAME {
+        true => format!(
+            "..{}",
+            name.chars().skip(count + 2 - NAME).collect::<String>()
+        ),
+        false => name.to_owned(),
+    }
+}
+
+/// Whether the same GPU alone renders the same frames for two machines.
+fn is_alone_alike(one: &Figures, other: &Figures) -> bool {
+    one.gpu == other.gpu && one.gpu_alone_frames_per_second == other.gpu_alone_frames_per_second
 }
 
 fn clock(own: &Figures) -> String {

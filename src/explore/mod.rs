@@ -9,10 +9,11 @@ use potamoi_base::outputs as files;
 use potamoi_explore::accuracy::Proof;
 use potamoi_machines::cells::COLUMNS;
 use potamoi_machines::search::{Goal, Objective, Search, Searched, Tried};
-use potamoi_machines::{Axis, Fidelity, Machine, Space, SpaceError, Workload};
+use potamoi_machines::{Axis, Comparison, Fidelity, Machine, Space, SpaceError, Workload};
 use potamoi_scene::Scene;
 use serde::Serialize;
 
+use crate::compare;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
@@ -61,7 +62,7 @@ pub(crate) struct ExploreArgs {
     #[arg(long, value_enum, default_value_t = By::Schedule)]
     fidelity: By,
     /// Number of frames on the camera path
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
     /// Folder for the rows of all points; the same command goes on where it was interrupted
     #[arg(long, value_name = "DIR", default_value = "out/explore")]
@@ -152,7 +153,7 @@ struct Compared {
 }
 
 pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    files::prepare([args.json.as_ref(), Some(&args.found)])?;
     let goal = args.goal()?;
     let base = Machine::named(&args.machine)?;
     let space = Space::new(base, args.vary.clone()).map_err(usage)?;
@@ -173,8 +174,11 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     let bar = progress::bar(0, "exploring");
     let searched = search.run(&args.work_dir, &Shown(&bar))?;
     bar.finish_and_clear();
-    table::print(&searched, &scenes, &goal);
-    let ended = match searched.trials.found() {
+    table::settings(&searched);
+    beside_base(&search, &searched);
+    table::front(&searched, &goal);
+    table::beside_random(&searched, &goal);
+    let ended = match searched.found() {
         None => Err(Failure::inconclusive(
             "no machine that was tried keeps the limits; the nearest is above",
         )),
@@ -201,6 +205,29 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     ended
+}
+
+/// The base, what was found, and what a random search found, side by side, each by its schedule.
+fn beside_base(search: &Search<'_>, searched: &Searched) {
+    let mut machines = vec![];
+    for (name, tried) in table::shown(searched) {
+        let machine = match std::ptr::eq(tried, &searched.base) {
+            true => Ok(search.space.base.clone()),
+            false => search.machine(tried),
+        };
+        // A point that breaks a rule is none to compare.
+        if let Ok(machine) = machine {
+            machines.push(machine.renamed(name));
+        }
+    }
+    let workload = Workload {
+        fidelity: Fidelity::Schedule,
+        ..search.workload
+    };
+    match Comparison::of(&machines, search.scenes, &workload, &()) {
+        Ok(found) => compare::table::print(&found),
+        Err(error) => say!("no figures: {error}"),
+    }
 }
 
 /// Writes the machine, and compares its Verilog with the golden models on each scene.

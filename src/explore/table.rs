@@ -1,14 +1,29 @@
 //! The search as text, below 100 columns.
 
-use potamoi_machines::cells::{COLUMNS, Cell};
 use potamoi_machines::search::{Goal, Method, Searched, Trials, Tried};
-use potamoi_scene::Scene;
 
 use crate::bounds::number;
 use crate::stdout::say;
 use crate::tables;
 
-pub(super) fn print(searched: &Searched, scenes: &[Scene], goal: &Goal) {
+/// Machines of a search that stand side by side, with their names.
+pub(super) fn shown(searched: &Searched) -> Vec<(&'static str, &Tried)> {
+    let found = match searched.found() {
+        Some(_) => "found",
+        None => "nearest",
+    };
+    let all = [
+        Some(("base", &searched.base)),
+        searched.nearest().map(|own| (found, own)),
+        (searched.random.as_ref())
+            .and_then(|own| own.nearest())
+            .map(|own| ("random search", own)),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// The points that were tried, and the fields of the best.
+pub(super) fn settings(searched: &Searched) {
     let own = &searched.trials;
     let tried = own.tried.len();
     match own.method {
@@ -18,72 +33,26 @@ pub(super) fn print(searched: &Searched, scenes: &[Scene], goal: &Goal) {
             searched.points
         ),
     }
-    let mut rows = vec![("base", Some(&searched.base))];
-    rows.push((
-        match own.found() {
-            Some(_) => "found",
-            None => "nearest",
-        },
-        own.nearest(),
-    ));
-    if let Some(random) = &searched.random {
-        rows.push(("random search", random.nearest()));
-    }
-    let fields: Vec<&str> = own
-        .nearest()
-        .map(|tried| {
-            tried
-                .setting
-                .iter()
-                .map(|(field, _)| field.as_str())
-                .collect()
-        })
-        .unwrap_or_default();
-    let mut settings = tables::plain(
-        [
-            &["field"][..],
-            &["base", "found", "random search"][..rows.len()],
-        ]
-        .concat(),
-    );
-    for (at, field) in fields.iter().enumerate() {
-        let value = |tried: Option<&Tried>| {
-            let own = tried.and_then(|own| own.setting.get(at));
+    let rows = shown(searched);
+    let header = ["field"]
+        .into_iter()
+        .chain(rows.iter().map(|(name, _)| *name));
+    let mut table = tables::plain(header.collect::<Vec<_>>());
+    for (at, (field, _)) in searched.base.setting.iter().enumerate() {
+        let value = |tried: &Tried| {
+            let own = tried.setting.get(at);
             own.map_or_else(|| "-".to_owned(), |(_, value)| value.clone())
         };
-        let each = rows.iter().map(|(_, tried)| value(*tried));
-        settings.add_row(
-            [(*field).to_owned()]
-                .into_iter()
-                .chain(each)
-                .collect::<Vec<_>>(),
-        );
+        let each = rows.iter().map(|(_, tried)| value(tried));
+        table.add_row([field.clone()].into_iter().chain(each).collect::<Vec<_>>());
     }
-    say!("{settings}\n");
-    for (at, scene) in scenes.iter().enumerate() {
-        say!("{}", scene.name());
-        let mut table = tables::narrow([
-            "", "GHz", "frames/s", "x", "mJ", "x", "dB", "units", "mm^2", "bound by",
-        ]);
-        let base = searched
-            .base
-            .scenes
-            .get(at)
-            .and_then(|own| own.as_ref().ok());
-        for (name, tried) in &rows {
-            let cells = tried.and_then(|own| own.scenes.get(at));
-            match cells {
-                Some(Ok(cells)) => {
-                    table.add_row(row(name, cells, base.map(Vec::as_slice)));
-                }
-                Some(Err(why)) => say!("  {name}: {why}"),
-                None => {}
-            }
-        }
-        say!("{table}\n");
+    say!("{table}\n");
+    if searched
+        .found()
+        .is_some_and(|own| !own.is_better(&searched.base))
+    {
+        say!("nothing that was tried is better than the base\n");
     }
-    front(own, goal);
-    beside_random(searched, goal);
 }
 
 /// Machines of the front that are printed; the JSON report has all.
@@ -91,7 +60,8 @@ const SHOWN: usize = 12;
 
 /// Machines within the limits that no other is better than in objective, area or quality, and at least as
 /// good as in the others.
-fn front(trials: &Trials, goal: &Goal) {
+pub(super) fn front(searched: &Searched, goal: &Goal) {
+    let trials = &searched.trials;
     let on: Vec<&Tried> = trials
         .front
         .iter()
@@ -127,41 +97,8 @@ fn front(trials: &Trials, goal: &Goal) {
     say!("");
 }
 
-fn row(name: &str, cells: &[Cell], base: Option<&[Cell]>) -> Vec<String> {
-    let figure = |cells: &[Cell], column: &str| {
-        let at = COLUMNS.iter().position(|own| own.name == column)?;
-        cells.get(at).cloned()
-    };
-    let own = |column| figure(cells, column);
-    let shown = |column| match own(column) {
-        Some(Cell::Number(own)) => number(own),
-        Some(Cell::Text(own)) => own,
-        _ => "-".to_owned(),
-    };
-    let over = |column: &str, more: bool| {
-        let [own, base] = [Some(cells), base].map(|of| figure(of?, column)?.number());
-        let both = own.zip(base);
-        both.map_or_else(
-            || "-".to_owned(),
-            |(own, base)| number(if more { own / base } else { base / own }),
-        )
-    };
-    vec![
-        name.to_owned(),
-        shown("clock_ghz"),
-        shown("fps"),
-        over("fps", true),
-        shown("mj"),
-        over("mj", false),
-        shown("psnr_db"),
-        shown("units_mm2"),
-        shown("mm2"),
-        shown("bottleneck"),
-    ]
-}
-
 /// When each method had its best.
-fn beside_random(searched: &Searched, goal: &Goal) {
+pub(super) fn beside_random(searched: &Searched, goal: &Goal) {
     let Some(random) = &searched.random else {
         return;
     };

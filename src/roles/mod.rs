@@ -127,7 +127,14 @@ fn is_written(name: &str) -> bool {
         || [".hex", ".v", ".sv"]
             .iter()
             .any(|ending| name.ends_with(ending))
-        || ["memories.json", "manifest.json", "Makefile"].contains(&name)
+        || [
+            "memories.json",
+            "manifest.json",
+            "Makefile",
+            "rows.csv",
+            "journal.jsonl",
+        ]
+        .contains(&name)
 }
 
 /// Whether a frame of a path with the output `a.png` may have this name: `a.0007.png`.

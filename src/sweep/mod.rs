@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_machines::Workload;
 use potamoi_machines::cells::COLUMNS;
-use potamoi_machines::sweep::{Plan, Rows, Swept, better, changes, front, program};
+use potamoi_machines::sweep::{Plan, Rows, Swept, better, changes, front, program, setting};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -213,8 +213,26 @@ fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure>
             Some((at, name.as_str()))
         })
         .collect();
-    let cells: Vec<_> = rows.rows.iter().map(|row| row.cells.clone()).collect();
-    Ok(Some(front(&cells, &columns)?))
+    // Each scene has a front of its own: a light one is no better machine.
+    let scene_at = COLUMNS.iter().position(|own| own.name == "scene");
+    let scene_of = |at: usize| scene_at.and_then(|scene| rows.rows[at].cells.get(scene));
+    let mut on = vec![false; rows.rows.len()];
+    let mut done: Vec<_> = vec![];
+    for first in 0..rows.rows.len() {
+        let scene = scene_of(first);
+        if done.contains(&scene) {
+            continue;
+        }
+        done.push(scene);
+        let own: Vec<usize> = (0..rows.rows.len())
+            .filter(|at| scene_of(*at) == scene)
+            .collect();
+        let cells: Vec<_> = own.iter().map(|at| rows.rows[*at].cells.clone()).collect();
+        for (at, is_on) in own.into_iter().zip(front(&cells, &columns)?) {
+            on[at] = is_on;
+        }
+    }
+    Ok(Some(on))
 }
 
 /// Rows as objects; an unknown figure is null.
@@ -223,7 +241,7 @@ fn as_json(rows: &Rows, on: Option<&[bool]>) -> Vec<Map<String, Value>> {
         let mut own = Map::new();
         own.insert("key".to_owned(), row.key.clone().into());
         for (field, value) in rows.fields.iter().zip(&row.setting) {
-            own.insert(field.clone(), value.clone().into());
+            own.insert(setting(field), value.clone().into());
         }
         for (column, cell) in COLUMNS.iter().zip(&row.cells) {
             let value = serde_json::to_value(cell).unwrap_or_default();

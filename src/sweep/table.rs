@@ -16,9 +16,17 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
     let at = |name: &str| COLUMNS.iter().position(|own| own.name == name);
     let first = names.first().and_then(|name| at(name));
     let key = |cells: &[Cell]| first.and_then(|at| cells.get(at)?.number()).unwrap_or(0.0);
-    own.sort_by(|(a, _), (b, _)| key(&b.cells).total_cmp(&key(&a.cells)));
+    let scene = |cells: &[Cell]| {
+        at("scene")
+            .and_then(|at| cells.get(at))
+            .map(ToString::to_string)
+    };
+    own.sort_by(|(a, _), (b, _)| {
+        let by_scene = scene(&a.cells).cmp(&scene(&b.cells));
+        by_scene.then(key(&b.cells).total_cmp(&key(&a.cells)))
+    });
     say!(
-        "\nfront of {}: {} of {} rows",
+        "\nfront of {}, of each scene: {} of {} rows",
         names.join(", "),
         own.len(),
         rows.rows.len()
@@ -41,9 +49,8 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
     let mut table = tables::plain(header.collect::<Vec<_>>());
     // Rows alike in what the front is of stand once.
     let alike = |row: &SweepRow| -> Vec<Cell> {
-        let each = names
-            .iter()
-            .filter_map(|name| row.cells.get(at(name)?).cloned());
+        let names = names.iter().map(String::as_str).chain(["scene"]);
+        let each = names.filter_map(|name| row.cells.get(at(name)?).cloned());
         each.collect()
     };
     let count = own.len();
@@ -78,7 +85,9 @@ pub(super) fn changes((found, alone): &(Vec<Change>, usize)) {
         table.add_row([own.point.clone(), own.column.to_owned(), there, here]);
     }
     say!("{table}");
-    more(found.len());
+    if let Some(more) = found.len().checked_sub(SHOWN).filter(|more| *more > 0) {
+        say!("  and {more} more");
+    }
 }
 
 fn more(count: usize) {

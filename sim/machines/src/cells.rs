@@ -83,13 +83,14 @@ const fn column(name: &'static str, of: fn(&Figures) -> Cell) -> Column {
 
 /// Columns of figures. `_low` and `_high` are the bounds of the GPU's kernels; without them a figure is
 /// their geometric mean.
-pub const COLUMNS: [Column; 36] = [
+pub const COLUMNS: [Column; 37] = [
     column("machine", |own| own.machine.as_str().into()),
     column("preset", |own| own.preset.into()),
     column("scene", |own| own.scene.as_str().into()),
     column("algorithm", |own| own.algorithm.as_str().into()),
     column("width", |own| own.size[0].into()),
     column("height", |own| own.size[1].into()),
+    column("frames", |own| own.frames.into()),
     column("variant", |own| own.variant.into()),
     column("gpu", |own| own.gpu.as_str().into()),
     column("memory", |own| own.memory.0.as_str().into()),

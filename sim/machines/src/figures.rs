@@ -23,6 +23,8 @@ pub struct Figures {
     pub algorithm: String,
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// Frames of the path.
+    pub frames: u32,
     /// Variant of the system: how frames are rendered, and where features are gathered.
     pub variant: &'static str,
     /// Method of the times.

@@ -24,7 +24,7 @@ mod tests;
 pub mod workbench;
 pub mod workload;
 
-pub use comparison::{Comparison, Row};
+pub use comparison::{Comparison, Ratios, Row};
 pub use figures::Figures;
 pub use machine::{Machine, MachineError};
 pub use space::{Axis, Space, SpaceError};

@@ -6,6 +6,8 @@ use crate::machine::{Machine, MachineError, shown};
 
 /// Largest number of points of a space.
 const MOST: usize = 10_000_000;
+/// Largest number of values of a range.
+const MOST_VALUES: usize = 10_000;
 
 /// Fields that vary together; one field, as a rule.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,14 +123,21 @@ fn range(from: f64, to: f64, by: By) -> Result<Vec<Value>, String> {
         return Err(format!("the range does not end: expected {why}"));
     }
     let at = |i: i32| match by {
-        By::Step(step) => f64::from(i).mul_add(step, from),
+        // Decimal steps have no more than twelve digits behind the point.
+        By::Step(step) => (f64::from(i).mul_add(step, from) * 1e12).round() / 1e12,
         By::Factor(factor) => from * factor.powi(i),
     };
+    let count = match by {
+        By::Step(step) => (to - from) / step,
+        By::Factor(factor) => (to / from).log(factor),
+    };
+    if count > MOST_VALUES as f64 {
+        return Err(format!("it has more than {MOST_VALUES} values"));
+    }
     // Half a millionth is what rounding of decimal steps adds up to.
     let end = to * (1.0 + 5e-7);
     let all = (0..).map(at).take_while(|own| *own <= end);
-    let all: Vec<Value> = all.take(MOST).map(number).collect();
-    Ok(all)
+    Ok(all.map(number).collect())
 }
 
 /// A whole number as such.
@@ -298,7 +307,9 @@ mod tests {
             values("vu.ops=[[\"exp\"], [\"exp\", \"pass\"]]"),
             ["[\"exp\"]", "[\"exp\", \"pass\"]"]
         );
+        assert_eq!(values("render.step=0.1..0.3:+0.1")[2], "0.3");
         for wrong in [
+            "vu.lanes=1..1e9:+1",
             "vu.lanes",
             "=3",
             "a=1..2:3",

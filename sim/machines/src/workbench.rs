@@ -72,6 +72,7 @@ impl Workbench {
             scene: path.scene.clone(),
             algorithm: path.algorithm.clone(),
             size: path.size,
+            frames: workload.frames,
             variant: variant.name,
             fidelity: workload.fidelity,
             clock_ghz: clock.ghz,

@@ -45,7 +45,7 @@ pub struct Workload {
 impl Default for Workload {
     fn default() -> Self {
         Self {
-            frames: 4,
+            frames: 8,
             fps: 30.0,
             fidelity: Fidelity::Schedule,
             quality: true,

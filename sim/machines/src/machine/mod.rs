@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use potamoi_explore::ConfigChoice;
 use potamoi_formats::config::{Config, PRESETS};
+use potamoi_formats::device_file::is_file;
 use potamoi_formats::document::{self, Value, Wrong};
 use potamoi_scene::Scene;
 use potamoi_system::system_model::System;
@@ -45,6 +46,9 @@ pub struct Machine {
     /// Note on a key of the previous version.
     note: Option<String>,
 }
+
+/// Fields that name devices, or files of devices.
+const DEVICES: [&str; 3] = ["system.gpu.device", "system.remote.device", "system.memory"];
 
 /// A value as a command line has it.
 pub(crate) fn shown(value: &Value) -> String {
@@ -262,6 +266,22 @@ impl Machine {
         ))
     }
 
+    /// The document with device files by their whole paths: the file that is written may lie elsewhere.
+    fn with_whole_paths(&self) -> Value {
+        let mut document = self.document.clone();
+        for field in DEVICES {
+            let file = document.find(field).and_then(Value::text);
+            let file = file
+                .filter(|own| is_file(own))
+                .map(|own| self.folder.join(own));
+            let Some(file) = file else { continue };
+            let whole = std::path::absolute(&file).unwrap_or(file);
+            let whole = Value::Text(whole.to_string_lossy().into());
+            document = whole.at(field).over(document);
+        }
+        document
+    }
+
     /// The machine's file.
     ///
     /// # Errors
@@ -271,7 +291,7 @@ impl Machine {
             name: self.name.clone(),
             problem,
         };
-        let table = document::to_toml(&self.document);
+        let table = document::to_toml(&self.with_whole_paths());
         let table = table.ok_or_else(|| unwritable("it has no keys".to_owned()))?;
         toml::to_string(&table).map_err(|error| unwritable(error.to_string()))
     }

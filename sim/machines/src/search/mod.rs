@@ -22,7 +22,7 @@ use crate::workload::Workload;
 
 /// Points that are asked for before any of them is evaluated, on any number of threads.
 const BATCH: usize = 8;
-/// Times that a sampler may propose known points before it is at its end.
+/// Known points that a sampler may propose for a batch before chance fills it.
 const PATIENCE: usize = 200;
 
 /// A search.
@@ -83,12 +83,6 @@ pub struct Trials {
 }
 
 impl Trials {
-    /// The best point, where it keeps the limits.
-    #[must_use]
-    pub fn found(&self) -> Option<&Tried> {
-        self.nearest().filter(|own| own.keeps_limits)
-    }
-
     /// The best point, whether it keeps the limits or not.
     #[must_use]
     pub fn nearest(&self) -> Option<&Tried> {
@@ -107,6 +101,36 @@ pub struct Searched {
     pub trials: Trials,
     /// A random search of the same budget beside it; `None` where every point was tried.
     pub random: Option<Trials>,
+}
+
+impl Searched {
+    /// The best point that was tried by any method, where it keeps the limits.
+    #[must_use]
+    pub fn found(&self) -> Option<&Tried> {
+        self.nearest().filter(|own| own.keeps_limits)
+    }
+
+    /// The best point that was tried by any method.
+    #[must_use]
+    pub fn nearest(&self) -> Option<&Tried> {
+        let all = [Some(&self.trials), self.random.as_ref()];
+        let each = all.into_iter().flatten().filter_map(Trials::nearest);
+        each.reduce(|best, own| match own.is_better(best) {
+            true => own,
+            false => best,
+        })
+    }
+}
+
+impl Tried {
+    /// Whether this stands better than another: limits first, then objective, then area.
+    #[must_use]
+    pub fn is_better(&self, other: &Self) -> bool {
+        match (&self.standing, &other.standing) {
+            (Some(own), Some(other)) => own.is_better(other),
+            (own, _) => own.is_some(),
+        }
+    }
 }
 
 impl Search<'_> {
@@ -158,7 +182,7 @@ impl Search<'_> {
     ) -> Result<Tried, SweepError> {
         let base = &self.space.base;
         let tasks: Vec<Task<'_>> = (self.scenes.iter())
-            .map(|scene| Task::of((&base.name, Ok(base.clone())), scene, &self.workload))
+            .map(|scene| Task::of(Ok(base.clone()), scene, &self.workload))
             .collect();
         evaluation.all(&tasks, &self.workload, progress)?;
         let fields = self.space.axes.iter().flat_map(|axis| &axis.fields);
@@ -175,17 +199,19 @@ impl Search<'_> {
         progress: &dyn Progress,
     ) -> Result<Vec<Tried>, SweepError> {
         let (mut all, mut known): (Vec<Tried>, HashSet<Vec<usize>>) = (vec![], HashSet::new());
+        let mut chance = Random::new(self.space, self.seed.wrapping_add(2));
         while all.len() < self.budget {
             let (mut batch, mut patience) = (vec![], PATIENCE);
-            while batch.len() < BATCH.min(self.budget - all.len()) && patience > 0 {
-                let places = sampler.ask();
+            while batch.len() < BATCH.min(self.budget - all.len()) {
+                // Estimators that propose known points alone have nothing more to say: chance goes on.
+                let places = match patience {
+                    0 => chance.ask(),
+                    _ => sampler.ask(),
+                };
                 match known.insert(places.clone()) {
                     true => batch.push(places),
-                    false => patience -= 1,
+                    false => patience = patience.saturating_sub(1),
                 }
-            }
-            if batch.is_empty() {
-                break;
             }
             for tried in self.tried(batch, evaluation, progress)? {
                 let value = tried.standing.map_or(f64::MAX, |own| own.value());
@@ -203,9 +229,8 @@ impl Search<'_> {
         evaluation: &mut Evaluation,
         progress: &dyn Progress,
     ) -> Result<Vec<Tried>, SweepError> {
-        let name = self.space.base.name.as_str();
         let task = |places: &Vec<usize>, scene| {
-            Task::of((name, self.space.machine(places)), scene, &self.workload)
+            Task::of(self.space.machine(places), scene, &self.workload)
         };
         let tasks: Vec<Task<'_>> = (points.iter())
             .flat_map(|places| self.scenes.iter().map(|scene| task(places, scene)))

@@ -38,16 +38,16 @@ pub(crate) struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// A machine of a base's name on a scene.
+    /// A machine on a scene.
     pub(crate) fn of(
-        (base, machine): (&str, Result<Machine, MachineError>),
+        machine: Result<Machine, MachineError>,
         scene: &'a Scene,
         workload: &Workload,
     ) -> Self {
         let machine = machine.map_err(|error| error.to_string());
         let identity = match &machine {
-            Ok(own) => (base, own.identity().to_hex().to_string()),
-            Err(why) => (base, why.clone()),
+            Ok(own) => own.identity().to_hex().to_string(),
+            Err(why) => why.clone(),
         };
         let key = hash_of(&(identity, identity_of(scene).as_bytes(), workload));
         Self {

@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::SweepError;
-use crate::cells::Cell;
+use crate::cells::{COLUMNS, Cell};
 
 /// First line: who wrote the rows.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -61,17 +61,16 @@ impl Journal {
         loop {
             text.clear();
             let length = lines.read_until(b'\n', &mut text).map_err(fail)?;
-            if text.last() != Some(&b'\n') {
+            let is_whole = text.last() == Some(&b'\n');
+            if is_first && !text.is_empty() {
+                check(&text, &header, &path)?;
+            }
+            if !is_whole {
                 break;
             }
-            match is_first {
-                true => check(&text, &header, &path)?,
-                false => {
-                    let Ok(line) = serde_json::from_slice::<Line>(&text) else {
-                        break;
-                    };
-                    known.insert(line.key.clone(), line);
-                }
+            // A line that is none is passed over: its point is evaluated again.
+            if !is_first && let Some(line) = Line::of(&text) {
+                known.insert(line.key.clone(), line);
             }
             is_first = false;
             whole += length as u64;
@@ -91,6 +90,18 @@ impl Journal {
             path: self.path.clone(),
             source,
         })
+    }
+}
+
+impl Line {
+    /// The line of a text; `None` where it is none, or has other columns.
+    fn of(text: &[u8]) -> Option<Self> {
+        let own: Self = serde_json::from_slice(text).ok()?;
+        let fits = own
+            .row
+            .as_ref()
+            .map_or(true, |cells| cells.len() == COLUMNS.len());
+        fits.then_some(own)
     }
 }
 
@@ -123,11 +134,7 @@ mod tests {
     fn line(key: &str) -> Line {
         Line {
             key: key.to_owned(),
-            row: Ok(vec![
-                Cell::Number(1.5),
-                Cell::Unknown,
-                Cell::Text("x".into()),
-            ]),
+            row: Ok(vec![Cell::Number(1.5); COLUMNS.len()]),
         }
     }
 
@@ -162,7 +169,35 @@ mod tests {
             .unwrap()
             .to_string();
         assert!(error.contains("p 1") && error.contains("p 2"), "{error}");
-        std::fs::write(folder.path().join("journal.jsonl"), "# mine\n").unwrap();
-        assert!(Journal::open(folder.path(), "p 1").is_err());
+        for foreign in ["# mine\n", "notes without an end", "{\"journal\""] {
+            let path = folder.path().join("journal.jsonl");
+            std::fs::write(&path, foreign).unwrap();
+            assert!(Journal::open(folder.path(), "p 1").is_err(), "{foreign}");
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), foreign);
+        }
+    }
+
+    /// One damaged line costs its own point.
+    #[test]
+    fn a_damaged_line_is_passed_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let (journal, _) = Journal::open(folder.path(), "p 1").unwrap();
+        ["a", "b", "c"].map(|key| journal.append(&line(key)).unwrap());
+        drop(journal);
+        let path = folder.path().join("journal.jsonl");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let second = text.lines().nth(2).unwrap();
+        std::fs::write(
+            &path,
+            text.replace(second, "{\"key\":\"b\",\"row\":{\"Ok\":[1]}}"),
+        )
+        .unwrap();
+        let mut known: Vec<String> = Journal::open(folder.path(), "p 1")
+            .unwrap()
+            .1
+            .into_keys()
+            .collect();
+        known.sort();
+        assert_eq!(known, ["a", "c"]);
     }
 }

@@ -18,7 +18,7 @@ pub use error::SweepError;
 pub use evaluation::program;
 pub use front::{Better, better, front};
 pub use plan::Plan;
-pub use rows::{Rows, SweepRow};
+pub use rows::{Rows, SweepRow, setting};
 pub use session::{MissingPoint, Session};
 
 use self::evaluation::{Evaluation, Task};
@@ -64,7 +64,7 @@ impl Plan {
     fn task(&self, number: usize) -> Option<Task<'_>> {
         let (scene, space, at) = self.point(number)?;
         let space = &self.spaces[space];
-        let machine = (space.base.name.as_str(), space.machine(&space.places(at)));
+        let machine = space.machine(&space.places(at));
         Some(Task::of(machine, &self.scenes[scene], &self.workload))
     }
 
@@ -78,7 +78,7 @@ impl Plan {
                 key: task.key.clone(),
                 setting: setting.into_iter().map(|(_, value)| value).collect(),
                 cells: match &line.row {
-                    Ok(cells) => cells.clone(),
+                    Ok(cells) => named(cells, &space.base.name),
                     Err(_) => refused(&space.base.name, self.scenes[scene].name()),
                 },
                 refused: line.row.clone().err(),
@@ -89,6 +89,16 @@ impl Plan {
             rows: rows.collect(),
         }
     }
+}
+
+/// Cells with the machine's name: those of an equal one may have another.
+fn named(cells: &[Cell], machine: &str) -> Vec<Cell> {
+    let both = COLUMNS.iter().zip(cells);
+    let cells = both.map(|(column, cell)| match column.name {
+        "machine" => machine.into(),
+        _ => cell.clone(),
+    });
+    cells.collect()
 }
 
 /// Cells of a point that is no machine, or whose machine cannot render the scene.

@@ -88,6 +88,11 @@ impl Plan {
             let of = Wrong::found("0", "1 frame or more").under("frames");
             return Err(wrong(of.under("workload")));
         }
+        let fps = written.workload.fps;
+        if !(fps.is_finite() && fps > 0.0) {
+            let of = Wrong::found(fps, "frames a second above 0").under("fps");
+            return Err(wrong(of.under("workload")));
+        }
         let beside = |own: &String| -> String {
             let path = folder.join(own);
             match path.is_file() {
@@ -203,6 +208,7 @@ fn collect(section: &Value, path: &str, axes: &mut Vec<Axis>) -> Result<(), Wron
         };
         match value {
             Value::Map(_) if value.get("from").is_none() => collect(value, &field, axes)?,
+            _ if field == "clock" => axes.push(Axis::of_document("clock_ghz", value)?),
             _ => axes.push(Axis::of_document(&field, value)?),
         }
     }

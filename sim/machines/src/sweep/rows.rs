@@ -29,6 +29,15 @@ pub struct Rows {
     pub rows: Vec<SweepRow>,
 }
 
+/// Begin of the columns of varied fields, some of which are named as figures are.
+const SET: &str = "set.";
+
+/// Column of a varied field.
+#[must_use]
+pub fn setting(field: &str) -> String {
+    format!("{SET}{field}")
+}
+
 /// Columns beside fields and figures.
 const KEY: &str = "key";
 const REFUSED: &str = "refused";
@@ -40,7 +49,8 @@ impl Rows {
     /// None: it is written to memory.
     pub fn csv(&self) -> Result<String, csv::Error> {
         let mut csv = csv::Writer::from_writer(vec![]);
-        let fields = self.fields.iter().map(String::as_str);
+        let fields: Vec<String> = self.fields.iter().map(|own| setting(own)).collect();
+        let fields = fields.iter().map(String::as_str);
         let figures = COLUMNS.iter().map(|own| own.name);
         csv.write_record(
             [KEY]
@@ -103,7 +113,7 @@ impl Rows {
         Ok(Self {
             fields: names[1..=count]
                 .iter()
-                .map(|own| (*own).to_owned())
+                .map(|own| own.strip_prefix(SET).unwrap_or(own).to_owned())
                 .collect(),
             rows,
         })
