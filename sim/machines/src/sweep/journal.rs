@@ -182,7 +182,9 @@ mod tests {
     fn a_damaged_line_is_passed_over() {
         let folder = tempfile::tempdir().unwrap();
         let (journal, _) = Journal::open(folder.path(), "p 1").unwrap();
-        ["a", "b", "c"].map(|key| journal.append(&line(key)).unwrap());
+        for key in ["a", "b", "c"] {
+            journal.append(&line(key)).unwrap();
+        }
         drop(journal);
         let path = folder.path().join("journal.jsonl");
         let text = std::fs::read_to_string(&path).unwrap();
