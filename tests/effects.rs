@@ -143,7 +143,7 @@ fn what_is_missed_is_measured() {
     ] {
         let found = without(scene, effect);
         assert_eq!(found["called_for"], true, "{scene}: {found}");
-        let psnr = found["float"]["db"].as_f64().unwrap();
+        let psnr = found["psnr_db"].as_f64().unwrap();
         assert!((1.0..120.0).contains(&psnr), "{scene}: {found}");
         assert!(found["pixels_changed"].as_u64().unwrap() > 5, "{found}");
     }
@@ -259,7 +259,7 @@ fn what_is_left_out_is_seen_and_said() {
         let said = expect(folder.path(), 0, &arguments);
         assert!(said.contains("leaving out sorting"), "{said}");
         let found = json(&folder.path().join("x.json"));
-        let own = found["psnr_db"].as_f64().unwrap();
+        let own = found["float"]["db"].as_f64().unwrap();
         assert!((own - error).abs() < 0.5, "{numerics}: {own}, {error}");
         assert!(
             found["not_checked"]

@@ -79,17 +79,17 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
         }
     }
     for own in &alone {
-        let several = alone.iter().filter(|other| other.gpu == own.gpu).count() > 1;
-        let of = match several {
-            true => format!(", as {}", shortened(&own.machine)),
-            false => String::new(),
+        let is_known = !std::ptr::eq(*own, alone[0]) && alone[0].gpu == own.gpu;
+        let name = match is_known {
+            true => format!("  as {}", shortened(&own.machine)),
+            false => format!("{} alone", own.gpu),
         };
         let first = rows.first().and_then(Row::figures);
         let rate = &own.gpu_alone_frames_per_second;
         let over = first.map(|first| rate.over(&first.frames_per_second));
         let dash = unknown;
         table.add_row([
-            format!("{} alone{of}", own.gpu),
+            name,
             dash(),
             tight(rate),
             over.map_or_else(unknown, |own| times(&own)),
