@@ -138,6 +138,46 @@ fn the_columns_are_those_of_the_page() {
     assert_eq!(named, columns);
 }
 
+/// What would not be honoured is refused or said, and no output takes the place of the rows.
+#[test]
+fn what_is_not_honoured_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("system.toml"), "[system]\nmemory_channels = 2\n").unwrap();
+    let compare = |flag: &'static str, value: &'static str| {
+        [
+            "compare",
+            "system.toml",
+            "--width",
+            "12",
+            "--frames",
+            "1",
+            flag,
+            value,
+        ]
+    };
+    let text = expect(path, 2, &compare("--assume-clock", "2"));
+    assert!(
+        text.contains("system.toml names no configuration"),
+        "{text}"
+    );
+    let text = expect(path, 0, &compare("--system", "orin-nx"));
+    assert!(
+        text.contains("system.toml has a [system] of its own"),
+        "{text}"
+    );
+    fs::write(
+        path.join("plan.toml"),
+        "width = 12\n[workload]\nframes = 1\n",
+    )
+    .unwrap();
+    for own in ["w/rows.csv", "w/journal.jsonl"] {
+        let arguments = ["sweep", "plan.toml", "--work-dir", "w", "--json", own];
+        let text = expect(path, 2, &arguments);
+        assert!(text.contains("also written by"), "{text}");
+    }
+}
+
 const PLAN: &str = "scenes = [\"garden\"]\nwidth = 48\n[vary]\n\"vu.lanes\" = { from = 2, to = 16, step = 1 }\n\
     \"system.memory_channels\" = [1, 2, 4]\n\"gu.banks\" = [16, 0, 32]\nclock_ghz = [\"reached\", 1.0]\n";
 

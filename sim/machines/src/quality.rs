@@ -99,7 +99,7 @@ impl References {
     }
 }
 
-/// Kind of what is kept, and the part of its key that the reference is.
+/// Names of the cached result, and of its key's part for the reference picture.
 const KIND: &str = "picture-quality";
 
 fn beside(plain: &Scene) -> (&'static str, blake3::Hash) {

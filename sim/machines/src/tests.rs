@@ -7,7 +7,8 @@ use potamoi_scene::Scene;
 use potamoi_system::system_model::ClockOrigin;
 use proptest::prelude::*;
 
-use crate::{Comparison, Fidelity, Machine, Row, Workbench, Workload};
+use crate::search::{Goal, Objective, Search};
+use crate::{Axis, Comparison, Fidelity, Machine, Row, Space, Workbench, Workload};
 
 fn scene(name: &str) -> Scene {
     let mut scene = Scene::open(name).unwrap();
@@ -92,6 +93,43 @@ fn a_warped_path_has_no_demand() {
         .figures(&machine, &scene("garden"), &SHORT, &())
         .unwrap();
     assert_eq!(warped.variant, "potamoi");
+}
+
+/// Estimators that propose known points alone do not end a search.
+#[test]
+fn a_search_spends_its_budget() {
+    let folder = tempfile::tempdir().unwrap();
+    let axes = [
+        "system.array_rows=8..24:+2",
+        "system.memory_channels=1,2,4,8",
+    ];
+    let axes = axes.map(|own| Axis::parse(own).unwrap()).to_vec();
+    let space = Space::new(Machine::named("small").unwrap(), axes).unwrap();
+    let search = Search {
+        space: &space,
+        scenes: &[scene("garden")],
+        goal: Goal {
+            objective: Objective::Rate,
+            max_area: None,
+            min_psnr: None,
+            min_fps: None,
+            max_mj: None,
+        },
+        workload: SHORT,
+        budget: 35,
+        seed: 3,
+    };
+    let found = search.run(folder.path(), &()).unwrap();
+    let random = found.random.as_ref().unwrap();
+    assert_eq!(
+        (found.points, found.trials.tried.len(), random.tried.len()),
+        (36, 35, 35)
+    );
+    // The best of both is found.
+    let best = found.found().unwrap();
+    for trials in [&found.trials, random] {
+        assert!(!trials.nearest().unwrap().is_better(best));
+    }
 }
 
 #[test]
