@@ -140,6 +140,10 @@ fn ratios_are_over_the_first_machine() {
     let first = found.ratios(0, 0).unwrap();
     assert_eq!((first.rate.max, first.energy.unwrap().sum), (1.0, 1.0));
     assert!(found.ratios(0, 2).unwrap().rate.low() > 1.0);
+    // A saving: less energy than the first machine's is above 1.
+    let [first, own] = [0, 2].map(|row| found.scenes[0][row].figures().unwrap().mj.unwrap());
+    let saving = found.ratios(0, 2).unwrap().energy.unwrap();
+    assert!((saving.max - first.max / own.max).abs() < 1e-12 && saving.low() > 1.0);
     assert!(matches!(found.scenes[1][2], Row::Refused { .. }));
     assert_eq!(found.ratios(1, 2), None);
     let (mean, count) = found.means(1).unwrap();
