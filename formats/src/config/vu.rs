@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{ExpBase, ExpConfig, ExpForm};
-use crate::timing::{Pipeline, PowerRegister};
+use crate::timing::{Passes, Pipeline, PowerRegister};
 use crate::units::OpCode;
 
 /// The vector unit.
@@ -79,6 +79,12 @@ impl VuConfig {
     pub fn power_registers(&self) -> Pipeline<PowerRegister> {
         let pieces = self.exp.form == ExpForm::Piecewise;
         Pipeline::power_registers(self.registered, pieces, self.exp.base == ExpBase::Two)
+    }
+
+    /// Passes of an operation through the iterative engine.
+    #[must_use]
+    pub fn passes(&self, op: OpCode) -> Passes {
+        Passes::of(op, &self.exp.power_pipeline(), &self.power_registers())
     }
 
     /// Cycles by which these stages delay the result of every operation.

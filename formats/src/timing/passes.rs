@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Pipeline, PowerStage};
+use super::{Pipeline, PowerRegister, PowerStage};
 use crate::units::OpCode;
 
 /// A pass through the engine's registers.
@@ -17,15 +17,27 @@ pub enum Pass {
 }
 
 /// The passes of an operation, in sequence.
+///
+/// A registered unit waits between two passes: what the first leaves goes through the
+/// [registers of a power](PowerRegister) before the second starts from it. After a logarithm that
+/// is the last pass it waits a clock: the sum is registered before the next operation's start takes
+/// the place of the remainder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Passes {
     passes: Vec<(Pass, Range<u32>)>,
+    /// Clocks after the last pass.
+    after: u32,
 }
 
 impl Passes {
-    /// The passes of `op` with this power pipeline; none for an operation outside the engine.
+    /// The passes of `op` with this power pipeline and these registers; none for an operation outside
+    /// the engine.
     #[must_use]
-    pub fn of(op: OpCode, power: &Pipeline<PowerStage>) -> Self {
+    pub fn of(
+        op: OpCode,
+        power: &Pipeline<PowerStage>,
+        registers: &Pipeline<PowerRegister>,
+    ) -> Self {
         let order: &[Pass] = match op {
             OpCode::Exp | OpCode::OneMinusExp => &[Pass::Power],
             OpCode::Softplus => &[Pass::Power, Pass::Logarithm],
@@ -39,11 +51,14 @@ impl Passes {
                 Pass::Logarithm => power.turn(),
             };
             let clocks = from..from + clocks;
-            from = clocks.end;
+            from = clocks.end + registers.cycles();
             (pass, clocks)
         });
+        let passes: Vec<_> = passes.collect();
+        let ends_in_sum = matches!(passes.last(), Some((Pass::Logarithm, _)));
         Self {
-            passes: passes.collect(),
+            after: u32::from(ends_in_sum && registers.cycles() > 0),
+            passes,
         }
     }
 
@@ -58,6 +73,7 @@ impl Passes {
     /// passes.
     #[must_use]
     pub fn cycles(&self) -> u32 {
-        self.passes.last().map_or(1, |(_, clocks)| clocks.end)
+        let last = self.passes.last();
+        last.map_or(1, |(_, clocks)| clocks.end + self.after)
     }
 }

@@ -100,7 +100,7 @@ fn text(seed: u64) -> String {
         && !(logistic || tail || pipelined)
         && pick(&["true", "false"]) == "true";
     let steps = if one_clock { 1 } else { steps };
-    let registered = !early_out && !logistic && pick(&["true", "false"]) == "true";
+    let registered = !early_out && pick(&["true", "false"]) == "true";
     let mut operands = String::new();
     if ops.contains("multiply") && pick(&["true", "false"]) == "true" {
         let (a, b) = (pick(&["2", "9", "22", "32"]), pick(&["3", "18", "31"]));

@@ -70,7 +70,7 @@ impl VectorTiming {
         for op in &config.vu.ops {
             clocks[usize::from(op.code() & 15)] = match op {
                 OpCode::Exp | OpCode::OneMinusExp => interval,
-                _ => exp.passes(*op).cycles().into(),
+                _ => config.vu.passes(*op).cycles().into(),
             };
         }
         let stages = if exp.pipelined { interval + 1 } else { 0 };

@@ -15,8 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::breaches::RuleBreaches;
 use crate::fixed::Format;
-use crate::timing::{AGREEMENT, Passes, Pipeline, PowerStage};
-use crate::units::OpCode;
+use crate::timing::{AGREEMENT, Pipeline, PowerStage};
 
 pub use engine::Engine;
 pub use form::Offers;
@@ -144,12 +143,6 @@ impl ExpConfig {
     #[must_use]
     pub fn interval(&self) -> u32 {
         self.power_pipeline().cycles()
-    }
-
-    /// Passes of an operation through the iterative engine.
-    #[must_use]
-    pub fn passes(&self, op: OpCode) -> Passes {
-        Passes::of(op, &self.power_pipeline())
     }
 
     /// Clocks from accepting an exponential with the result `mantissa 2^-k` to accepting the next:

@@ -91,14 +91,6 @@ fn registered(vu: &VuConfig, out: &mut RuleBreaches) {
         true,
         "false, or vu.exp.early_out false: what ends a vector early is known in the clock that it ends",
     );
-    let logistic = |op: &OpCode| op.is_logistic();
-    out.require(
-        !vu.ops.iter().any(logistic),
-        "vu-registered-logistic",
-        "vu.registered",
-        true,
-        "false, or sigmoid and softplus left out of vu.ops: each of their passes begins from the last",
-    );
 }
 
 pub(super) fn exponential(config: &Config, out: &mut RuleBreaches) {

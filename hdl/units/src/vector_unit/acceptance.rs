@@ -174,14 +174,19 @@ impl Acceptance {
         &self,
         m: &mut ModuleBuilder,
         kinds: OperationKinds,
+        lag: u32,
     ) -> [Option<Order>; 2] {
+        let stage = match lag {
+            0 => "result",
+            _ => "taken",
+        };
         [
-            (kinds.sigmoid, "result_sigmoid", self.sigmoid),
-            (kinds.softplus, "result_softplus", self.softplus),
+            (kinds.sigmoid, "sigmoid", self.sigmoid),
+            (kinds.softplus, "softplus", self.softplus),
         ]
         .map(|(built, name, value)| {
             built.then(|| {
-                let reg = m.reg(name, Ty::bit(), 0);
+                let reg = m.reg(&format!("{stage}_{name}"), Ty::bit(), 0);
                 m.set_next_if(reg, self.accept, value);
                 Order {
                     now: value,

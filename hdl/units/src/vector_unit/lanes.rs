@@ -44,7 +44,7 @@ impl LaneSignals<'_> {
                 ("result_is_one_minus".into(), self.tag.one_minus),
             ]);
         }
-        self.logistic(&mut inputs);
+        self.logistic(m, &mut inputs);
         if self.kinds.exp && !self.pipelined {
             self.engine(m, &mut inputs)?;
         }
@@ -94,24 +94,46 @@ impl LaneSignals<'_> {
         }
     }
 
-    fn logistic(&self, inputs: &mut Vec<(String, Signal)>) {
+    fn logistic(&self, m: &mut ModuleBuilder, inputs: &mut Vec<(String, Signal)>) {
         let [sigmoid, softplus] = self.logistic;
         if let Some(s) = softplus {
-            inputs.push(("result_is_softplus".into(), s.held));
+            let (held, _) = delayed(m, "result_softplus", s.held, self.config.vu.lag(), None);
+            inputs.push(("result_is_softplus".into(), held));
         }
         let Some(log) = &self.sequence.log else {
             return;
         };
         inputs.extend([
             ("logistic".into(), self.accepted.logistic),
-            ("log".into(), log.steps),
-            ("begin_log".into(), log.begin),
+            ("log".into(), self.late(m, "log_held", log.steps)),
         ]);
         if let (Some(s), true) = (sigmoid, self.kinds.softplus) {
             inputs.push(("sigmoid".into(), s.now));
         }
-        if let Some(again) = log.again {
-            inputs.push(("begin_again".into(), again));
+        match self.lag {
+            None => {
+                inputs.push(("begin_log".into(), log.begin));
+                inputs.extend(log.again.map(|again| ("begin_again".into(), again)));
+            }
+            Some(_) => {
+                for (name, signal) in [
+                    ("load_log", Some(log.begin)),
+                    ("load_again", log.load_again),
+                    ("take_sum", log.sum),
+                ] {
+                    let late = signal.map(|signal| self.late(m, &format!("{name}_held"), signal));
+                    inputs.extend(late.map(|late| (name.into(), late)));
+                }
+            }
+        }
+    }
+
+    /// A signal of the engine a clock later in a registered unit: what the steps start from is
+    /// registered first, as the constants are in the lanes.
+    fn late(&self, m: &mut ModuleBuilder, name: &str, signal: Signal) -> Signal {
+        match self.lag {
+            Some(_) => delayed(m, name, signal, 1, Some(0)).0,
+            None => signal,
         }
     }
 
@@ -128,12 +150,6 @@ impl LaneSignals<'_> {
         };
         m.section("Constants, shared by the lanes");
         let module = exp_constants(own, self.config, &widths)?;
-        // What the steps start from is registered first, as the constants are in the lanes.
-        let registered = self.lag.is_some();
-        let late = |m: &mut ModuleBuilder, name: &str, signal: Signal| match registered {
-            true => delayed(m, name, signal, 1, Some(0)).0,
-            false => signal,
-        };
         let constants = m.instance("constants", &module, &[("rotate", sequence.rotate)]);
         if let Some(ending) = sequence.ending {
             m.connect(constants, "restart", ending);
@@ -147,15 +163,21 @@ impl LaneSignals<'_> {
                 inputs.push((port, value));
             }
         }
-        inputs.extend([
-            ("step".into(), late(m, "step_held", sequence.step)),
-            ("begin_power".into(), late(m, "begin_held", sequence.begin)),
-        ]);
-        if registered {
-            inputs.push(("load_power".into(), sequence.begin));
+        let mut begin = sequence.begin;
+        if self.lag.is_some() {
+            inputs.push(("load_power".into(), begin));
+            // A second power has been loaded as the first was.
+            if let Some(again) = sequence.log.as_ref().and_then(|log| log.again) {
+                begin = m.or(begin, again);
+            }
         }
+        inputs.extend([
+            ("step".into(), self.late(m, "step_held", sequence.step)),
+            ("begin_power".into(), self.late(m, "begin_held", begin)),
+        ]);
         if exp.tail {
-            inputs.push(("tail".into(), late(m, "tail_held", sequence.tail)));
+            let tail = self.late(m, "tail_held", sequence.tail);
+            inputs.push(("tail".into(), tail));
         }
         if let (Some(phase), Some(_)) = (self.accepted.phase, sequence.ending) {
             inputs.push(("phase".into(), phase));

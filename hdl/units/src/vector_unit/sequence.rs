@@ -47,10 +47,14 @@ impl Sequence {
 pub(super) struct Log {
     /// Whether this cycle's steps are the logarithm's.
     pub(super) steps: Signal,
-    /// Whether they are the logarithm's first.
+    /// Whether they are the logarithm's first; in a registered unit, the clock before.
     pub(super) begin: Signal,
     /// Whether this cycle's steps are the first of sigmoid's second exponential.
     pub(super) again: Option<Signal>,
+    /// In a registered unit, the clock before these.
+    pub(super) load_again: Option<Signal>,
+    /// In a registered unit, the clock after the logarithm, in which the sum is registered.
+    pub(super) sum: Option<Signal>,
 }
 
 /// Whether the vector has a certain operation.
@@ -78,21 +82,21 @@ impl Offer {
     }
 }
 
-/// Whether the engine is within an operation, and whether it steps.
-fn runs(m: &mut ModuleBuilder, free: Signal, begin: Signal) -> [Signal; 2] {
+/// Whether the engine is within an operation, and whether an operation's phases pass.
+fn runs(m: &mut ModuleBuilder, free: Signal, begin: Signal, name: &str) -> [Signal; 2] {
     let busy = m.not(free);
     let busy = m.name(busy, "mid_power");
-    let step = m.or(begin, busy);
-    let step = m.name(step, "step");
-    [busy, step]
+    let runs = m.or(begin, busy);
+    let runs = m.name(runs, name);
+    [busy, runs]
 }
 
-/// Counts the phases. Returns whether it is the last, and whether a result is complete.
-fn count(m: &mut ModuleBuilder, phase: Signal, step: Signal, last: Signal, offer: Offer) -> Signal {
+/// Counts the phases. Returns whether a result is complete.
+fn count(m: &mut ModuleBuilder, phase: Signal, runs: Signal, last: Signal, offer: Offer) -> Signal {
     let next = plus_one(m, phase);
     let zero = m.lit(0, phase.ty());
     let next = m.mux(last, zero, next);
-    m.set_next_if(phase, step, next);
+    m.set_next_if(phase, runs, next);
     let plain = m.not(offer.is_exp);
     let plain = m.and(offer.accept, plain);
     let done = m.or(plain, last);
@@ -122,7 +126,7 @@ pub(super) fn sequence(
             ending: None,
         };
     };
-    let [busy, step] = runs(m, free, begin);
+    let [busy, step] = runs(m, free, begin, "step");
     let (last, ending) = if config.vu.exp.early_out {
         let ending = m.reg("last_phase", Ty::bit(), 0);
         (ending, Some(ending))
@@ -158,31 +162,58 @@ pub(super) fn passes(
     offer: Offer,
     [sigmoid, softplus]: [Option<Order>; 2],
 ) -> Sequence {
-    let exp = &config.vu.exp;
-    let of_sigmoid = exp.passes(OpCode::Sigmoid);
+    let (vu, exp) = (&config.vu, &config.vu.exp);
+    let of_sigmoid = vu.passes(OpCode::Sigmoid);
+    let clocks = |pass| of_sigmoid.clocks(pass).unwrap_or_default();
+    let [power, logarithm, second] = [Pass::Power, Pass::Logarithm, Pass::SecondPower].map(clocks);
     let begin = offer.begins(m);
-    let [busy, step] = runs(m, free, begin);
+    // Between passes no step is taken: a registered unit's registers are passed.
+    let mut between: Vec<u32> = (power.end..logarithm.start).collect();
+    if vu.registered {
+        between.extend(match sigmoid {
+            Some(_) => logarithm.end..second.start,
+            None => logarithm.end..logarithm.end + 1,
+        });
+    }
+    let (busy, runs, step) = if between.is_empty() {
+        let [busy, step] = runs(m, free, begin, "step");
+        (busy, step, step)
+    } else {
+        let [busy, runs] = runs(m, free, begin, "runs");
+        let between: Vec<_> = between.into_iter().map(|at| is(m, phase, at)).collect();
+        let between = m.any_of(&between);
+        let between = m.name(between, "between_passes");
+        let steps = m.not(between);
+        let step = m.and(runs, steps);
+        (busy, runs, m.name(step, "step"))
+    };
 
     let mut end = m.lit(exp.interval() - 1, phase.ty());
     for (order, op) in [(sigmoid, OpCode::Sigmoid), (softplus, OpCode::Softplus)] {
         let Some(order) = order else { continue };
         let here = m.mux(free, order.now, order.held);
-        let own = m.lit(exp.passes(op).cycles() - 1, phase.ty());
+        let own = m.lit(vu.passes(op).cycles() - 1, phase.ty());
         end = m.mux(here, own, end);
     }
     let end = m.name(end, "end_phase");
     let ends = m.eq(phase, end);
-    let last = m.and(step, ends);
+    let last = m.and(runs, ends);
     let last = m.name(last, "last_phase");
-    let done = count(m, phase, step, last, offer);
+    let done = count(m, phase, runs, last, offer);
 
     // Sigmoid begins as softplus does, and goes on from there.
-    let clocks = |pass| of_sigmoid.clocks(pass).unwrap_or_default();
-    let [power, logarithm, second] = [Pass::Power, Pass::Logarithm, Pass::SecondPower].map(clocks);
     let from = m.lit(logarithm.start, phase.ty());
     let mut steps = m.ge(phase, from);
-    let log = m.eq(phase, from);
-    let log = m.name(log, "begin_log");
+    let log = match vu.registered {
+        true => {
+            let load = is(m, phase, logarithm.start - 1);
+            m.name(load, "load_log")
+        }
+        false => {
+            let log = m.eq(phase, from);
+            m.name(log, "begin_log")
+        }
+    };
     let mut tails = vec![is(m, phase, power.end - 1)];
     let again = sigmoid.map(|_| {
         let to = m.lit(second.start, phase.ty());
@@ -191,6 +222,14 @@ pub(super) fn passes(
         tails.push(is(m, phase, second.end - 1));
         let again = m.eq(phase, to);
         m.name(again, "begin_again")
+    });
+    let load_again = again.filter(|_| vu.registered).map(|_| {
+        let load = is(m, phase, second.start - 1);
+        m.name(load, "load_again")
+    });
+    let sum = vu.registered.then(|| {
+        let sum = is(m, phase, logarithm.end);
+        m.name(sum, "take_sum")
     });
     let steps = m.name(steps, "log_steps");
     let (tail, rotate) = if exp.tail {
@@ -212,6 +251,8 @@ pub(super) fn passes(
             steps,
             begin: log,
             again,
+            load_again,
+            sum,
         }),
         ending: None,
     }

@@ -23,8 +23,8 @@ impl Timing {
         let exp = &config.vu.exp;
         let interval = if kinds.exp { exp.interval() } else { 1 };
         let longest = match (kinds.sigmoid, kinds.softplus) {
-            (true, _) => exp.passes(OpCode::Sigmoid).cycles(),
-            (_, true) => exp.passes(OpCode::Softplus).cycles(),
+            (true, _) => config.vu.passes(OpCode::Sigmoid).cycles(),
+            (_, true) => config.vu.passes(OpCode::Softplus).cycles(),
             _ => interval,
         };
         let pipelined = kinds.exp && exp.pipelined;

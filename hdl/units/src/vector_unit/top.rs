@@ -43,7 +43,7 @@ pub fn vector_unit(config: &Config) -> Result<Arc<Module>, IrErrors> {
     let inputs = Inputs::declare(m, config.vu.lanes);
     let accepted = Acceptance::build(m, config, kinds, &timing, &inputs);
     m.section("Sequence of an exponential");
-    let logistic = accepted.orders(m, kinds);
+    let logistic = accepted.orders(m, kinds, timing.lag);
     let (free, offer) = (accepted.free, accepted.offer());
     let sequence = match accepted.phase {
         Some(phase) if kinds.logistic() => passes(m, config, phase, free, offer, logistic),

@@ -266,9 +266,9 @@ fn compute_on(
 }
 
 /// Work on a unit with sigmoid and softplus, as [`compute`].
-fn passes(knobs: &str, fault: Option<&Fault>) -> Option<String> {
+fn passes(registered: bool, knobs: &str, fault: Option<&Fault>) -> Option<String> {
     let text = format!(
-        "[vu]\nlanes = 3\nops = [\"add\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]\n[vu.exp]\n{knobs}"
+        "[vu]\nlanes = 3\nregistered = {registered}\nops = [\"add\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]\n[vu.exp]\n{knobs}"
     );
     let config = Config::from_toml(&text, "test").unwrap();
     let mut module = vector_unit(&config).unwrap();
@@ -313,7 +313,7 @@ fn faults_in_the_passes_of_sigmoid_and_softplus_are_found() {
         "iterations = 16",
         "iterations = 9\niterations_per_clock = 3\ntail = true",
     ] {
-        assert_eq!(passes(knobs, None), None);
+        assert_eq!(passes(false, knobs, None), None);
         for (module, register, change, port) in [
             (
                 "vector_lane",
@@ -367,11 +367,37 @@ fn faults_in_the_passes_of_sigmoid_and_softplus_are_found() {
             (top, "result_is_exp", Change::Invert(0), "m_axis_vec_tdata"),
         ] {
             let fault = fault(module, register, change);
-            let found = passes(knobs, Some(&fault));
+            let found = passes(false, knobs, Some(&fault));
             let found = found.unwrap_or_else(|| panic!("{knobs}: {fault:?} is not found"));
             println!("{knobs:?}: {module}.{register} is found at {found}");
             assert!(found.starts_with(port), "{fault:?} is found at {found}");
         }
+    }
+}
+
+/// Registers that only a registered unit has between the passes.
+#[test]
+fn faults_between_registered_passes_are_found() {
+    let knobs = "iterations = 9\niterations_per_clock = 3\ntail = true";
+    assert_eq!(passes(true, knobs, None), None);
+    for (module, register, bit, port) in [
+        ("vector_lane", "r_linear", 13, "m_axis_vec_tdata"),
+        ("vector_lane", "loaded_rescaled", 0, "m_axis_vec_tdata"),
+        ("vector_lane", "r_power", 12, "m_axis_vec_tdata"),
+        ("vector_lane", "r_softplus", 12, "m_axis_vec_tdata"),
+        (VECTOR_UNIT, "load_log_held", 0, "m_axis_vec_tdata"),
+        (VECTOR_UNIT, "load_again_held", 0, "m_axis_vec_tdata"),
+        (VECTOR_UNIT, "take_sum_held", 0, "m_axis_vec_tdata"),
+        (VECTOR_UNIT, "log_held", 0, "m_axis_vec_tdata"),
+        (VECTOR_UNIT, "result_softplus", 1, "m_axis_vec_tdata"),
+        (VECTOR_UNIT, "taken_sigmoid", 0, "s_axis_vec_tready"),
+        (VECTOR_UNIT, "taken_softplus", 0, "s_axis_vec_tready"),
+    ] {
+        let fault = fault(module, register, Change::Invert(bit));
+        let found = passes(true, knobs, Some(&fault));
+        let found = found.unwrap_or_else(|| panic!("{knobs}: {fault:?} is not found"));
+        println!("{knobs:?}: {module}.{register} is found at {found}");
+        assert!(found.starts_with(port), "{fault:?} is found at {found}");
     }
 }
 

@@ -411,8 +411,7 @@ fn units_of_any_sort(seeds: std::ops::Range<u64>) {
             pick(&["3", "4", "7"])
         );
         let output = pick(&["6", "12", "16", "20"]);
-        let logistic = ops.contains("sig") || ops.contains("soft");
-        let registered = match logistic || knobs.contains("early_out") {
+        let registered = match knobs.contains("early_out") {
             true => "false",
             false => pick(&["true", "false"]),
         };

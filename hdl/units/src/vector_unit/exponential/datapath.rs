@@ -309,7 +309,11 @@ impl Widths {
             m.shr(fixed, k)
         };
         let scaled = m.name(scaled, "scaled");
-        let scaled = hold(m, "scaled_held", scaled);
+        // The power of sigmoid and softplus is held already.
+        let scaled = match powers.logistic {
+            Some(_) => scaled,
+            None => hold(m, "scaled_held", scaled),
+        };
         let whole = m.slice(scaled, 1, fixed_width - 1);
         let up = m.bit(scaled, 0);
         let up = m.extend(up, whole.width());

@@ -8,7 +8,7 @@ use super::early_out::Own;
 use super::form::{Powers, Recurrence, Shift, State, StepInputs, Widths};
 use super::logistic::Passes;
 use super::shift_registers::sub_name;
-use crate::circuits::held;
+use crate::circuits::held as registered;
 use crate::vector_unit::lane_control::LaneControl;
 
 /// Control signals of the steps, for all lanes.
@@ -66,7 +66,7 @@ impl StepSignals {
                     }
                 })
                 .collect(),
-            passes: Passes::declare(m, widths),
+            passes: Passes::declare(m, widths, config.vu.registered),
         }
     }
 }
@@ -80,6 +80,11 @@ struct Start {
     /// From the operand, or as sigmoid's second exponential.
     begin: Signal,
     large: Signal,
+    /// In a registered unit, whether the registers take the start at the clock edge.
+    load: Option<Signal>,
+    /// Of sigmoid and softplus in a registered unit: whether the registers take the logarithm's start
+    /// at the clock edge, and that start.
+    log: Option<(Signal, State)>,
     /// Of sigmoid and softplus: the register that says so of a power of 8 and more.
     rescaled: Option<Signal>,
     /// Of sigmoid and softplus: the power, and the sum with the logarithm.
@@ -100,7 +105,7 @@ impl Start {
         let early = passes.map(|passes| {
             let regs = registers(m, widths);
             m.section("Exponential: start");
-            let (size, sum) = passes.sum(m, widths, a, told.begin, regs);
+            let (size, sum) = passes.sum(m, widths, a, told.load.unwrap_or(told.begin), regs);
             (regs, size, sum)
         });
         let size = early.map(|(_, size, _)| size);
@@ -110,9 +115,10 @@ impl Start {
             Some((regs, ..)) => regs,
             None => registers(m, widths),
         };
-        let begin = match passes.and_then(|p| p.begin_again) {
-            Some(again) => m.or(told.begin, again),
-            None => told.begin,
+        let again = passes.and_then(|p| p.again);
+        let begin = match (again, told.load) {
+            (Some(again), None) => m.or(told.begin, again),
+            _ => told.begin,
         };
         let mut now = match told.load {
             // The register of the remainder has the start already.
@@ -123,16 +129,27 @@ impl Start {
             None => from(m, begin, start, regs),
         };
         let mut rescaled = None;
-        let mut logistic = None;
+        let (mut log, mut logistic) = (None, None);
         if let (Some(passes), Some((_, _, sum))) = (passes, early) {
             let held = m.data_reg("r_rescaled", Ty::bit());
             rescaled = Some(held);
-            let power = widths.scaled(m, regs, held);
-            let log = widths.start_log(m, power, now.digits);
-            now.remain = m.mux(passes.begin_log, log.remain, now.remain);
-            now.accum = m.mux(passes.begin_log, log.accum, now.accum);
+            let mut power = widths.scaled(m, regs, held);
+            if told.load.is_some() {
+                power = registered(m, "r_power", power);
+            }
+            let start = widths.start_log(m, power, now.digits);
+            if told.load.is_some() {
+                log = Some((passes.begin_log, start));
+            } else {
+                now.remain = m.mux(passes.begin_log, start.remain, now.remain);
+                now.accum = m.mux(passes.begin_log, start.accum, now.accum);
+            }
             logistic = Some((power, sum));
         }
+        let load = told.load.map(|load| match again {
+            Some(again) => m.or(load, again),
+            None => load,
+        });
         Self {
             regs,
             now: State {
@@ -143,7 +160,9 @@ impl Start {
             first: start.remain,
             begin,
             large,
+            load,
             rescaled,
+            log,
             logistic,
         }
     }
@@ -199,21 +218,19 @@ pub(super) fn iterative(
         Some(own) => own.steps(m, told.step, begin),
         None => told.step,
     };
-    match told.load {
-        Some(load) => {
-            let next = m.mux(load, start.first, state.remain);
-            let changes = m.or(load, step);
-            m.set_next_if(regs.remain, changes, next);
-        }
-        None => m.set_next_if(regs.remain, step, state.remain),
-    }
-    m.set_next_if(regs.accum, step, state.accum);
+    let log = start.log.map(|(load, log)| (load, [log.remain, log.accum]));
+    let first = start.load.map(|load| (load, start.first));
+    let [of_log, accum_of_log] =
+        [0, 1].map(|i| log.map(|(load, starts)| (load, starts[i])));
+    let loads: Vec<_> = first.into_iter().chain(of_log).collect();
+    take(m, regs.remain, step, state.remain, &loads);
+    take(m, regs.accum, step, state.accum, accum_of_log.as_slice());
     m.set_next_if(regs.digits, step, state.digits);
     let large = if widths.kinds.one_minus || start.rescaled.is_some() {
         let held = start
             .rescaled
             .unwrap_or_else(|| m.data_reg("r_rescaled", Ty::bit()));
-        let large = match told.load {
+        let large = match start.load {
             // The last power is scaled as the next one is loaded.
             Some(load) => {
                 let loaded = m.data_reg("loaded_rescaled", Ty::bit());
@@ -245,6 +262,22 @@ pub(super) fn iterative(
     }
 }
 
+/// Sets a register: what a step leaves, or what is loaded.
+fn take(
+    m: &mut ModuleBuilder,
+    register: Signal,
+    step: Signal,
+    stepped: Signal,
+    loads: &[(Signal, Signal)],
+) {
+    let (mut changes, mut next) = (step, stepped);
+    for (load, start) in loads {
+        next = m.mux(*load, *start, next);
+        changes = m.or(*load, changes);
+    }
+    m.set_next_if(register, changes, next);
+}
+
 /// One state or the other.
 fn from(m: &mut ModuleBuilder, take: Signal, one: State, other: State) -> State {
     State {
@@ -260,13 +293,13 @@ impl StepInputs {
         let constants = self.constants.into_iter().enumerate();
         Self {
             constants: constants
-                .map(|(at, constant)| held(m, &format!("constant{at}_held{i}"), constant))
+                .map(|(at, constant)| registered(m, &format!("constant{at}_held{i}"), constant))
                 .collect(),
             shift: match self.shift {
-                Shift::Of(shift) => Shift::Of(held(m, &format!("mul_held{i}"), shift)),
+                Shift::Of(shift) => Shift::Of(registered(m, &format!("mul_held{i}"), shift)),
                 fixed @ Shift::By(_) => fixed,
             },
-            digit: held(m, &format!("digit_held{i}"), self.digit),
+            digit: registered(m, &format!("digit_held{i}"), self.digit),
         }
     }
 }

@@ -48,46 +48,70 @@ pub(super) struct Passes {
     sigmoid: Option<Signal>,
     /// Whether this cycle's steps are the logarithm's.
     pub(super) log: Signal,
-    /// Whether they are the logarithm's first.
+    /// Whether they are the logarithm's first. In a registered unit, whether the registers take its
+    /// start at the clock edge.
     pub(super) begin_log: Signal,
-    /// Whether this cycle's steps are the first of sigmoid's second exponential.
-    pub(super) begin_again: Option<Signal>,
+    /// Whether this cycle's steps are the first of sigmoid's second exponential. In a registered
+    /// unit, whether the registers take its start at the clock edge.
+    pub(super) again: Option<Signal>,
+    /// In a registered unit, whether the sum with the logarithm is registered at the clock edge.
+    take_sum: Option<Signal>,
 }
 
 impl Passes {
     /// Declares the ports, where the operations are built.
-    pub(super) fn declare(m: &mut ModuleBuilder, widths: &Widths) -> Option<Self> {
+    pub(super) fn declare(
+        m: &mut ModuleBuilder,
+        widths: &Widths,
+        registered: bool,
+    ) -> Option<Self> {
         let kinds = widths.kinds;
         if !kinds.logistic() {
             return None;
         }
-        let mut port = |name: &str, doc: &str| m.input(name, Ty::bit(), doc);
-        Some(Self {
-            logistic: port("logistic", "of the operands: sigmoid or softplus"),
-            sigmoid: (kinds.sigmoid && kinds.softplus)
-                .then(|| port("sigmoid", "of the operands: 1 / (1 + exp(-a))")),
-            log: port("log", "this cycle's steps are the logarithm's"),
-            begin_log: port(
-                "begin_log",
-                "they are its first: from the power in the registers",
+        let (begin_log, again) = match registered {
+            true => (
+                (
+                    "load_log",
+                    "takes the start of the logarithm at the clock edge",
+                ),
+                (
+                    "load_again",
+                    "takes the start of sigmoid's second power at the clock edge",
+                ),
             ),
-            begin_again: kinds.sigmoid.then(|| {
-                port(
+            false => (
+                (
+                    "begin_log",
+                    "they are its first: from the power in the registers",
+                ),
+                (
                     "begin_again",
                     "this cycle's steps are the first of sigmoid's second power",
-                )
-            }),
+                ),
+            ),
+        };
+        let mut port = |(name, doc): (&str, &str)| m.input(name, Ty::bit(), doc);
+        Some(Self {
+            logistic: port(("logistic", "of the operands: sigmoid or softplus")),
+            sigmoid: (kinds.sigmoid && kinds.softplus)
+                .then(|| port(("sigmoid", "of the operands: 1 / (1 + exp(-a))"))),
+            log: port(("log", "this cycle's steps are the logarithm's")),
+            begin_log: port(begin_log),
+            again: kinds.sigmoid.then(|| port(again)),
+            take_sum: registered
+                .then(|| port(("take_sum", "takes the sum with the logarithm at the clock edge"))),
         })
     }
 
-    /// Holds `max(x, 0)`, or `max(-x, 0)` for sigmoid, from `begin` on, and adds the logarithm.
+    /// Holds `max(x, 0)`, or `max(-x, 0)` for sigmoid, from `taken` on, and adds the logarithm.
     /// Also returns the exponent from which an exponential starts.
     pub(super) fn sum(
         &self,
         m: &mut ModuleBuilder,
         widths: &Widths,
         a: Signal,
-        begin: Signal,
+        taken: Signal,
         regs: State,
     ) -> (Size, Signal) {
         let (kinds, bits) = (widths.kinds, widths.engine.constant_bits);
@@ -110,9 +134,14 @@ impl Passes {
         let linear = m.and(size, mask);
         let held = m.data_reg("r_linear", Ty::u(32));
         m.note(held, "max(a, 0) of softplus, max(-a, 0) of sigmoid");
-        m.set_next_if(held, begin, linear);
+        m.set_next_if(held, taken, linear);
 
-        let sum = self.add(m, widths, held, regs);
+        let mut sum = self.add(m, widths, held, regs);
+        if let Some(take) = self.take_sum {
+            let held = m.data_reg("r_softplus", sum.ty());
+            m.set_next_if(held, take, sum);
+            sum = held;
+        }
         let near = m.saturate(size, Ty::u(4 + frac));
         let near = m.name(near, "size_held");
         let mut large = m.bit(near, 3 + frac);
@@ -120,7 +149,7 @@ impl Passes {
         let wide = m.extend(near, width);
         let mut aligned = m.shl_const(wide, bits - frac);
         let mut given = self.logistic;
-        if let Some(again) = self.begin_again {
+        if let Some(again) = self.again {
             let second = m.saturate(sum, Ty::u(4 + bits));
             let second = m.name(second, "softplus_held");
             let high = m.bit(second, 3 + bits);
