@@ -178,6 +178,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::config::{Config, rules};
+    use crate::units::OpCode;
 
     #[test]
     fn plain_engines_keep_the_rules_and_every_form_has_a_name() {

@@ -226,7 +226,6 @@ mod tests {
             "[vu.operands]\nsquare_sum = 1",
             "[vu]\nops = [\"exp\"]\n[vu.operands]\nmultiply = [22, 18]\nsquare_sum = 19",
             "[vu]\nregistered = true\n[vu.exp]\nearly_out = true",
-            "[vu]\nregistered = true\nops = [\"pass\", \"softplus\"]",
             "[vu.exp]\niterations = 32",
             "[vu.exp]\noutput_bits = 25",
             "[vu.exp]\none_minus_frac_bits = 30",

@@ -11,7 +11,7 @@ use super::alu::{addends, beyond, exact, exact_type, shifted};
 use super::exponential;
 use super::lane_control::LaneControl;
 use super::operation_kinds::OperationKinds;
-use crate::circuits::{bits_for, delayed};
+use crate::circuits::{bits_for, delayed, held};
 use crate::data_checks::{Held, held_without_enable};
 
 /// Builds `vector_lane`.
@@ -73,7 +73,11 @@ pub(super) fn lane(config: &Config) -> Result<Arc<Module>, IrErrors> {
         let result = widths.result(m, &p, control.was_one_minus, config.vu.registered);
         match p.logistic.filter(|_| kinds.softplus) {
             Some((_, sum)) => {
-                let softplus = widths.softplus(m, sum);
+                let mut softplus = widths.softplus(m, sum);
+                // The sum was registered a clock before the result stage needs it.
+                if config.vu.registered {
+                    softplus = held(m, "softplus_result", softplus);
+                }
                 m.mux(control.was_softplus, softplus, result)
             }
             None => result,
