@@ -34,7 +34,7 @@ pub use vu::{OperandWidths, VuConfig};
 /// The paper's sizes, the default of every command.
 pub(crate) const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");
 /// Configurations that come with the program, by name.
-pub const PRESETS: [(&str, &str); 9] = [
+pub const PRESETS: [(&str, &str); 11] = [
     ("paper", PAPER_PRESET),
     ("fields", include_str!("../../../configs/fields.toml")),
     ("piecewise", include_str!("../../../configs/piecewise.toml")),
@@ -50,6 +50,11 @@ pub const PRESETS: [(&str, &str); 9] = [
         "lean-splats",
         include_str!("../../../configs/lean-splats.toml"),
     ),
+    (
+        "lean-fields",
+        include_str!("../../../configs/lean-fields.toml"),
+    ),
+    ("lean", include_str!("../../../configs/lean.toml")),
 ];
 
 /// Size limit of a configuration file, in bytes.

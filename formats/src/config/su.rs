@@ -2,8 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Config;
+use crate::units::OpCode;
+
 /// The splat unit, which composites the records of Gaussians into the pixels of tiles. Its
-/// exponential is that of the vector unit, [`VuConfig::exp`](super::VuConfig).
+/// exponential has the bits of that of the vector unit, [`VuConfig::exp`](super::VuConfig).
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SuConfig {
@@ -13,6 +16,10 @@ pub struct SuConfig {
     pub tiles: u32,
     /// Units side by side, which take the ray groups of a frame in turn; 1 to 64.
     pub units: u32,
+    /// Whether its exponential takes a power a clock, whatever `vu.exp.pipelined` is. Sigmoid and
+    /// softplus, of fields, exclude a pipelined exponential from the vector unit alone.
+    #[serde(skip_serializing_if = "is_false")]
+    pub pipelined: bool,
     /// How an opacity enters an alpha.
     pub opacity: SplatOpacity,
 }
@@ -30,7 +37,7 @@ pub enum SplatOpacity {
 
 /// What to do where a configuration has no splat unit.
 pub const NO_SPLAT_UNIT: &str = "the configuration has no splat unit: add a table [su] with lanes and \
-     tiles, for instance [su] lanes = 1 tiles = 16, and [vu.exp] pipelined = true";
+     tiles, for instance [su] lanes = 1 tiles = 16 pipelined = true";
 
 impl Default for SuConfig {
     fn default() -> Self {
@@ -38,6 +45,7 @@ impl Default for SuConfig {
             lanes: 12,
             tiles: 16,
             units: 1,
+            pipelined: false,
             opacity: SplatOpacity::default(),
         }
     }
@@ -62,5 +70,24 @@ impl SuConfig {
             None | Some(0) => 1,
             Some(bits) => bits,
         }
+    }
+}
+
+// Serde passes a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+const fn is_false(value: &bool) -> bool {
+    !*value
+}
+
+impl Config {
+    /// The vector unit inside a splat unit: lanes of exponentials, and no other operation.
+    #[must_use]
+    pub fn splat_lanes(&self, su: &SuConfig) -> Self {
+        let mut own = self.clone();
+        own.vu.lanes = su.lanes;
+        own.vu.ops = vec![OpCode::Exp];
+        own.vu.operands = None;
+        own.vu.exp.pipelined |= su.pipelined;
+        own
     }
 }

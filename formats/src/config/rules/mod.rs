@@ -262,6 +262,8 @@ mod tests {
             "[su]\nlanes = 0",
             "[su]\ntiles = 12",
             "[su]\nunits = 65",
+            "[su]\npipelined = true\n[vu.exp]\npipelined = true",
+            "[su]\npipelined = true\n[vu.exp]\nearly_out = true",
             "[su]\n[vu.exp]\nform = \"piecewise\"\npipelined = true\nbase = \"two\"",
             "[su]\n[vu]\nops = [\"exp\"]\n[vu.exp]\noutput = \"general\"\ninput = \"S3.12\"",
             "[su]\n[vu.exp]\noutput_bits = 18",

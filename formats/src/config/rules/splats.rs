@@ -39,6 +39,23 @@ pub(super) fn splats(config: &Config, out: &mut RuleBreaches) {
         64,
         "units side by side",
     );
+    if su.pipelined {
+        let exp = &config.vu.exp;
+        out.require(
+            !exp.early_out,
+            "su-pipelined",
+            "su.pipelined",
+            true,
+            "false, or vu.exp.early_out false: the stages of a pipeline come at fixed clocks",
+        );
+        out.require(
+            !exp.pipelined,
+            "unused-su-pipelined",
+            "su.pipelined",
+            true,
+            "left out: vu.exp.pipelined is true, and holds for the splat unit too",
+        );
+    }
     let exp = &config.vu.exp;
     let fraction = exp.input.frac_bits();
     out.require(

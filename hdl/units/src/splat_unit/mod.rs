@@ -43,5 +43,5 @@ pub use top::splat_unit;
 /// # Errors
 /// The netlist's own checks; none for a configuration that keeps its rules.
 pub fn packer(config: &Config, su: &SuConfig) -> Result<Arc<Module>, IrErrors> {
-    powers::powers(config, &formats::Widths::of(config, su))
+    powers::powers(config, su, &formats::Widths::of(config, su))
 }

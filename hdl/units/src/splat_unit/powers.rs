@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, SuConfig};
 use potamoi_formats::units::OpCode;
 use potamoi_netlist::{Instance, IrErrors, Module, ModuleBuilder, Signal, Ty};
 
@@ -15,21 +15,16 @@ use crate::vector_unit::{depth, vector_unit};
 /// Bits of an operand or a result of the vector unit.
 const LANE: u32 = 32;
 
-/// The exponential's unit: lanes that compute nothing else.
-fn lanes_of(config: &Config, w: &Widths) -> Config {
-    let mut own = config.clone();
-    own.vu.lanes = w.lanes;
-    own.vu.ops = vec![OpCode::Exp];
-    own.vu.operands = None;
-    own
-}
-
 /// Builds `splat_powers`.
 ///
 /// # Errors
 /// The netlist's own checks.
-pub(super) fn powers(config: &Config, w: &Widths) -> Result<Arc<Module>, IrErrors> {
-    let own = lanes_of(config, w);
+pub(super) fn powers(
+    config: &Config,
+    su: &SuConfig,
+    w: &Widths,
+) -> Result<Arc<Module>, IrErrors> {
+    let own = config.splat_lanes(su);
     let mut builder = ModuleBuilder::new("splat_powers");
     let m = &mut builder;
     m.doc("exponentials of powers, in order: vectors of as many powers as there are lanes.");

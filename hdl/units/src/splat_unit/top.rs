@@ -39,7 +39,7 @@ pub fn splat_unit(config: &Config, su: &SuConfig) -> Result<Arc<Module>, IrError
         front: m.instance("front", &setup(&w)?, &[]),
         row: m.instance("row_search", &rows(&w)?, &[]),
         walk: m.instance("pixel_walk", &pixels(&w)?, &[]),
-        power: m.instance("exponential", &powers(config, &w)?, &[]),
+        power: m.instance("exponential", &powers(config, su, &w)?, &[]),
     };
     m.section("Forms and rows");
     let accepted = parts.connect_front(m, &w, &inputs, ending);

@@ -32,10 +32,7 @@ impl Lanes {
                  know when an exponential ends early";
             return Err(WorkError::Config(text.to_owned()));
         }
-        let mut own = config.clone();
-        own.vu.lanes = su.lanes;
-        own.vu.ops = vec![OpCode::Exp];
-        own.vu.operands = None;
+        let own = config.splat_lanes(su);
         Ok(Self {
             lanes: su.lanes as usize,
             room: VectorTiming::new(&own)?.room as usize,

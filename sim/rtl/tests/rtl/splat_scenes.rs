@@ -85,6 +85,7 @@ fn unit(preset: &str, lanes: u32) -> (Config, SuConfig) {
         lanes,
         tiles: 16,
         units: 1,
+        pipelined: false,
         opacity: SplatOpacity::Multiplied,
     };
     (Config::preset(preset).unwrap(), su)

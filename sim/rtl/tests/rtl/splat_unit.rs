@@ -145,16 +145,18 @@ fn stalls() -> Stalls {
 fn random_records_are_composited_bit_by_bit() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let (factor, in_power) = (SplatOpacity::Multiplied, SplatOpacity::InPower);
-    for (preset, lanes, tiles, opacity) in [
-        ("pipelined", 1, 4, factor),
-        ("small", 12, 4, factor),
-        ("pipelined", 1, 4, in_power),
-        ("small", 5, 4, in_power),
+    for (preset, pipelined, lanes, tiles, opacity) in [
+        ("pipelined", false, 1, 4, factor),
+        ("small", true, 1, 4, factor),
+        ("small", false, 12, 4, factor),
+        ("pipelined", false, 1, 4, in_power),
+        ("small", false, 5, 4, in_power),
     ] {
         let su = SuConfig {
             lanes,
             tiles,
             units: 1,
+            pipelined,
             opacity,
         };
         let mut jobs = [400, 0, 1, 60]
@@ -200,6 +202,7 @@ const SMALL: SuConfig = SuConfig {
     lanes: 3,
     tiles: 2,
     units: 1,
+    pipelined: false,
     opacity: SplatOpacity::Multiplied,
 };
 
@@ -318,6 +321,7 @@ fn pairs_of_one_pixel_wait_for_each_other() {
         lanes: 6,
         tiles: 2,
         units: 1,
+        pipelined: false,
         opacity: SplatOpacity::Multiplied,
     };
     let mut random = Pcg64Mcg::seed_from_u64(4);
