@@ -118,14 +118,16 @@ parameters: setup
 	@tools/setup synth
 	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
 	  --json synth/paper-asap7.json
-	for preset in fields piecewise pipelined small compact feature-major; do \
+	for preset in fields piecewise pipelined small compact feature-major lean-fields; do \
 	  cargo run --locked --release --quiet -- --config $$preset synth --liberty "$(LIBERTY)" \
 	    --node 7 --json synth/$$preset-asap7.json || exit 1; \
 	done
 	cargo run --locked --release --quiet -- --config parity synth --activity lantern \
 	  --liberty "$(LIBERTY)" --node 7 --json synth/parity-asap7.json
-	cargo run --locked --release --quiet -- --config lean-splats synth --activity garden \
-	  --liberty "$(LIBERTY)" --node 7 --json synth/lean-splats-asap7.json
+	for preset in lean-splats lean; do \
+	  cargo run --locked --release --quiet -- --config $$preset synth --activity garden \
+	    --liberty "$(LIBERTY)" --node 7 --json synth/$$preset-asap7.json || exit 1; \
+	done
 	cargo run --locked --release --quiet -- synth --unit gu --activity garden \
 	  --liberty "$(LIBERTY)" --node 7 --json synth/records-asap7.json
 

@@ -14,6 +14,7 @@ mod effects;
 mod exponential;
 mod hard_cases;
 mod layouts;
+mod lean_fields;
 mod machine;
 mod machines;
 mod macros;

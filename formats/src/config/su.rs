@@ -88,6 +88,29 @@ impl Config {
         own.vu.ops = vec![OpCode::Exp];
         own.vu.operands = None;
         own.vu.exp.pipelined |= su.pipelined;
+        own.su = None;
         own
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::config::{PRESETS, rules};
+
+    #[test]
+    fn the_lanes_of_every_splat_unit_keep_the_rules() {
+        let mut units = 0;
+        for (name, text) in PRESETS {
+            let config = Config::from_toml(text, name).unwrap();
+            let Some(su) = &config.su else { continue };
+            let own = config.splat_lanes(su);
+            let breaches = rules::check(&own);
+            assert!(breaches.is_empty(), "{name}: {breaches}");
+            assert!(own.vu.exp.pipelined, "{name}: a power a clock");
+            units += 1;
+        }
+        assert_eq!(units, 2, "lean-splats and lean");
     }
 }

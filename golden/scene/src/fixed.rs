@@ -1,6 +1,8 @@
 //! Fixed-point rendering of any scene through the units.
 
-use potamoi_formats::config::{Config, ExpBase, ExpOutput, RitPairs, SplatOpacity, SuConfig};
+use potamoi_formats::config::{
+    Config, ExpBase, ExpOutput, RitPairs, SplatOpacity, SuConfig, presets_that,
+};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
@@ -340,7 +342,29 @@ impl Scene {
             );
             return self.refused("gu.segments", config.gu.segments.to_string(), expected);
         }
+        self.composites_splats(config)?;
         self.operands_hold_splats(config)
+    }
+
+    /// Refuses a configuration whose vector unit lacks an operation of splats, unless a splat unit
+    /// composites.
+    fn composites_splats(&self, config: &Config) -> Result<(), SceneError> {
+        if self.splat_unit(config).is_some() {
+            return Ok(());
+        }
+        let lacks = |config: &Config| {
+            let wanted = [OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
+            wanted.into_iter().find(|op| !config.vu.ops.contains(op))
+        };
+        let Some(op) = lacks(config) else {
+            return Ok(());
+        };
+        let able = presets_that(|preset| preset.su.is_some() || lacks(preset).is_none());
+        let expected = format!(
+            "\"{}\" among the operations, or a splat unit ([su]){able}",
+            op.name()
+        );
+        self.refused("vu.ops", OpCode::list(&config.vu.ops), expected)
     }
 }
 

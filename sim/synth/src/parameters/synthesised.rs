@@ -16,7 +16,7 @@ pub struct Synthesised {
 }
 
 /// Presets that were synthesised, with what `potamoi synth --json` wrote: one line each.
-const PRESETS_SYNTHESISED: [(&str, &str); 9] = [
+const PRESETS_SYNTHESISED: [(&str, &str); 11] = [
     ("paper", PAPER),
     ("fields", FIELDS),
     (
@@ -44,6 +44,11 @@ const PRESETS_SYNTHESISED: [(&str, &str); 9] = [
         "lean-splats",
         include_str!("../../../../synth/lean-splats-asap7.json"),
     ),
+    (
+        "lean-fields",
+        include_str!("../../../../synth/lean-fields-asap7.json"),
+    ),
+    ("lean", include_str!("../../../../synth/lean-asap7.json")),
 ];
 
 impl Synthesised {
