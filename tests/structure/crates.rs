@@ -5,7 +5,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 26] = [
+const FLOW: [&str; 27] = [
     "formats",
     // The oracle.
     "base",
@@ -32,6 +32,7 @@ const FLOW: [&str; 26] = [
     "mutate",
     "synth",
     "gpu",
+    "rivals",
     "system",
     "explore",
     "machines",
