@@ -10,9 +10,11 @@
 //! | [`sweep`] | every point of a plan, each once, resumable; fronts; two sweeps beside one another |
 //! | [`search`] | the best machine of a space, within limits |
 //! | [`comparison`] | machines side by side, with ratios |
+//! | [`fair_bench`] | machines beside GPUs and published accelerators, on one counted trace of frozen inputs |
 
 pub mod cells;
 pub mod comparison;
+pub mod fair_bench;
 pub mod figures;
 pub mod machine;
 pub mod quality;
@@ -25,6 +27,7 @@ pub mod workbench;
 pub mod workload;
 
 pub use comparison::{Comparison, Ratios, Row};
+pub use fair_bench::FairBench;
 pub use figures::Figures;
 pub use machine::{Machine, MachineError};
 pub use space::{Axis, Space, SpaceError};

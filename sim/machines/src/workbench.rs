@@ -95,6 +95,11 @@ impl Workbench {
 }
 
 impl Workbench {
+    /// What setups share.
+    pub(crate) fn shared(&self) -> &Shared {
+        &self.shared
+    }
+
     /// Names of the files in the folder for counted work that a machine's figures on a scene are made from.
     /// Machines that share such a file share what is rendered for it.
     ///
@@ -131,7 +136,7 @@ impl Workbench {
 }
 
 /// The options that a machine's path is counted with: no more than its variant uses.
-fn options(machine: &Machine, workload: &Workload) -> PathOptions {
+pub(crate) fn options(machine: &Machine, workload: &Workload) -> PathOptions {
     let (system, path) = (&machine.system, &machine.path);
     let parts = match path.variant().frames {
         Frames::Full => PathParts::FullFrames,

@@ -12,7 +12,7 @@ use crate::trace::Trace;
 #[derive(Debug, thiserror::Error)]
 pub enum EstimateError {
     /// It renders another class of algorithms.
-    #[error("it renders {renders}, not {class}")]
+    #[error("made for {renders}, not {class}")]
     Class {
         /// The classes that it renders.
         renders: String,

@@ -76,7 +76,7 @@ fn a_trace_of_another_class_or_without_a_count_is_refused() {
     let rival = Rival::of_text("small", SMALL).unwrap();
     let of = |class, counts: &[_]| Estimate::of(&rival, &trace(class, counts)).unwrap_err();
     let error = of(Class::HashGrid, &[]).to_string();
-    assert_eq!(error, "it renders splats, not hash grids");
+    assert_eq!(error, "made for splats, not hash grids");
     let error = of(Class::Splats, &[("pixels", 1.0)]).to_string();
     assert_eq!(error, "the trace lacks the count `tile-pixels`");
 }

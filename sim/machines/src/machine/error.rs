@@ -61,6 +61,12 @@ pub enum MachineError {
         /// The problem.
         problem: String,
     },
+    /// The fair bench cannot be run.
+    #[error("{problem}")]
+    Bench {
+        /// The problem.
+        problem: String,
+    },
     /// Its configuration for a scene cannot be made.
     #[error(transparent)]
     Explore(#[from] Box<ExploreError>),
