@@ -79,10 +79,25 @@ impl ManyScenes {
     /// Opens all of them with their own rules, whatever the machines are.
     pub(crate) fn open(&self) -> Result<Vec<Scene>, Failure> {
         let default = [DEFAULT.to_owned()];
-        let names = match self.scene.is_empty() {
-            true => &default[..],
-            false => &self.scene,
-        };
+        match self.scene.is_empty() {
+            true => self.open_named(&default),
+            false => self.open_named(&self.scene),
+        }
+    }
+
+    /// Opens those that are named; a size without a scene is refused.
+    pub(crate) fn open_given(&self) -> Result<Vec<Scene>, Failure> {
+        let sides = [("width", self.width), ("height", self.height)];
+        let side = sides.iter().find(|(_, side)| side.is_some());
+        if let (true, Some((name, _))) = (self.scene.is_empty(), side) {
+            return Err(Failure::Usage(format!(
+                "--{name}: expected a --scene to add: the sizes of the frozen inputs are fixed"
+            )));
+        }
+        self.open_named(&self.scene)
+    }
+
+    fn open_named(&self, names: &[String]) -> Result<Vec<Scene>, Failure> {
         let mut all = vec![];
         for name in scenes_named(names) {
             let mut scene = Scene::open(&name)?;

@@ -40,6 +40,53 @@ fn rows(path: &Path) -> Vec<std::collections::BTreeMap<String, String>> {
 }
 
 #[test]
+fn rivals_stand_on_the_counted_trace() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "compare", "--rivals", "--csv", "r.csv", "--json", "r.json", "paper",
+    ];
+    let text = expect(folder.path(), 0, &arguments);
+    let table = text.split_once("\ngarden ").unwrap().1;
+    for line in table.lines().filter(|line| !line.starts_with("  ")) {
+        assert!(line.chars().count() <= COLUMNS, "{line}");
+    }
+    assert!(text.contains("frozen, trace ") && !text.contains("NOT the frozen trace"));
+    assert!(text.contains("yes, 1.28"), "{text}");
+    assert!(text.contains("Cicero, full frames: -: "), "{text}");
+    let report = json(&folder.path().join("r.json"));
+    let inputs = report["inputs"].as_array().unwrap();
+    for own in inputs {
+        assert_eq!(own["digest"], own["frozen"], "{own}");
+        let rivals = own["rivals"].as_array().unwrap();
+        assert_eq!(rivals.len(), report["rivals"].as_array().unwrap().len());
+        // A figure, or why there is none.
+        for row in rivals {
+            assert!(row["estimate"].is_null() != row["refused"].is_null());
+        }
+    }
+    let csv = fs::read_to_string(folder.path().join("r.csv")).unwrap();
+    let constants: Vec<&str> = csv
+        .lines()
+        .filter(|line| line.starts_with("constant,"))
+        .collect();
+    assert!(constants.len() > 50, "{csv}");
+    // Nothing without a source, an assumption or a reason.
+    assert!(constants.iter().all(|line| !line.ends_with(',')), "{csv}");
+}
+
+#[test]
+fn sizes_of_frozen_inputs_are_fixed() {
+    for arguments in [
+        &["compare", "--rivals", "--width", "32"][..],
+        &["compare", "--rivals", "--frames", "4"],
+        &["compare"],
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        expect(folder.path(), 2, arguments);
+    }
+}
+
+#[test]
 fn machines_stand_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
     let own =

@@ -1,6 +1,7 @@
 //! `potamoi compare`: machines side by side.
 
 mod picture;
+mod rivals;
 pub(crate) mod table;
 
 use std::path::PathBuf;
@@ -24,8 +25,11 @@ const FORMAT_VERSION: u32 = 1;
 pub(crate) struct CompareArgs {
     /// Machines: presets, configuration files, files that `cost` and `explore` write; ratios are over
     /// the first
-    #[arg(value_name = "MACHINE", required = true)]
+    #[arg(value_name = "MACHINE", required_unless_present = "rivals")]
     machines: Vec<String>,
+    /// Compare with published accelerators, such as NeuRex and NGPC
+    #[arg(long, conflicts_with_all = ["frames", "plot"])]
+    rivals: bool,
     #[command(flatten)]
     scenes: ManyScenes,
     /// Description of the system as TOML, in which omitted fields have the paper's values; or the
@@ -64,6 +68,9 @@ struct Report<'a> {
 
 pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     files::prepare([&args.json, &args.csv, &args.plot].map(Option::as_ref))?;
+    if args.rivals {
+        return rivals::run(args);
+    }
     let machines = args.machines()?;
     let scenes = args.scenes.open()?;
     let workload = Workload {
@@ -106,8 +113,13 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
 impl CompareArgs {
     /// All machines, each in each system that it may be in.
     fn machines(&self) -> Result<Vec<Machine>, Failure> {
+        self.machines_named(&self.machines)
+    }
+
+    /// As [`CompareArgs::machines`], of other names.
+    fn machines_named(&self, names: &[String]) -> Result<Vec<Machine>, Failure> {
         let mut all = vec![];
-        for given in &self.machines {
+        for given in names {
             let machine = self.at_clock(Machine::named(given)?)?;
             if let Some(note) = machine.note() {
                 crate::stdout::remark(format_args!("{note}"));

@@ -203,7 +203,7 @@ fn figure(of: Option<f64>, digits: usize) -> String {
 }
 
 /// The bottleneck at both bounds.
-fn bound(own: &Figures) -> String {
+pub(super) fn bound(own: &Figures) -> String {
     let of = |(name, share): (&'static str, Option<f64>)| match share {
         Some(share) => format!("{} {:.0} %", short(name), 100.0 * share),
         None => short(name).to_owned(),

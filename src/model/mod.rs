@@ -114,7 +114,7 @@ pub(crate) struct ModelArgs {
     /// fit an MVoxel
     #[arg(long, value_name = "N", default_value_t = 0, requires = "octree", value_parser = clap::value_parser!(u32).range(..=8))]
     halvings: u32,
-    /// Compare with the accelerators NeuRex and NGPC, on scenes of Instant-NGP
+    /// Compare with published accelerators, such as NeuRex and NGPC
     #[arg(long, conflicts_with_all = ["chrome_trace", "ladder", "octree", "scenario", "variants"])]
     rivals: bool,
     /// Vary the figures of the GPUs, up to a GPU that takes no time and no energy, and tell which
