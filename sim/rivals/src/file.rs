@@ -7,9 +7,8 @@ use potamoi_gpu::programs::program;
 use serde::Deserialize;
 
 use crate::constant::{Constant, Entry, Origin};
-use crate::rival::{Demand, Overlap, Rival, RivalError, Source, Stage, Term};
+use crate::rival::{Beside, Demand, Figure, Overlap, Rival, RivalError, Source, Stage, Term};
 use crate::trace::{COUNTS, Class};
-use crate::validation::{Beside, Figure};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,7 +95,39 @@ struct Reader {
     file: String,
 }
 
-pub(crate) fn read(name: &str, text: &str) -> Result<Rival, RivalError> {
+/// The files.
+const FILES: [(&str, &str); 6] = [
+    ("gscore", include_str!("../rivals/gscore.toml")),
+    ("neurex-edge", include_str!("../rivals/neurex-edge.toml")),
+    (
+        "neurex-server",
+        include_str!("../rivals/neurex-server.toml"),
+    ),
+    ("ngpc-8", include_str!("../rivals/ngpc-8.toml")),
+    ("ngpc-64", include_str!("../rivals/ngpc-64.toml")),
+    ("cicero", include_str!("../rivals/cicero.toml")),
+];
+
+impl Rival {
+    /// All rivals, in the order of tables.
+    ///
+    /// # Errors
+    /// A file is not as it has to be.
+    pub fn all() -> Result<Vec<Self>, RivalError> {
+        let each = FILES.iter().map(|(name, text)| Self::of_text(name, text));
+        each.collect()
+    }
+
+    /// A rival from the text of its file.
+    ///
+    /// # Errors
+    /// The text is not TOML, a key is missing or unknown, a constant has no origin, a stage names no count.
+    pub fn of_text(name: &str, text: &str) -> Result<Self, RivalError> {
+        read(name, text)
+    }
+}
+
+fn read(name: &str, text: &str) -> Result<Rival, RivalError> {
     let reader = Reader {
         file: format!("{name}.toml"),
     };

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | [`trace`] | the counted work of a frame, which all rivals take, and its digest |
 //! | [`constant`] | a constant with its unit and its origin |
-//! | [`rival`] | rivals and their files |
+//! | [`rival`] | what a rival is made of, and the figures published for it |
 //! | [`estimate`] | the time of a rival's stages on a trace |
 //! | [`validation`] | figures of publications, computed again on the workload that is published for them |
 

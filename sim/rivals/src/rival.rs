@@ -1,11 +1,11 @@
 //! Rivals: what they are made of.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::constant::{Constant, Origin};
-use crate::file;
 use crate::trace::Class;
-use crate::validation::Figure;
 
 /// Why a rival's file is refused.
 #[derive(Debug, thiserror::Error)]
@@ -91,6 +91,34 @@ pub struct Stage {
     pub demand: Demand,
 }
 
+/// A GPU that a speed-up is published over.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Beside {
+    /// The device.
+    pub device: String,
+    /// The program.
+    pub program: String,
+    /// Its counts.
+    pub counts: Vec<(String, Source)>,
+}
+
+/// A published figure, and the workload that is published for it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figure {
+    /// What it is.
+    pub what: String,
+    /// Whether it stands in the rival's own publication.
+    pub is_own: bool,
+    /// Frames a second, or the speed-up over [`Figure::beside`].
+    pub published: Constant,
+    /// Class of the workload.
+    pub class: Class,
+    /// Its counts.
+    pub counts: BTreeMap<String, Constant>,
+    /// The GPU of a speed-up; none of a frame rate.
+    pub beside: Option<Beside>,
+}
+
 /// A published accelerator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rival {
@@ -122,37 +150,7 @@ pub struct Rival {
     pub figures: Vec<Figure>,
 }
 
-/// The files.
-const FILES: [(&str, &str); 6] = [
-    ("gscore", include_str!("../rivals/gscore.toml")),
-    ("neurex-edge", include_str!("../rivals/neurex-edge.toml")),
-    (
-        "neurex-server",
-        include_str!("../rivals/neurex-server.toml"),
-    ),
-    ("ngpc-8", include_str!("../rivals/ngpc-8.toml")),
-    ("ngpc-64", include_str!("../rivals/ngpc-64.toml")),
-    ("cicero", include_str!("../rivals/cicero.toml")),
-];
-
 impl Rival {
-    /// All rivals, in the order of tables.
-    ///
-    /// # Errors
-    /// A file is not as it has to be.
-    pub fn all() -> Result<Vec<Self>, RivalError> {
-        let each = FILES.iter().map(|(name, text)| Self::of_text(name, text));
-        each.collect()
-    }
-
-    /// A rival from the text of its file.
-    ///
-    /// # Errors
-    /// The text is not TOML, a key is missing or unknown, a constant has no origin, a stage names no count.
-    pub fn of_text(name: &str, text: &str) -> Result<Self, RivalError> {
-        file::read(name, text)
-    }
-
     /// All constants of the machine, each with its place; those of its figures are not among them.
     #[must_use]
     pub fn constants(&self) -> Vec<(String, &Constant)> {

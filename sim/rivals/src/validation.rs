@@ -1,44 +1,14 @@
 //! Published figures, computed again on the workload that is published for them.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
-use crate::constant::{Constant, Origin};
+use crate::constant::Origin;
 use crate::estimate::{Estimate, EstimateError, Seconds, frame_of, on_gpu};
-use crate::rival::{Rival, Source};
-use crate::trace::{Class, Trace};
+use crate::rival::{Figure, Rival, Source};
+use crate::trace::Trace;
 
 /// The factor within which a figure counts as reproduced.
 pub const WITHIN: f64 = 2.0;
-
-/// A GPU that a speed-up is published over.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Beside {
-    /// The device.
-    pub device: String,
-    /// The program.
-    pub program: String,
-    /// Its counts.
-    pub counts: Vec<(String, Source)>,
-}
-
-/// A published figure, and the workload that is published for it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Figure {
-    /// What it is.
-    pub what: String,
-    /// Whether it stands in the rival's own publication.
-    pub is_own: bool,
-    /// Frames a second, or the speed-up over [`Figure::beside`].
-    pub published: Constant,
-    /// Class of the workload.
-    pub class: Class,
-    /// Its counts.
-    pub counts: BTreeMap<String, Constant>,
-    /// The GPU of a speed-up; none of a frame rate.
-    pub beside: Option<Beside>,
-}
 
 /// A figure computed again.
 #[derive(Debug, Clone, PartialEq, Serialize)]
