@@ -38,6 +38,8 @@ impl Axes {
     pub const RIGHT_DOWN_FRONT: Self = Self::new([(0, false), (1, false), (2, false)]);
     /// The default convention of SPZ.
     pub const RIGHT_UP_BACK: Self = Self::new([(0, false), (1, true), (2, true)]);
+    /// The convention of glTF.
+    pub const LEFT_UP_FRONT: Self = Self::new([(0, true), (1, true), (2, false)]);
 
     const fn new(ways: [(u8, bool); 3]) -> Self {
         let [x, y, z] = ways;
@@ -120,38 +122,8 @@ impl Axes {
 
     /// The matrix that converts spherical-harmonics coefficients from file axes to cloud axes, one
     /// row a coefficient, up to degree 3; bands do not mix.
-    ///
-    /// Its elements are integrals over the sphere of products of two basis functions, of degree 6
-    /// at most, by 4 Gauss-Legendre nodes times 8 azimuths, which are exact to degree 7.
     pub(super) fn harmonics(self) -> [[f64; 16]; 16] {
-        const NODES: [(f64, f64); 4] = [
-            (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-            (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-            (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
-            (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-        ];
-        let mut mixed = [[0.0; 16]; 16];
-        for (z, weight) in NODES {
-            let across = (1.0 - z * z).sqrt();
-            for step in 0..8 {
-                let azimuth = (f64::from(step) + 0.5) * std::f64::consts::FRAC_PI_4;
-                let own = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z);
-                let to = sh::basis(own);
-                let from = sh::basis(self.of_file(own));
-                for (row, to) in mixed.iter_mut().zip(to) {
-                    for (factor, from) in row.iter_mut().zip(from) {
-                        *factor += weight * std::f64::consts::FRAC_PI_4 * to * from;
-                    }
-                }
-            }
-        }
-        // Rounding aside they are 0 and 1 where axes only change their sign.
-        for factor in mixed.as_flattened_mut() {
-            if (*factor - factor.round()).abs() < 1e-12 {
-                *factor = factor.round();
-            }
-        }
-        mixed
+        harmonics(|own| self.of_file(own))
     }
 
     /// Converts a centre from cloud axes to file axes.
@@ -169,6 +141,42 @@ impl Axes {
             if way.against { -value } else { value }
         }))
     }
+}
+
+/// The matrix that converts spherical-harmonics coefficients where directions are turned, one row a
+/// coefficient, up to degree 3; bands do not mix. `before` is what a direction was before.
+///
+/// Its elements are integrals over the sphere of products of two basis functions, of degree 6
+/// at most, by 4 Gauss-Legendre nodes times 8 azimuths, which are exact to degree 7.
+pub(super) fn harmonics(before: impl Fn(DVec3) -> DVec3) -> [[f64; 16]; 16] {
+    const NODES: [(f64, f64); 4] = [
+        (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+        (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+        (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+        (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+    ];
+    let mut mixed = [[0.0; 16]; 16];
+    for (z, weight) in NODES {
+        let across = (1.0 - z * z).sqrt();
+        for step in 0..8 {
+            let azimuth = (f64::from(step) + 0.5) * std::f64::consts::FRAC_PI_4;
+            let own = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z);
+            let to = sh::basis(own);
+            let from = sh::basis(before(own));
+            for (row, to) in mixed.iter_mut().zip(to) {
+                for (factor, from) in row.iter_mut().zip(from) {
+                    *factor += weight * std::f64::consts::FRAC_PI_4 * to * from;
+                }
+            }
+        }
+    }
+    // Rounding aside they are 0 and 1 where axes only change their sign.
+    for factor in mixed.as_flattened_mut() {
+        if (*factor - factor.round()).abs() < 1e-12 {
+            *factor = factor.round();
+        }
+    }
+    mixed
 }
 
 impl fmt::Display for Axes {

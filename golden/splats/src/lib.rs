@@ -64,7 +64,7 @@ pub use cloud::{Cloud, CloudError, Field};
 pub use composite::Limits;
 pub use decisions::{Decisions, Flips};
 pub use error::RenderError;
-pub use file_content::{Loaded, Raw};
+pub use file_content::{AxesFrom, Facts, Loaded, Raw};
 pub use fixed::{FixedFrame, render_fixed, render_fixed_masked};
 pub use fixed_options::{CompositingUnit, FixedOptions};
 pub use fixed_stats::FixedStats;

@@ -2,6 +2,8 @@
 
 mod turn;
 
+pub(crate) use turn::Placement;
+
 use std::cmp::Ordering;
 use std::fmt;
 
@@ -281,6 +283,40 @@ impl Cloud {
             sh,
         )
         .map(|cloud| cloud.antialiased(self.antialiased))
+    }
+
+    /// The Gaussians of all clouds, one cloud after another, with coefficients of 0 where a cloud has a
+    /// lower degree than another. They are antialiased if the first cloud is.
+    ///
+    /// # Errors
+    /// There is no cloud.
+    pub(crate) fn joined(mut parts: Vec<Self>) -> Result<Self, CloudError> {
+        if parts.len() == 1 {
+            return parts.pop().ok_or(CloudError::Empty);
+        }
+        let degree = parts.iter().map(Self::degree).max();
+        let degree = degree.ok_or(CloudError::Empty)?;
+        let each = sh::coefficients(degree);
+        let mut all = Self {
+            degree,
+            means: vec![],
+            log_scales: vec![],
+            rotations: vec![],
+            opacity_logits: vec![],
+            sh: vec![],
+            antialiased: parts.first().is_some_and(Self::is_antialiased),
+        };
+        for part in parts {
+            for own in part.sh.chunks(sh::coefficients(part.degree)) {
+                all.sh.extend(own);
+                all.sh.resize(all.sh.len() + each - own.len(), [0.0; 3]);
+            }
+            all.means.extend(part.means);
+            all.log_scales.extend(part.log_scales);
+            all.rotations.extend(part.rotations);
+            all.opacity_logits.extend(part.opacity_logits);
+        }
+        Ok(all)
     }
 
     /// Orders two Gaussians by all their values: a tie-break that does not depend on their

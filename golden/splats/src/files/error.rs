@@ -28,6 +28,18 @@ pub enum FileError {
         /// The known extensions.
         expected: String,
     },
+    /// The format is known and not read.
+    #[error(
+        "{path}: {format} is not read: convert it, for example by \
+         npx @playcanvas/splat-transform {} scene.ply",
+        path.display()
+    )]
+    NotRead {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: &'static str,
+    },
     /// The content of a PLY file is invalid.
     #[error(transparent)]
     Ply(#[from] PlyError),

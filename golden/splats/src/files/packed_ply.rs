@@ -16,7 +16,7 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header as PlyHeader, PropertyType, Sc
 use super::error::{FileError, Origin};
 use super::values;
 use crate::Cloud;
-use crate::file_content::{Loaded, Raw};
+use crate::file_content::{Facts, Loaded, Raw};
 use crate::ply::{self, SAID, header_comments, with_other_models};
 use potamoi_base::file_keys::{Fate, FileKeys, Format, Notes, key};
 use potamoi_base::sh;
@@ -200,9 +200,12 @@ pub(super) fn decode(header: &Header, body: &[u8], origin: &str) -> Result<Raw, 
         }),
     )
     .map_err(|e| name.cloud(e))?;
+    let mut facts = Facts::of(&FORMAT);
+    facts.say("chunks", chunks.count);
+    facts.generator = header_comments::generator(&header.ply);
     Ok(Raw {
         up: says.up,
-        ..Raw::new(cloud.antialiased(says.antialiased), notes)
+        ..Raw::new(cloud.antialiased(says.antialiased), notes).with(facts)
     })
 }
 

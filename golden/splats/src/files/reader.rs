@@ -9,11 +9,11 @@ use potamoi_base::file_keys::Format;
 /// The largest file that is read, in bytes.
 pub(super) const LARGEST: u64 = 1 << 32;
 
-/// A splat file format: file extension, keys and reader.
+/// A splat file format: file extensions, keys and reader.
 #[derive(Debug)]
 pub struct Reader {
-    /// File extension, in lower case.
-    pub ending: &'static str,
+    /// File extensions, in lower case.
+    pub endings: &'static [&'static str],
     /// Its keys; several if files with one extension have several forms.
     pub formats: &'static [&'static Format],
     /// Reads a file; the second argument names it in errors.
@@ -24,7 +24,7 @@ pub struct Reader {
 pub(super) fn of<'a>(readers: &[&'a Reader], path: &Path) -> Option<&'a Reader> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     let mut readers = readers.iter().copied();
-    readers.find(|reader| reader.ending == ending)
+    readers.find(|reader| reader.endings.contains(&&*ending))
 }
 
 /// All bytes of a file of at most 4 GiB.

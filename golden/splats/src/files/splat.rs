@@ -9,7 +9,7 @@ use super::error::{FileError, Origin};
 use super::reader::{Reader, whole};
 use super::values;
 use crate::Cloud;
-use crate::file_content::{Loaded, Raw};
+use crate::file_content::{Facts, Loaded, Raw};
 use potamoi_base::file_keys::{Fate, Format, Key, Notes};
 
 /// Keys of the format: parts of a row, since there is no header.
@@ -59,7 +59,7 @@ const ROW: usize = 32;
 
 /// The registry entry of the format.
 pub(super) static READER: Reader = Reader {
-    ending: "splat",
+    endings: &["splat"],
     formats: &[&FORMAT],
     read: |path, origin| raw(&whole(path)?, origin),
 };
@@ -94,6 +94,7 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
     let float = |row: &[u8; ROW], i: usize| {
         f32::from_le_bytes([row[4 * i], row[4 * i + 1], row[4 * i + 2], row[4 * i + 3]])
     };
+    let mut raised = 0;
     for (index, row) in rows.iter().enumerate() {
         for axis in 0..3 {
             let scale = float(row, 3 + axis);
@@ -101,6 +102,7 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
                 let field = format!("Gaussian {index}: scale[{axis}]");
                 return Err(name.field(field, scale, "a finite number of at least 0"));
             }
+            raised += u64::from(scale < f32::MIN_POSITIVE);
         }
     }
     let logits = values::logits();
@@ -119,10 +121,10 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
             out[0] = [24, 25, 26].map(|k| values::constant(f64::from(rows[i][k]) / 255.0));
         }),
     );
-    Ok(Raw::new(
-        cloud.map_err(|e| name.cloud(e))?,
-        Notes::default(),
-    ))
+    let mut facts = Facts::of(&FORMAT);
+    facts.clamp("sizes of 0, raised to the smallest normal float", raised);
+    let cloud = cloud.map_err(|e| name.cloud(e))?;
+    Ok(Raw::new(cloud, Notes::default()).with(facts))
 }
 
 /// Whether a file begins with only letters and line ends, which rows of floats do not.

@@ -17,14 +17,14 @@ use super::unpack::{Arrays, unpack};
 use super::values;
 use crate::Cloud;
 use crate::axes::Axes;
-use crate::file_content::{Loaded, Raw};
+use crate::file_content::{Facts, Loaded, Raw};
 use potamoi_base::file_keys::Notes;
 
 /// Colour codes for one unit of the constant coefficient, divided by 255.
 const COLOUR_SCALE: f64 = 0.15;
 /// The registry entry of the format.
 pub(super) static READER: Reader = Reader {
-    ending: "spz",
+    endings: &["spz"],
     formats: &[&spz_keys::FORMAT],
     read: |path, origin| raw(&whole(path)?, origin),
 };
@@ -95,10 +95,19 @@ pub(super) fn raw(bytes: &[u8], origin: &str) -> Result<Raw, FileError> {
         }),
     )
     .map_err(|e| name.cloud(e))?;
+    let mut facts = Facts::of(&spz_keys::FORMAT).version(header.version);
+    if header.version > 1 {
+        facts.say("fractional bits of centres", header.fraction_bits);
+    }
+    let ends = alphas
+        .iter()
+        .filter(|code| [0, 255].contains(*code))
+        .count();
+    facts.say("opacities of exactly 0 or 1", ends);
     Ok(Raw {
         axes,
         usual: Axes::RIGHT_UP_BACK,
-        ..Raw::new(cloud.antialiased(antialiased), notes)
+        ..Raw::new(cloud.antialiased(antialiased), notes).with(facts)
     })
 }
 

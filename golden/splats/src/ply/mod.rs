@@ -20,7 +20,7 @@ use ply_rs_bw::ply::ElementDef;
 use thiserror::Error;
 
 use super::cloud::CloudError;
-use super::file_content::{Loaded, Raw};
+use super::file_content::{Facts, Loaded, Raw};
 use columns::Columns;
 pub(super) use other_models::with_other_models;
 use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, KeyError, Notes, key};
@@ -301,10 +301,19 @@ pub(super) fn body(
             own.count, own.most
         ));
     }
+    let mut facts = Facts::of(&FORMAT);
+    facts.say("encoding", header.ply.encoding);
+    facts.generator = header_comments::generator(&header.ply);
+    if columns.filter.is_some() {
+        facts.say("filter of Mip-Splatting", "fused into sizes and opacities");
+    }
+    if columns.scale[2].is_none() {
+        facts.say("thickness", "none: the discs of 2DGS");
+    }
     Ok(Raw {
         origin: middle,
         up: says.up,
-        ..Raw::new(cloud.antialiased(says.antialiased), notes)
+        ..Raw::new(cloud.antialiased(says.antialiased), notes).with(facts)
     })
 }
 

@@ -30,6 +30,8 @@ pub(super) struct Meta {
     pub(super) harmonics: Option<Harmonics>,
     /// Whether the cloud was trained with antialiasing.
     pub(super) antialiased: bool,
+    /// The program that wrote the file.
+    pub(super) generator: Option<String>,
 }
 
 /// Ranges of `sign(v) ln(|v| + 1)`.
@@ -96,6 +98,9 @@ impl Meta {
             name,
         };
         fields.record.take("version");
+        // It stays listed: it is no part of the picture.
+        let generator = fields.record.peek("asset.generator");
+        let generator = generator.and_then(Value::as_str).map(str::to_owned);
         let none = fields.record.take("shN").filter(|own| !own.is_null());
         if none.is_some() {
             return Err(fields.wrong(
@@ -127,6 +132,7 @@ impl Meta {
                 false => None,
             },
             antialiased: fields.antialiased()?,
+            generator,
         };
         (fields.record.finish(notes)).map_err(|e| name.key(e))?;
         Ok(meta)

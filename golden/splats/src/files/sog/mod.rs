@@ -19,18 +19,21 @@ use zip::ZipArchive;
 
 use super::error::{FileError, Origin};
 use super::reader::{Reader, limited, whole};
-use super::{META, values};
+use super::values;
 use crate::Cloud;
-use crate::file_content::{Loaded, Raw};
+use crate::file_content::{Facts, Loaded, Raw};
 use meta::Meta;
 use pixels::ImageNeeds;
 use potamoi_base::file_keys::{Fate, Format, Notes, key, told};
 use potamoi_containers::archive;
 
 mod entries;
+pub mod levels;
 mod meta;
 mod pixels;
 
+/// The file that describes the images of a folder.
+pub(super) const META: &str = "meta.json";
 /// The largest `meta.json`, in bytes.
 const LONGEST_META: u64 = 4 << 20;
 /// The largest image file, in bytes.
@@ -113,7 +116,7 @@ pub static FORMAT: Format = Format {
 
 /// The registry entry of the format.
 pub(super) static READER: Reader = Reader {
-    ending: "sog",
+    endings: &["sog"],
     formats: &[&FORMAT],
     read: |path, origin| raw(&whole(path)?, origin),
 };
@@ -233,7 +236,13 @@ fn decode(
         }
     }
     let cloud = build(&meta, Images::sort(images, name)?, name)?;
-    Ok(Raw::new(cloud.antialiased(meta.antialiased), notes))
+    let mut facts = Facts::of(&FORMAT).version(2);
+    facts.generator = meta.generator;
+    facts.bytes = total;
+    if let Some(own) = &meta.harmonics {
+        facts.say("entries of the palette", own.count);
+    }
+    Ok(Raw::new(cloud.antialiased(meta.antialiased), notes).with(facts))
 }
 
 impl Images {

@@ -16,7 +16,7 @@ static FORMAT: Format = Format {
 };
 
 static READER: Reader = Reader {
-    ending: "dots",
+    endings: &["dots"],
     formats: &[&FORMAT],
     read: |path, origin| raw(&whole(path)?, origin),
 };
@@ -51,17 +51,19 @@ fn an_added_format_is_read_and_refused_like_the_others() {
     std::fs::write(&path, "0 0 1\n0 0.5 2\n").unwrap();
     let with: Vec<&Reader> = READERS.iter().copied().chain([&READER]).collect();
 
-    let unknown = read_by(&READERS, &path, None).unwrap_err().to_string();
+    let unknown = read_by(&READERS, &path, None, None)
+        .unwrap_err()
+        .to_string();
     assert!(unknown.contains(".ply, .splat, .spz, .sog"), "{unknown}");
-    let loaded = read_by(&with, &path, None).unwrap();
+    let loaded = read_by(&with, &path, None, None).unwrap();
     assert_eq!(loaded.cloud.means(), [[0.0, 0.0, 1.0], [0.0, 0.5, 2.0]]);
     // Whoever reads it says where its axes point, as of any other.
     let axes = "right-up-back".parse().unwrap();
-    let turned = read_by(&with, &path, Some(axes)).unwrap();
+    let turned = read_by(&with, &path, Some(axes), None).unwrap();
     assert_eq!(turned.cloud.means()[1], [0.0, -0.5, -2.0]);
 
     std::fs::write(&path, "0 0 1\n0 half 2\n").unwrap();
-    let refused = read_by(&with, &path, None).unwrap_err().to_string();
+    let refused = read_by(&with, &path, None, None).unwrap_err().to_string();
     assert!(
         refused.contains("a.DOTS") && refused.contains("line 2"),
         "{refused}"
@@ -72,14 +74,16 @@ fn an_added_format_is_read_and_refused_like_the_others() {
 /// reader would be ambiguous.
 #[test]
 fn every_reader_has_an_ending_of_its_own_and_keys() {
-    let mut endings = endings();
-    endings.sort_unstable();
-    endings.dedup();
-    assert_eq!(endings.len(), READERS.len());
+    let mut all = endings();
+    all.sort_unstable();
+    all.dedup();
+    assert_eq!(all.len(), endings().len());
     for reader in READERS {
-        assert_eq!(reader.ending, reader.ending.to_lowercase());
-        assert!(!reader.formats.is_empty(), "{}", reader.ending);
-        let keys = reader.formats.iter().map(|format| format.keys.len());
-        assert!(keys.min() > Some(0), "{}", reader.ending);
+        assert!(!reader.endings.is_empty() && !reader.formats.is_empty());
+        for ending in reader.endings {
+            assert_eq!(*ending, ending.to_lowercase());
+            let keys = reader.formats.iter().map(|format| format.keys.len());
+            assert!(keys.min() > Some(0), "{ending}");
+        }
     }
 }

@@ -4,6 +4,10 @@
 mod added;
 mod agree;
 mod fuzz;
+mod gltf;
+mod ksplat;
+mod levels;
+mod near;
 pub mod pack;
 mod refuse;
 mod sog_images;
@@ -26,12 +30,16 @@ fn fixture(name: &str) -> Vec<u8> {
 
 /// The fixtures and what reads them.
 type Parse = fn(&[u8], &str) -> Result<Cloud, FileError>;
-const FIXTURES: [(&str, Parse); 5] = [
+const FIXTURES: [(&str, Parse); 9] = [
     ("cloud.compressed.ply", packed_cloud),
     ("cloud.v2.spz", spz_cloud),
     ("cloud.v3.spz", spz_cloud),
     ("cloud.v4.spz", spz_cloud),
     ("cloud.sog", sog_cloud),
+    ("cloud.0.ksplat", ksplat_cloud),
+    ("cloud.1.ksplat", ksplat_cloud),
+    ("cloud.2.ksplat", ksplat_cloud),
+    ("few.glb", gltf_cloud),
 ];
 
 fn packed_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
@@ -44,6 +52,14 @@ fn spz_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
 
 fn sog_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
     sog::parse(bytes, origin).map(|loaded| loaded.cloud)
+}
+
+fn ksplat_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+    super::ksplat::parse(bytes, origin).map(|loaded| loaded.cloud)
+}
+
+fn gltf_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
+    super::gltf::parse(bytes, Path::new(""), origin).map(|loaded| loaded.cloud)
 }
 
 fn splat_cloud(bytes: &[u8], origin: &str) -> Result<Cloud, FileError> {
