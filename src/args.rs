@@ -23,9 +23,8 @@ fn sections_used(command: &str) -> &'static [Section] {
     match command {
         "model" | "compare" | "sweep" | "explore" => &Section::ALL,
         "cost" => &[Section::System, Section::Render],
-        "render" | "verify" | "trace" | "effects" | "characterise" | "layouts" | "mutate" => {
-            &[Section::Render]
-        }
+        "render" | "inspect" | "verify" | "trace" | "effects" | "characterise" | "layouts"
+        | "mutate" => &[Section::Render],
         _ => &[],
     }
 }

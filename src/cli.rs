@@ -14,6 +14,7 @@ use crate::effects::EffectsArgs;
 use crate::emit_unit::EmitUnit;
 use crate::estimate::EstimateArgs;
 use crate::explore::ExploreArgs;
+use crate::inspect::InspectArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;
 use crate::mutate::MutateArgs;
@@ -73,6 +74,8 @@ pub(crate) enum Command {
     Explore(Box<ExploreArgs>),
     /// Measure the cost of accuracy in time, energy and area
     Cost(CostArgs),
+    /// Tell what a model's file says and holds, and what its format costs beside another
+    Inspect(InspectArgs),
     /// List the results kept between runs, or remove them
     Cache(CacheArgs),
     /// List the external tools: state, version, and the commands that need each

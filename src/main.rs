@@ -20,6 +20,7 @@ mod estimate;
 mod explore;
 mod exponential_price;
 mod failure;
+mod inspect;
 mod layouts;
 mod model;
 mod mutate;
@@ -131,6 +132,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Sweep(args) => sweep::run(args),
         cli::Command::Explore(args) => explore::run(args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
+        cli::Command::Inspect(args) => inspect::run(&cli.common, args),
         cli::Command::Cache(args) => cache::run(args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()),
     }

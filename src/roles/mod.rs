@@ -29,9 +29,9 @@ enum Role {
 fn role(argument: &str) -> Option<Role> {
     Some(match argument {
         "out_dir" | "work_dir" | "readmemh" | "netlists" => Role::Folder,
-        "machine" | "machines" | "plan" | "beside" | "config" | "rtl" | "scene" | "scenes"
-        | "for_scene" | "camera" | "mesh" | "trace" | "system" | "synth" | "liberty"
-        | "compare" | "activity" | "fit_to" => Role::Input,
+        "model" | "other" | "machine" | "machines" | "plan" | "beside" | "config" | "rtl"
+        | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system" | "synth"
+        | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
         "out" | "json" | "vcd" | "csv" | "prices" | "plot" | "plot_energy" | "plot_roofline"
         | "found" | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
         _ => return None,

@@ -57,11 +57,14 @@ fn read(page: &Path) -> String {
     std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{}: {e}", page.display()))
 }
 
-/// An empty folder for commands of the book, but for a link to the book's files: commands name those
-/// from the top of the repository.
+/// An empty folder for commands of the book, but for links to the book's files and to test files:
+/// commands name those from the top of the repository.
 fn folder_with_docs() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let docs = root().join("docs");
-    std::os::unix::fs::symlink(docs, folder.path().join("docs")).unwrap();
+    let files = folder.path().join("golden/tests");
+    std::fs::create_dir_all(&files).unwrap();
+    for (from, to) in [("docs", "docs"), ("golden/tests/fixtures", "golden/tests/fixtures")] {
+        std::os::unix::fs::symlink(root().join(from), folder.path().join(to)).unwrap();
+    }
     folder
 }

@@ -10,6 +10,22 @@ const TURN: f64 = 36.0;
 const MAX_FRAMES: u32 = 100_000;
 
 impl Scene {
+    /// Cameras from which models are compared: the first of a camera file's or a recorded motion's (30 a
+    /// second), else the scene's own and others around the model, at equal angles.
+    ///
+    /// # Errors
+    /// The file or motion has fewer.
+    pub fn standard_cameras(&self, count: u32) -> Result<Vec<Camera>, SceneError> {
+        if !self.path.is_empty() || self.motion.is_some() {
+            return self.path(30.0, count);
+        }
+        let middle = self.default_orbit().target;
+        let step = 360.0 / f64::from(count.max(1));
+        let all =
+            (0..count).map(|k| orbit::turned(&self.camera, middle, self.up, step * f64::from(k)));
+        Ok(all.collect())
+    }
+
     /// The rate of the path in frames a second for a command's rate `fps`: that of a recorded motion
     /// if the description states one, else `fps`. `None` if the cameras are those of a file, which
     /// have no times.

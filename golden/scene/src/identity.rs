@@ -35,6 +35,7 @@ impl Scene {
             choices,
             precision,
             // Words about the files: nothing is rendered otherwise for them.
+            file_facts: _,
             notes: _,
             // The model is turned already, and it and the camera are from the origin on.
             axes: _,

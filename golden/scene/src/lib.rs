@@ -78,7 +78,7 @@ use potamoi_base::file_keys::Notes;
 use potamoi_base::precision::{Models, Precision};
 use potamoi_fields::{AnyField, Field, Size};
 use potamoi_march::tiling::Halo;
-use potamoi_splats::{Axes, Cells, Cloud, Order, Profile};
+use potamoi_splats::{Axes, Cells, Cloud, Facts, Order, Profile};
 
 /// What a scene shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -189,6 +189,8 @@ pub struct Scene {
     axes: Option<Axes>,
     /// Position of the model's origin in the file's world.
     origin: DVec3,
+    /// What a splat file says of itself.
+    file_facts: Option<Arc<Facts>>,
     /// Unused parts of the files, and assumptions.
     notes: Notes,
     /// The analytic field that a built-in model was sampled from.
@@ -212,6 +214,30 @@ impl Scene {
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
+    }
+
+    /// What the file of splats says of itself; `None` for other models.
+    #[must_use]
+    pub fn file_facts(&self) -> Option<&Facts> {
+        self.file_facts.as_deref()
+    }
+
+    /// Position of the model's origin in the file's world.
+    #[must_use]
+    pub const fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The vertical axis.
+    #[must_use]
+    pub const fn up(&self) -> DVec3 {
+        self.up
+    }
+
+    /// Unused parts of the files, and assumptions.
+    #[must_use]
+    pub const fn notes(&self) -> &Notes {
+        &self.notes
     }
 
     /// The camera.

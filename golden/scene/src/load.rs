@@ -76,7 +76,7 @@ impl Scene {
             });
         }
         if files::is_splats(path) {
-            return Self::model_file(path, axes);
+            return Self::model_file(path, axes, None);
         }
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
@@ -88,7 +88,8 @@ impl Scene {
                     path: path.to_owned(),
                     kind: match other {
                         _ if path.is_dir() => {
-                            "folders but those of SOG, with `meta.json`,".to_owned()
+                            "folders but those of SOG, with `meta.json` or `lod-meta.json`,"
+                                .to_owned()
                         }
                         Some(other) => format!("files that end in `.{}`", told(other)),
                         None => "files without an ending".to_owned(),
@@ -130,6 +131,7 @@ impl Scene {
             from_file: false,
             axes: None,
             origin: DVec3::ZERO,
+            file_facts: None,
             notes: Notes::default(),
             truth: None,
             choices: Choices::default(),
@@ -140,8 +142,12 @@ impl Scene {
 
     /// Gaussians with y down as in 3DGS training, unless the file states otherwise, over black,
     /// seen from [`Scene::default_orbit`].
-    fn model_file(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
-        let loaded = files::read(path, axes)?;
+    fn model_file(
+        path: &Path,
+        axes: Option<Axes>,
+        level: Option<usize>,
+    ) -> Result<Self, SceneError> {
+        let loaded = files::read_level(path, axes, level)?;
         let up = loaded.up.unwrap_or(DVec3::NEG_Y);
         let coordinates = loaded.cloud.means().iter().flatten();
         if let Some(far) = coordinates.copied().find(|v| v.abs() > MAX_CENTRE) {
@@ -154,6 +160,7 @@ impl Scene {
         }
         let mut scene = Self::file(path, Model::Splats(loaded.cloud), up, [0.0; 3]);
         (scene.axes, scene.origin, scene.notes) = (axes, loaded.origin, loaded.notes);
+        scene.file_facts = Some(loaded.facts.into());
         Ok(scene)
     }
 
@@ -228,8 +235,8 @@ impl Scene {
                     message: format!("field `model.name`: {error}"),
                 }
             })?,
-            ModelDescription::Splats { path, axes } => {
-                Self::model_file(&model(path)?, asked.or(*axes)).map_err(named)?
+            ModelDescription::Splats { path, axes, level } => {
+                Self::model_file(&model(path)?, asked.or(*axes), *level).map_err(named)?
             }
             ModelDescription::Compact3dgs { path, axes } => {
                 Self::compact(&model(path)?, asked.or(*axes)).map_err(named)?

@@ -10,6 +10,7 @@
 //! | [`characterisation`] | reads, cache misses and bank conflicts |
 //! | [`organisations`] | the cycles of a frame's gathers in each organisation of the banks |
 //! | [`synthesis`] | area, clock and power of units |
+//! | [`inspection`] | what a file of a model says and holds, and what its format costs beside another |
 //! | [`rendering`], [`verification`] | a picture by any arithmetic; workloads for the verification of hardware |
 //!
 //! A [`Setup`] is a scene with the configuration that renders it and the system around that. A
@@ -49,6 +50,7 @@ pub mod characterisation;
 pub mod effects;
 mod error;
 pub mod exponential;
+pub mod inspection;
 pub mod organisations;
 mod progress;
 pub mod rendering;

@@ -13,7 +13,7 @@ pub(crate) static DESCRIPTION: Format = Format {
 };
 
 /// The keys that are read here.
-const OWN: [Key; 37] = [
+const OWN: [Key; 38] = [
     key(
         "model.kind",
         "builtin, splats, compact-3dgs, images, or that of a field: its table of keys names it",
@@ -27,6 +27,10 @@ const OWN: [Key; 37] = [
     key(
         "model.axes",
         "of splats and Compact-3DGS: where x, y and z of the file point, such as right-up-back",
+    ),
+    key(
+        "model.level",
+        "of streamed SOG: the level of detail, from 0; 0, the finest, unless given",
     ),
     key(
         "model.hash_unit",

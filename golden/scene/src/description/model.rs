@@ -29,6 +29,8 @@ pub(crate) enum ModelDescription {
         /// Directions of its x, y and z axes; by default those of the file or of its format.
         #[serde(default, deserialize_with = "axes")]
         axes: Option<Axes>,
+        /// The level of detail of streamed SOG; by default 0, the finest.
+        level: Option<usize>,
     },
     /// A Compact-3DGS model.
     #[serde(rename = "compact-3dgs")]

@@ -7,6 +7,7 @@ mod descriptions;
 mod fields;
 mod frame;
 mod pictures;
+mod splat_containers;
 mod splats;
 mod toys;
 
@@ -17,6 +18,7 @@ const BINARY: &str = "-p potamoi-scene --test mutants";
 fn formats() -> Vec<Format> {
     [
         splats::formats(),
+        splat_containers::formats(),
         fields::formats(),
         cameras::formats(),
         descriptions::formats(),
@@ -25,7 +27,7 @@ fn formats() -> Vec<Format> {
 }
 
 frame::tests! {
-    ply, packed_ply, splat, spz, spz_4, compact, sog, sog_folder, dvgo, tensorf, ingp, msgpack,
+    ply, packed_ply, splat, spz, spz_4, compact, sog, sog_folder, ksplat, glb, gltf, sog_levels, dvgo, tensorf, ingp, msgpack,
     tum, euroc, replica, kitti, cameras_json, transforms_json, transforms_of_angles, colmap, images,
     scene_toml, configuration, trace, obj, mesh_ply
 }

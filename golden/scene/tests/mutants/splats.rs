@@ -19,7 +19,7 @@ use crate::frame::{Format, Rng, Verdict, npy, ply, tree, zips};
 use crate::pictures::{picture, single};
 
 /// Finite values, rotations that can be made unit ones, opacities, bounds, and a picture.
-fn judge(path: &Path) -> Verdict {
+pub(crate) fn judge(path: &Path) -> Verdict {
     Verdict::of(Scene::open(&path.to_string_lossy()), |scene| {
         match scene.model() {
             Model::Splats(cloud) => gaussians(cloud)?,
@@ -243,7 +243,7 @@ fn mutated_spz_4(rng: &mut Rng) -> Vec<u8> {
     out
 }
 
-const SOG: &[u8] = include_bytes!("../../../tests/fixtures/splats/cloud.sog");
+pub(crate) const SOG: &[u8] = include_bytes!("../../../tests/fixtures/splats/cloud.sog");
 
 /// The members of a SOG file, `meta.json` or one of the pictures changed.
 fn mutated_sog(rng: &mut Rng) -> Vec<(String, Vec<u8>)> {
