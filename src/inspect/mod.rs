@@ -28,14 +28,14 @@ pub(crate) struct InspectArgs {
     /// Another model of the same scene, which pictures and Gaussians are compared with [default: none]
     #[arg(value_name = "OTHER")]
     other: Option<String>,
-    /// Camera file in the OpenCV convention [default: the scene's own camera]
+    /// Camera file in the OpenCV convention [default: cameras around the model]
     #[arg(long, value_name = "FILE", requires = "other")]
     camera: Option<PathBuf>,
     /// Number of cameras: the first of the camera file or of the model's description, else around the model
     #[arg(long, value_name = "N", default_value_t = 4, requires = "other",
           value_parser = clap::value_parser!(u32).range(1..))]
     cameras: u32,
-    /// Width of the picture [default: the scene's]
+    /// Width of the picture [default: 200]
     #[arg(long, value_name = "PIXELS", requires = "other")]
     width: Option<u32>,
     /// Write the report as JSON; several scenes or frames share one report

@@ -126,7 +126,8 @@ pub fn differences(one: &Cloud, other: &Cloud, shift: DVec3) -> Option<Differenc
     })
 }
 
-/// The angle between two rotations in degrees; a quaternion of length 0 is no rotation.
+/// The angle between two ellipsoids' axes in degrees, at most 90 about each of them: an ellipsoid turned by
+/// 180 degrees about one of its axes is the same. A quaternion of length 0 is no rotation.
 fn angle(a: [f32; 4], b: [f32; 4]) -> f64 {
     let unit = |q: [f32; 4]| {
         let q = q.map(f64::from);
@@ -137,12 +138,20 @@ fn angle(a: [f32; 4], b: [f32; 4]) -> f64 {
         }
     };
     let [a, b] = [unit(a), unit(b)];
-    let cosine: f64 = a.iter().zip(&b).map(|(p, q)| p * q).sum();
-    let apart: f64 = (a.iter().zip(&b))
-        .map(|(p, q)| (p - q * cosine.signum()).powi(2))
-        .sum();
-    // By the chord, which small angles are exact in.
-    4.0 * (apart.sqrt() / 2.0).clamp(0.0, 1.0).asin().to_degrees()
+    let angles = alike(b).map(|b| {
+        let cosine: f64 = a.iter().zip(&b).map(|(p, q)| p * q).sum();
+        let apart: f64 = (a.iter().zip(&b))
+            .map(|(p, q)| (p - q * cosine.signum()).powi(2))
+            .sum();
+        // By the chord, which small angles are exact in.
+        4.0 * (apart.sqrt() / 2.0).clamp(0.0, 1.0).asin().to_degrees()
+    });
+    angles.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// The rotations that give an ellipsoid the same axes: this one, and it after half a turn about x, y or z.
+pub(crate) fn alike([w, x, y, z]: [f64; 4]) -> [[f64; 4]; 4] {
+    [[w, x, y, z], [-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]]
 }
 
 #[cfg(test)]
@@ -202,7 +211,9 @@ mod tests {
         // A turn by 60 degrees about x before it, and the opposite quaternion, the same rotation.
         let (c, s) = (3f32.sqrt() / 2.0, 0.5f32);
         rotations[0] = [w * c - x * s, x * c + w * s, y * c + z * s, z * c - y * s];
-        rotations[1] = rotations[1].map(|v| -v);
+        // Half a turn about its own y, too.
+        let [w, x, y, z] = rotations[1];
+        rotations[1] = [y, z, -w, -x];
         let mut means = one.means().to_vec();
         means[1][0] += 1e-4;
         let mut scales = one.log_scales().to_vec();

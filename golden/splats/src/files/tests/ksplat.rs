@@ -4,7 +4,7 @@ use super::near::{Near, check, first, of_degree};
 use super::refuse::refused;
 use super::*;
 
-/// Colours and opacities are cut to bytes by the writer; a half float has 11 bits.
+/// Colours and opacities are cut to bytes by the writer; half floats are cut to 11 bits.
 const LEVEL_0: Near = Near {
     mean: 0.0,
     size: 0.0,
@@ -24,16 +24,16 @@ fn every_level_is_what_its_writer_packed() {
             // Buckets have an edge of 2 and 65,535 codes.
             1 => Near {
                 mean: 1.0 / 32767.0,
-                size: 1.0 / 2048.0,
-                rotation: 1.0 / 2048.0,
-                rest: 1.0 / 4096.0,
+                size: 1.0 / 1024.0,
+                rotation: 1.0 / 1024.0,
+                rest: 1.0 / 2048.0,
                 ..LEVEL_0
             },
             // Bytes over -0.5 to 0.5, cut.
             _ => Near {
                 mean: 1.0 / 32767.0,
-                size: 1.0 / 2048.0,
-                rotation: 1.0 / 2048.0,
+                size: 1.0 / 1024.0,
+                rotation: 1.0 / 1024.0,
                 rest: 1.0 / 255.0,
                 ..LEVEL_0
             },

@@ -11,8 +11,7 @@ const NEAR: Near = Near {
     size: 4.0 / 256.0,
     rotation: 0.02,
     opacity: 1.0 / 255.0,
-    // The writer's images lose the colours of what is wholly transparent.
-    constant: 1.0,
+    constant: 2.0 / 256.0,
     rest: 0.0,
 };
 
