@@ -13,7 +13,6 @@ use serde::Serialize;
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
-use crate::scene::{note, say_not_checked};
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -81,7 +80,6 @@ pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
             scene.set_camera_file(path, 0)?;
         }
         scene.set_size(Some(args.width.unwrap_or(WIDTH)), None)?;
-        note(&scene);
         let config = common.chosen_for(&scene)?.config;
         let cameras = scene.standard_cameras(args.cameras)?;
         let spinner = progress::spinner("rendering both");
@@ -94,8 +92,6 @@ pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         files::write_json(path, &report)?;
     }
-    // What files leave open is told with each of them.
-    say_not_checked(&[]);
     Ok(())
 }
 

@@ -84,10 +84,10 @@ fn print_splats(own: &Splats) {
         let [x, y, z] = own.origin;
         say!("  centres are from ({x}, {y}, {z}) on");
     }
-    let mut table = tables::plain(["  range of", "least", "most", "unit"]);
+    let mut table = tables::plain([" range of", "least", "most", "unit"]);
     for range in &own.ranges {
         table.add_row([
-            format!("  {}", range.what),
+            format!(" {}", range.what),
             number(range.least),
             number(range.most),
             range.unit.to_owned(),
@@ -119,10 +119,10 @@ pub(super) fn print_beside(own: &Beside) {
                 ),
             };
             say!("  Gaussians are compared {paired}");
-            let mut table = tables::plain(["  difference of", "largest", "RMS", "unit"]);
+            let mut table = tables::plain([" difference of", "largest", "RMS", "unit"]);
             for row in &found.properties {
                 table.add_row([
-                    format!("  {}", row.what),
+                    format!(" {}", row.what),
                     number(row.most),
                     number(row.rms),
                     row.unit.to_owned(),
@@ -133,7 +133,7 @@ pub(super) fn print_beside(own: &Beside) {
         (None, Some(why)) => say!("  differences of Gaussians: - ({why})"),
         (None, None) => {}
     }
-    let mut table = tables::plain(["  first picture", "first", "second", "ratio"]);
+    let mut table = tables::plain([" first picture", "first", "second", "ratio"]);
     for (what, of) in ROWS {
         let [a, b] = own.work.map(of);
         let ratio = match (a, b) {
@@ -143,7 +143,7 @@ pub(super) fn print_beside(own: &Beside) {
         if [a, b] != [Some(0); 2] {
             let shown = [a, b].map(|own| own.map_or("-".to_owned(), |own| own.to_string()));
             let [a, b] = shown;
-            table.add_row([format!("  {what}"), a, b, ratio]);
+            table.add_row([format!(" {what}"), a, b, ratio]);
         }
     }
     say!("{}", trimmed(&table.to_string()));

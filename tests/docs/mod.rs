@@ -63,7 +63,10 @@ fn folder_with_docs() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let files = folder.path().join("golden/tests");
     std::fs::create_dir_all(&files).unwrap();
-    for (from, to) in [("docs", "docs"), ("golden/tests/fixtures", "golden/tests/fixtures")] {
+    for (from, to) in [
+        ("docs", "docs"),
+        ("golden/tests/fixtures", "golden/tests/fixtures"),
+    ] {
         std::os::unix::fs::symlink(root().join(from), folder.path().join(to)).unwrap();
     }
     folder
