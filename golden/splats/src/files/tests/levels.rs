@@ -5,13 +5,14 @@ use serde_json::{Value, json};
 use super::near::{Near, check, first, of_degree};
 use super::*;
 
-/// The steps of SOG, of 16 bits of a range of `2 ln 3` and of nearest codes for few Gaussians.
+/// The steps of SOG: 16 bits of a range of `2 ln 3`, and codebooks, of which the writer's are coarser than
+/// 256 even steps where there are few Gaussians.
 const NEAR: Near = Near {
     mean: 3.0 * 2.2 / 65535.0 + 1e-4,
-    size: 4.0 / 256.0,
+    size: 0.02,
     rotation: 0.02,
     opacity: 1.0 / 255.0,
-    constant: 2.0 / 256.0,
+    constant: 0.02,
     rest: 0.0,
 };
 
