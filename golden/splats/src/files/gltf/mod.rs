@@ -36,8 +36,6 @@ use potamoi_base::file_keys::{FileKeys, Notes};
 
 /// The largest JSON, in bytes.
 const LONGEST_JSON: usize = 16 << 20;
-/// Gaussians a byte of the files, at most: a mesh may be shown several times.
-const A_BYTE: usize = 1;
 /// The distance of a model from its origin, in its own extents, beyond which the origin is moved there:
 /// 32-bit floats then lose 10 of their 24 bits.
 const FAR: f64 = 1024.0;
@@ -184,7 +182,8 @@ fn gather(
             }
         };
         all.clouds.push((cloud, at));
-        let most = (bytes + buffers.bytes_beside() as usize) * A_BYTE;
+        // A mesh may be shown several times.
+        let most = bytes + buffers.bytes_beside() as usize;
         let count: usize = all.clouds.iter().map(|(own, _)| own.len()).sum();
         if count > most {
             let expected = format!("at most {most}: a byte of the files for each at the least");

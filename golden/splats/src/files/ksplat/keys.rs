@@ -14,7 +14,7 @@ pub static FORMAT: Format = Format {
         key(
             "sections",
             Fate::Honoured,
-            "those that are written, and those that there is room for; 1 or more",
+            "those that are written (0: all), and those that there is room for; 1 or more",
         ),
         key(
             "number of Gaussians",

@@ -10,6 +10,8 @@ const HEADER: usize = 4096;
 const SECTION: usize = 1024;
 /// Bytes of a bucket's middle.
 const BUCKET: usize = 12;
+/// Bytes of a row at the least.
+const LEAST_ROW: usize = 24;
 /// The default range of coefficients.
 const COEFFICIENTS: f32 = 1.5;
 /// The default range of centres.
@@ -86,6 +88,13 @@ impl Header {
             let expected = format!("at most {room}, for which there is room");
             return Err(name.field("number of written sections", written, expected));
         }
+        // Some writers leave these counts at 0, which other readers do not look at.
+        let written = if written == 0 { room } else { written };
+        let places = if places == 0 {
+            bytes.len() / LEAST_ROW
+        } else {
+            places
+        };
         if count == 0 || count > places {
             let expected = format!("1 to {places}, for which there is room");
             return Err(name.field("number of Gaussians", count, expected));

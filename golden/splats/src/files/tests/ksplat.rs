@@ -78,6 +78,15 @@ fn room_and_reserved_bytes_are_listed() {
     assert_eq!(loaded.notes.not_used(), listed);
 }
 
+/// Counts that other writers leave at 0.
+#[test]
+fn counts_of_0_are_not_stated() {
+    let mut bytes = fixture("cloud.0.ksplat");
+    bytes[8..16].fill(0);
+    let own = ksplat_cloud(&bytes, "f").unwrap();
+    assert_eq!(own, ksplat_cloud(&fixture("cloud.0.ksplat"), "f").unwrap());
+}
+
 #[test]
 fn a_size_of_0_is_told() {
     let mut bytes = fixture("cloud.0.ksplat");
