@@ -1,6 +1,6 @@
 //! `potamoi compare`: machines side by side.
 
-mod picture;
+pub(crate) mod picture;
 mod rivals;
 pub(crate) mod table;
 
@@ -14,6 +14,7 @@ use potamoi_system::system_model::System;
 use serde::Serialize;
 
 use crate::args::ClockArgs;
+use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
@@ -89,7 +90,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
         files::write(path, &text)?;
     }
     if let Some(path) = &args.plot {
-        picture::plot(path, &found)?;
+        charts::write(path, &picture::spec(&found))?;
     }
     if let Some(path) = &args.json {
         let report = Report {

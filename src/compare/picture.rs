@@ -1,52 +1,25 @@
 //! The comparison as a picture: a group of bars a scene.
 
-use std::path::Path;
-
-use plotters::prelude::*;
 use potamoi_machines::{Comparison, Figures, Row};
+use potamoi_plots::COLOURS;
 use potamoi_system::system_model::AtBounds;
+use serde_json::{Value, json};
 
-use crate::charts::{self, COLOURS, LETTERS, TITLE};
-use crate::failure::Failure;
+use crate::charts::{GREY, SERIES, name, number};
 
-/// Height of a bar and of a group's title, and widths of names and of figures, in pixels.
-const BAR: i32 = 26;
-const GROUP: i32 = 40;
-const NAMES: i32 = 220;
-const WIDTH: i32 = 980;
-const FIGURES: i32 = 110;
+/// Width of the longest bar in pixels.
+const WIDTH: u32 = 600;
 
-/// A bar: name, figure, and index of its colour.
-type Bar = (String, Option<AtBounds<f64>>, usize);
-
-/// A group of bars: the scene, and its machines.
-type Group = (String, Vec<Bar>);
-
-/// Index of the colour of GPUs without an accelerator: a grey.
-const ALONE: usize = 8;
-
-/// Draws bars from 0 to the lower bound, and lighter ones on to the higher.
-pub(super) fn plot(path: &Path, found: &Comparison) -> Result<(), Failure> {
-    let panels = [
-        (
-            "frames a second",
-            groups(found, |own| Some(own.frames_per_second), true),
-        ),
-        ("millijoules a frame", groups(found, |own| own.mj, false)),
-    ];
-    let of_group = |(_, bars): &Group| GROUP + BAR * bars.len() as i32;
-    let height = |groups: &[Group]| GROUP + groups.iter().map(of_group).sum::<i32>();
-    let all: i32 = panels.iter().map(|(_, groups)| height(groups)).sum();
-    charts::picture(path, (WIDTH as u32, (all + BAR + 20) as u32), |area| {
-        let mut top = 10;
-        for (title, groups) in &panels {
-            draw(area, title, groups, top)?;
-            top += height(groups);
-        }
-        let note = "full colour up to where no demands of a GPU kernel overlap, or all do; lighter up to the other";
-        let letters = LETTERS.into_text_style(area);
-        area.draw(&Text::new(note, (10, top), letters))?;
-        Ok(())
+/// Bars from 0 to the lower bound, and lighter ones on to the higher.
+pub(crate) fn spec(found: &Comparison) -> Value {
+    let rates = groups(found, |own| Some(own.frames_per_second), true);
+    let energies = groups(found, |own| own.mj, false);
+    json!({
+        "title": {
+            "text": "machines on scenes",
+            "subtitle": "full colour up to where no demands of a GPU kernel overlap, or all do; lighter up to the other",
+        },
+        "vconcat": [panel(&rates, "frames a second"), panel(&energies, "millijoules a frame")],
     })
 }
 
@@ -54,63 +27,76 @@ fn groups(
     found: &Comparison,
     of: impl Fn(&Figures) -> Option<AtBounds<f64>>,
     has_gpus: bool,
-) -> Vec<Group> {
-    let group = |rows: &Vec<Row>| {
+) -> Vec<Value> {
+    let mut all = vec![];
+    for rows in &found.scenes {
         let figures: Vec<&Figures> = rows.iter().filter_map(Row::figures).collect();
-        let first = figures.first()?;
+        let Some(first) = figures.first() else {
+            continue;
+        };
         let [width, height] = first.size;
-        let name = format!("{} ({}), {width} x {height}", first.scene, first.algorithm);
-        let mut bars: Vec<Bar> = (figures.iter().enumerate())
-            .map(|(at, own)| {
-                let machine = super::table::shortened(&own.machine);
-                let name = format!("{machine} at {:.2} GHz", own.clock_ghz);
-                (name, of(own), at % ALONE)
-            })
-            .collect();
-        for own in figures.iter().filter(|_| has_gpus) {
-            let name = format!("{} alone", own.gpu);
-            if bars.iter().all(|(known, ..)| *known != name) {
-                bars.push((name, Some(own.gpu_alone_frames_per_second), ALONE));
+        let scene = format!("{} ({}), {width} x {height}", first.scene, first.algorithm);
+        let mut known: Vec<String> = vec![];
+        let mut bar = |name: String, of: Option<AtBounds<f64>>, colour: &str| {
+            if known.contains(&name) {
+                return;
             }
+            let mut own = json!({ "scene": scene, "name": name, "colour": colour, "begin": 0 });
+            let [low, high] = of.map_or([0.0; 2], |of| [of.low(), of.high()]);
+            own["low"] = low.into();
+            own["high"] = high.into();
+            let words = |of| crate::bounds::tight(&of);
+            own["words"] = of.map_or_else(|| "not known".to_owned(), words).into();
+            all.push(own);
+            known.push(name);
+        };
+        for (at, own) in figures.iter().enumerate() {
+            let machine = super::table::shortened(&own.machine);
+            let name = format!("{machine} at {:.2} GHz", own.clock_ghz);
+            bar(name, of(own), COLOURS[at % SERIES]);
         }
-        Some((name, bars))
-    };
-    found.scenes.iter().filter_map(group).collect()
+        for own in figures.iter().filter(|_| has_gpus) {
+            let alone = own.gpu_alone_frames_per_second;
+            bar(format!("{} alone", own.gpu), Some(alone), GREY);
+        }
+    }
+    all
 }
 
-fn draw(area: &charts::Area<'_>, title: &str, groups: &[Group], top: i32) -> charts::Drawn {
-    let all = groups.iter().flat_map(|(_, bars)| bars);
-    let most = all.filter_map(|(_, of, _)| of.as_ref().map(|own| own.high()));
-    let most = most.fold(f64::MIN_POSITIVE, f64::max);
-    let length = |value: f64| (f64::from(WIDTH - NAMES - FIGURES - 20) * value / most) as i32;
-    let letters = LETTERS.into_text_style(area);
-    area.draw(&Text::new(
-        title.to_owned(),
-        (10, top),
-        TITLE.into_text_style(area),
-    ))?;
-    let mut y = top + GROUP;
-    for (scene, bars) in groups {
-        area.draw(&Text::new(scene.clone(), (10, y), letters.clone()))?;
-        y += GROUP / 2;
-        for (name, of, colour) in bars {
-            area.draw(&Text::new(name.clone(), (20, y + 6), letters.clone()))?;
-            let colour = COLOURS[*colour];
-            let bar = |from: i32, to: i32| [(NAMES + from, y + 3), (NAMES + to, y + BAR - 3)];
-            let (text, end) = match of {
-                None => ("not known".to_owned(), 0),
-                Some(range) => {
-                    let [low, high] = [range.low(), range.high()].map(length);
-                    area.draw(&Rectangle::new(bar(0, low), colour.filled()))?;
-                    area.draw(&Rectangle::new(bar(low, high), colour.mix(0.4).filled()))?;
-                    area.draw(&Rectangle::new(bar(0, high), colour.stroke_width(1)))?;
-                    (crate::bounds::tight(range), high)
-                }
-            };
-            area.draw(&Text::new(text, (NAMES + end + 8, y + 6), letters.clone()))?;
-            y += BAR;
-        }
-        y += GROUP / 2;
-    }
-    Ok(())
+fn panel(bars: &[Value], title: &str) -> Value {
+    let x = |field: &str| number(field, title);
+    let colour = json!({ "field": "colour", "type": "nominal", "scale": null });
+    let bar = |from: &str, to: &str, opacity: f64| {
+        json!({
+            "mark": { "type": "bar", "fillOpacity": opacity, "strokeWidth": 1 },
+            "encoding": {
+                "x": x(from), "x2": { "field": to }, "color": colour,
+                "stroke": colour,
+                "tooltip": [{ "field": "name" }, { "field": "words", "title": title }],
+            },
+        })
+    };
+    json!({
+        "data": { "values": bars },
+        "facet": {
+            "row": {
+                "field": "scene", "type": "nominal", "sort": null, "title": null,
+                "header": { "labelAngle": 0, "labelOrient": "top", "labelAnchor": "start" },
+            },
+        },
+        "spec": {
+            "width": WIDTH,
+            "height": { "step": 26 },
+            "encoding": { "y": name("name") },
+            "layer": [
+                bar("begin", "low", 1.0),
+                bar("low", "high", 0.4),
+                {
+                    "mark": { "type": "text", "align": "left", "dx": 6 },
+                    "encoding": { "x": x("high"), "text": { "field": "words" } },
+                },
+            ],
+        },
+        "resolve": { "scale": { "y": "independent" } },
+    })
 }

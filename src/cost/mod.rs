@@ -2,7 +2,7 @@
 
 mod exponential;
 mod methods;
-mod pictures;
+pub(crate) mod pictures;
 mod scene;
 mod tables;
 

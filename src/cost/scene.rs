@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION, pictures, tables};
 use crate::args::Common;
+use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::left_open_of_files;
@@ -51,7 +52,7 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
         files::write(path, &tables::csv(&sweep))?;
     }
     if let Some(path) = &args.plot {
-        pictures::plot(path, &sweep)?;
+        charts::write(path, &pictures::spec(&sweep))?;
     }
     let goal = match (args.target_psnr, args.budget_ms) {
         (Some(db), _) => Some(Goal::Quality(db)),

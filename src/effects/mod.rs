@@ -14,6 +14,7 @@ use potamoi_explore::effects::EffectsStudy;
 use potamoi_scene::Scene;
 
 use crate::args::Common;
+use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{SceneArgs, say_not_checked};
@@ -100,7 +101,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     report::print(found);
     say_not_checked(&report.not_checked);
     if let Some(file) = &args.plot {
-        picture::plot(file, found)?;
+        charts::write(file, &picture::spec(found))?;
     }
     if let Some(file) = &args.json {
         files::write_json(file, &report)?;

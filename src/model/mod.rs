@@ -8,7 +8,7 @@ pub(crate) mod ladder;
 mod limits;
 mod means;
 mod octree;
-mod pictures;
+pub(crate) mod pictures;
 mod report;
 mod rivals;
 mod sensitivity;
@@ -28,6 +28,7 @@ use potamoi_system::system_model::work::{PathOptions, PathParts, PathWork};
 use potamoi_system::system_model::{Scenario, System, Variant, chrome_trace};
 
 use crate::args::{ClockArgs, Common};
+use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{SceneArgs, say_not_checked};
@@ -194,10 +195,10 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
             say_not_checked(&found.not_checked);
         }
         if let Some(file) = &args.plot_energy {
-            pictures::energy(file, &found)?;
+            charts::write(file, &pictures::energy(&found))?;
         }
         if let Some(file) = &args.plot_roofline {
-            pictures::roofline(file, &found, &system)?;
+            charts::write(file, &pictures::roofline(&found, &system))?;
         }
         if let (Some(file), Some(timeline)) = (&args.chrome_trace, &last) {
             files::write_json(file, &chrome_trace(timeline))?;

@@ -1,82 +1,41 @@
 //! Plots: energy by part, and a roofline.
 
-use std::path::Path;
-
-use plotters::prelude::*;
 use potamoi_explore::system::Modelled;
+use potamoi_plots::{COLOURS, SHAPES};
 use potamoi_system::system_model::{Memory, Outcome, Scenario, System};
+use serde_json::{Value, json};
 
-use crate::charts::{COLOURS, LETTERS, TITLE, legend, picture};
-use crate::failure::Failure;
+use crate::charts::{Labels, SERIES, labelled, largest_parts, number, segments, stacked};
 
-const SIZE: (u32, u32) = (900, 540);
-/// Width of a bar in pixels, and of the legend in bars.
-const BAR: u32 = 116;
-const BESIDE: u32 = 2;
+/// Width and height of the roofline in pixels.
+const SIZE: [f64; 2] = [700.0, 400.0];
 
 /// One bar a variant, stacked by part.
-pub(super) fn energy(path: &Path, found: &Modelled) -> Result<(), Failure> {
-    let outcomes = &found.outcomes;
-    let names: Vec<String> = outcomes.iter().map(label).collect();
-    let most = outcomes
-        .iter()
-        .map(|o| mid(o).iter().map(|(_, mj)| mj).sum())
-        .fold(0.0, f64::max);
-    let bars = outcomes.len() as u32 + BESIDE;
-    let size = (SIZE.0.max(bars * BAR), SIZE.1);
-    picture(path, size, |area| {
-        let title = format!(
-            "{}, {} x {}: energy of a frame by part, mean of both bounds{}",
+pub(crate) fn energy(found: &Modelled) -> Value {
+    let bars: Vec<Vec<(&str, f64)>> = found.outcomes.iter().map(energies).collect();
+    let parts = largest_parts(&bars);
+    let of = |(own, bar): (&Outcome, &Vec<_>)| segments(&label(own), bar, &parts, "mJ");
+    let all: Vec<Value> = found.outcomes.iter().zip(&bars).flat_map(of).collect();
+    titled(
+        stacked(&all, &parts, "mJ a frame, mean of both bounds"),
+        format!(
+            "{}, {} x {}: energy of a frame by part{}",
             found.scene,
             found.size[0],
             found.size[1],
             not_known(found)
-        );
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, TITLE)
-            .margin(12)
-            .x_label_area_size(40)
-            .y_label_area_size(64)
-            .build_cartesian_2d((0..bars - 1).into_segmented(), 0.0..most * 1.05)?;
-        chart
-            .configure_mesh()
-            .disable_x_mesh()
-            // None where the legend is.
-            .set_tick_mark_size(LabelAreaPosition::Bottom, 0)
-            .x_labels(bars as usize)
-            .x_label_formatter(&|at| match at {
-                SegmentValue::CenterOf(i) => names.get(*i as usize).cloned().unwrap_or_default(),
-                SegmentValue::Exact(_) | SegmentValue::Last => String::new(),
-            })
-            .y_desc("mJ")
-            .max_light_lines(1)
-            .label_style(LETTERS)
-            .draw()?;
-        let names = outcomes.first().map(mid).unwrap_or_default();
-        let names = names.into_iter().map(|(name, _)| name);
-        for (part, (name, colour)) in names.zip(COLOURS).enumerate() {
-            let bars = outcomes.iter().enumerate().map(|(i, o)| {
-                let own = mid(o);
-                let below: f64 = own[..part].iter().map(|(_, mj)| mj).sum();
-                let x = |at: u32| SegmentValue::Exact(at);
-                let mut bar = Rectangle::new(
-                    [(x(i as u32), below), (x(i as u32 + 1), below + own[part].1)],
-                    colour.filled(),
-                );
-                bar.set_margin(0, 0, 12, 12);
-                bar
-            });
-            chart.draw_series(bars)?.label(name).legend(move |(x, y)| {
-                Rectangle::new([(x, y - 6), (x + 12, y + 6)], colour.filled())
-            });
-        }
-        legend(&mut chart, SeriesLabelPosition::UpperRight)
-    })
+        ),
+    )
+}
+
+fn titled(mut spec: Value, title: String) -> Value {
+    spec["title"] = title.into();
+    spec
 }
 
 /// Energy by part, the geometric mean of both bounds of the GPU's kernels; 0 where it is not known,
 /// which the title says.
-fn mid(of: &Outcome) -> Vec<(&'static str, f64)> {
+fn energies(of: &Outcome) -> Vec<(&'static str, f64)> {
     let [max, sum] = [&of.run.max, &of.run.sum].map(|run| run.energy.named());
     let both = max.into_iter().zip(sum);
     both.map(|((name, max), (_, sum))| (name, (max.zip(sum)).map_or(0.0, |(a, b)| (a * b).sqrt())))
@@ -94,13 +53,11 @@ fn not_known(found: &Modelled) -> String {
 
 /// Roofline: multiplications a second over multiplications a byte of memory, below the limits of
 /// array and memory.
-pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result<(), Failure> {
+pub(super) fn roofline(found: &Modelled, system: &System) -> Value {
     let memory = Memory::of(system);
     let array = f64::from(system.array_rows) * f64::from(system.array_columns) * found.clock_ghz;
     let bandwidth = 1.0 / memory.streamed().ns;
-    let points: Vec<(f64, f64)> = found
-        .outcomes
-        .iter()
+    let places: Vec<(f64, f64)> = (found.outcomes.iter())
         .map(|o| {
             let spent = &o.run.max.spent;
             let bytes = spent.streamed_bytes + spent.written_bytes + spent.random_bytes;
@@ -108,72 +65,91 @@ pub(super) fn roofline(path: &Path, found: &Modelled, system: &System) -> Result
             (macs / bytes.max(1.0), macs / o.run.span_ns().mid())
         })
         .collect();
-    let seen = points.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0);
-    let (left, low) = seen.fold((array / bandwidth, array), |(x, y), own| {
+    let seen = || places.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0);
+    let (left, low) = seen().fold((array / bandwidth, array), |(x, y), own| {
         (x.min(own.0), y.min(own.1))
     });
-    let right = points.iter().map(|p| p.0).fold(array / bandwidth, f64::max);
-    // Whole decades, and room for the legend.
+    let right = seen().map(|p| p.0).fold(array / bandwidth, f64::max);
+    // Whole decades.
     let down = |v: f64| 10f64.powf((v / 1.5).log10().floor());
     let up = |v: f64| 10f64.powf((v * 1.5).log10().ceil());
-    let ([left, low], [right, high]) = ([left, low].map(down), [right * 4.0, array].map(up));
-    picture(path, SIZE, |area| {
-        let title = format!(
-            "{}, {} x {}: multiplications against what the array and memory allow",
-            found.scene, found.size[0], found.size[1]
-        );
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, TITLE)
-            .margin(12)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d((left..right).log_scale(), (low..high).log_scale())?;
-        chart
-            .configure_mesh()
-            .x_label_formatter(&one_two_five)
-            .y_label_formatter(&one_two_five)
-            .x_desc("multiplications a byte of memory")
-            .y_desc("multiplications a nanosecond")
-            .label_style(LETTERS)
-            .draw()?;
-        let corners = [left.max(low / bandwidth), array / bandwidth, right];
-        let roof = corners.map(|x| (x, (x * bandwidth).min(array)));
-        chart
-            .draw_series(LineSeries::new(roof, BLACK.stroke_width(2)))?
-            .label(format!("array {array:.0} a ns, memory {bandwidth:.1} GB/s"))
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 12, y)], BLACK.stroke_width(2)));
-        // A colour a variant, rings where references are from afar.
-        let same = |a: &Outcome, b: &Outcome| a.scenario == b.scenario;
-        for (i, (o, at)) in found.outcomes.iter().zip(&points).enumerate() {
+    let ([left, low], [right, high]) = ([left, low].map(down), [right, array].map(up));
+    let corners = [left.max(low / bandwidth), array / bandwidth, right];
+    let roof: Vec<Value> = (corners.iter())
+        .map(|x| json!({ "x": x, "y": (x * bandwidth).min(array) }))
+        .collect();
+    // A colour and a shape a variant, hollow where references are from afar.
+    let same = |a: &Outcome, b: &Outcome| a.scenario == b.scenario;
+    let mut points = vec![];
+    for (i, (o, (x, y))) in found.outcomes.iter().zip(&places).enumerate() {
+        if *x > 0.0 && *y > 0.0 {
             let number = found.outcomes[..i].iter().filter(|b| same(o, b)).count();
-            let colour = COLOURS[number % COLOURS.len()];
-            let style = match o.scenario {
-                Scenario::Local => colour.filled(),
-                Scenario::Remote => colour.stroke_width(3),
-            };
-            if at.0 > 0.0 && at.1 > 0.0 {
-                chart
-                    .draw_series([Circle::new(*at, 6, style)])?
-                    .label(label(o))
-                    .legend(move |(x, y)| Circle::new((x + 6, y), 5, style));
-            }
+            points.push(json!({
+                "of": label(o), "x": x, "y": y, "colour": COLOURS[number % SERIES],
+                "shape": SHAPES[number % SERIES], "fill": u8::from(o.scenario == Scenario::Local),
+            }));
         }
-        legend(&mut chart, SeriesLabelPosition::LowerRight)
+    }
+    let axis = |title: &str, domain: [f64; 2]| {
+        json!({
+            "type": "quantitative", "title": title,
+            "scale": { "type": "log", "domain": domain, "nice": false },
+        })
+    };
+    let mut x = axis("multiplications a byte of memory", [left, right]);
+    let mut y = axis("multiplications a nanosecond", [low, high]);
+    x["field"] = "x".into();
+    y["field"] = "y".into();
+    let places: Vec<([f64; 2], String)> = (points.iter())
+        .map(|own| {
+            let of = |field: &str| own[field].as_f64().unwrap_or(1.0).log10();
+            let across = (of("x") - left.log10()) / (right / left).log10();
+            let down = (high.log10() - of("y")) / (high / low).log10();
+            let text = own["of"].as_str().unwrap_or_default().to_owned();
+            ([across * SIZE[0], down * SIZE[1]], text)
+        })
+        .collect();
+    let names = labelled(&Labels::beside(places, SIZE));
+    let asis = |field: &str| json!({ "field": field, "type": "nominal", "scale": null });
+    json!({
+        "title": {
+            "text": format!(
+                "{}, {} x {}: multiplications against what the array and memory allow",
+                found.scene, found.size[0], found.size[1]
+            ),
+            "subtitle": format!(
+                "line: array {array:.0} a ns, memory {bandwidth:.1} GB/s; hollow: references from afar"
+            ),
+        },
+        "width": SIZE[0],
+        "height": SIZE[1],
+        "layer": [
+            {
+                "data": { "values": roof },
+                "mark": { "type": "line", "strokeWidth": 2 },
+                "encoding": { "x": x, "y": y },
+            },
+            {
+                "data": { "values": points },
+                "mark": { "type": "point", "size": 120, "strokeWidth": 2 },
+                "encoding": {
+                    "x": x, "y": y,
+                    "color": asis("colour"), "fill": asis("colour"), "shape": asis("shape"),
+                    "fillOpacity": { "field": "fill", "type": "quantitative", "scale": null },
+                    "tooltip": [
+                        { "field": "of" },
+                        number("x", "multiplications a byte"),
+                        number("y", "multiplications a ns"),
+                    ],
+                },
+            },
+            names[0],
+            names[1],
+        ],
     })
 }
 
-/// Labels of a logarithmic axis: 1, 2 and 5 of each decade.
-fn one_two_five(v: &f64) -> String {
-    let first = v / 10f64.powf(v.log10().floor());
-    match [1.0, 2.0, 5.0].iter().any(|d| (first - d).abs() < 1e-6) {
-        // The axis finds them by multiplying.
-        true => format!("{}", (v * 1e6).round() / 1e6),
-        false => String::new(),
-    }
-}
-
-fn label(of: &Outcome) -> String {
+pub(crate) fn label(of: &Outcome) -> String {
     match of.scenario {
         Scenario::Local => of.variant.name.to_owned(),
         Scenario::Remote => format!("{} remote", of.variant.name),

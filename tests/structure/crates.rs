@@ -36,6 +36,7 @@ const FLOW: [&str; 27] = [
     "system",
     "explore",
     "machines",
+    "plots",
 ];
 const ORACLE: std::ops::Range<usize> = 1..11;
 const GENERATOR: [&str; 4] = ["verilated", "netlist", "units", "rust-hdl"];

@@ -10,6 +10,7 @@ use potamoi_explore::exponential::{Method, Methods, Peer};
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};
+use crate::charts;
 use crate::exponential_price;
 use crate::failure::Failure;
 use crate::stdout::say;
@@ -37,7 +38,7 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
         files::write(path, &exponential_price::csv(&found.prices))?;
     }
     if let Some(path) = &args.plot {
-        plot::plot(path, &found.methods, &found.peers)?;
+        charts::write(path, &plot::spec(&found.methods, &found.peers))?;
     }
     if let Some(path) = &args.json {
         let report = Report {
