@@ -50,6 +50,10 @@ test-full: setup
 	cargo test --locked --manifest-path sim/dram-oracle/Cargo.toml --target-dir target/dram-oracle
 	$(call step,the crate verilated against Verilator 5)
 	tools/show-verilated-crate
+	$(call step,the page of a report in headless Chromium)
+	mkdir -p out/report
+	cargo run --locked --quiet -- report garden --width 48 --frames 2 --out out/report/page.html
+	tools/check-report out/report/page.html out/report
 	$(call step,hard cases without their guards)
 	tools/hard-case-guards --batches
 	tools/hard-case-guards --end-to-end

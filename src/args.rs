@@ -21,7 +21,7 @@ pub(crate) const WITHOUT_CONFIGURATION: [&str; 6] =
 /// Sections of a machine's file that a command uses beside the configuration.
 fn sections_used(command: &str) -> &'static [Section] {
     match command {
-        "model" | "compare" | "sweep" | "explore" => &Section::ALL,
+        "model" | "compare" | "sweep" | "explore" | "report" => &Section::ALL,
         "cost" => &[Section::System, Section::Render],
         "render" | "inspect" | "verify" | "trace" | "effects" | "characterise" | "layouts"
         | "mutate" => &[Section::Render],
@@ -37,7 +37,7 @@ pub(crate) struct Common {
 }
 
 /// The help of `--config`, with every preset.
-fn config_help() -> String {
+pub(crate) fn config_help() -> String {
     let names = PRESETS.map(|(name, _)| name).join(", ");
     format!("Configuration file, or a preset: {names} [default: {DEFAULT_PRESET}]")
 }

@@ -20,6 +20,7 @@ use crate::model::ModelArgs;
 use crate::mutate::MutateArgs;
 use crate::prove::ProveArgs;
 use crate::render::RenderArgs;
+use crate::report::ReportArgs;
 use crate::sweep::SweepArgs;
 use crate::synth::SynthArgs;
 use crate::trace::TraceArgs;
@@ -76,6 +77,9 @@ pub(crate) enum Command {
     Cost(CostArgs),
     /// Tell what a model's file says and holds, and what its format costs beside another
     Inspect(InspectArgs),
+    /// Write one page about scenes on machines: pictures, what was verified, time, energy, accuracy,
+    /// effects, and where each figure comes from
+    Report(ReportArgs),
     /// List the results kept between runs, or remove them
     Cache(CacheArgs),
     /// List the external tools: state, version, and the commands that need each

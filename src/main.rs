@@ -28,6 +28,7 @@ mod progress;
 mod prove;
 mod renamed;
 mod render;
+mod report;
 mod roles;
 mod scene;
 mod stdout;
@@ -131,6 +132,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Compare(args) => compare::run(args),
         cli::Command::Sweep(args) => sweep::run(args),
         cli::Command::Explore(args) => explore::run(args),
+        cli::Command::Report(args) => report::run(args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Inspect(args) => inspect::run(&cli.common, args),
         cli::Command::Cache(args) => cache::run(args),

@@ -21,6 +21,7 @@ mod macros;
 mod model;
 mod quality;
 mod render;
+mod report;
 mod rtl_out;
 mod rtl_tools;
 mod splat_unit;

@@ -107,7 +107,8 @@ fn beside(plain: &Scene) -> (&'static str, blake3::Hash) {
 }
 
 /// Hash of all that a scene's picture depends on.
-pub(crate) fn identity_of(scene: &Scene) -> blake3::Hash {
+#[must_use]
+pub fn identity_of(scene: &Scene) -> blake3::Hash {
     let parts = scene.identity().into_iter();
     let parts: Vec<_> = parts.map(|(name, hash)| (name, *hash.as_bytes())).collect();
     hash_of(&parts)

@@ -109,6 +109,12 @@ impl References {
         })
     }
 
+    /// The picture that counts: the truth, or the converged one where the truth is not known.
+    #[must_use]
+    pub fn picture(&self) -> &Picture {
+        self.truth.as_ref().unwrap_or(&self.converged.picture)
+    }
+
     /// Quality of a picture against the truth, where it is known.
     #[must_use]
     pub fn truth(&self, shown: &Picture) -> Option<ImageQuality> {

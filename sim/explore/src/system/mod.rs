@@ -17,4 +17,4 @@ pub use fidelity::{Fidelity, Rung, rungs};
 pub use merging::{Merging, Side};
 pub use modelled::{Modelled, PathPairs};
 pub use paper::{BY_TRAFFIC, Paper, frames_per_second, gathering_speed_up};
-pub use sensitivity::{Mean, Sensitivity, SensitivityRow};
+pub use sensitivity::{Mean, Sensitivity, SensitivityRow, with_free_gpu};

@@ -1,12 +1,15 @@
 //! Sensitivity of the results to figures of the devices, and results without a GPU.
 
 use potamoi_gpu::Device;
-use potamoi_system::system_model::{AtBounds, Clock, Gpu, Model, Scenario, System, Variant};
+use potamoi_system::system_model::work::PathWork;
+use potamoi_system::system_model::{
+    AtBounds, Clock, Gpu, Model, Outcome, Scenario, System, Variant,
+};
 use serde::Serialize;
 
 use super::conclusions::{Conclusion, ModelErrorNote, conclusions};
 use super::counted_scene::CountedScene;
-use crate::ExploreError;
+use crate::{ExploreError, Setup};
 
 /// A change of one parameter.
 struct Change {
@@ -104,6 +107,27 @@ fn both(system: &mut System, change: fn(&mut Gpu)) {
 fn without_work(gpu: &mut Gpu) {
     gpu.device = Device::infinite();
     (gpu.device.watts, gpu.idle_watts) = (0.0, 0.0);
+}
+
+/// The variants of a counted path on the setup's system with a GPU that takes no time and no energy;
+/// its bytes still move.
+///
+/// # Errors
+/// As [`Model::run`].
+pub fn with_free_gpu(
+    setup: &Setup,
+    path: &PathWork,
+    variants: &[Variant],
+    scenario: Scenario,
+) -> Result<Vec<Outcome>, ExploreError> {
+    let mut system = setup.system.clone();
+    without_work(&mut system.gpu);
+    let model = Model {
+        system: &system,
+        ..setup.model()
+    };
+    let run = |variant: &Variant| Ok(model.run(path, *variant, scenario)?.0);
+    variants.iter().map(run).collect()
 }
 
 /// Speed-up and energy saving over the baseline of the same system, as means over scenes.

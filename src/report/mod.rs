@@ -1,0 +1,140 @@
+//! `potamoi report`: one page about scenes on machines.
+
+mod collect;
+mod document;
+mod page;
+mod paper;
+mod pictures;
+mod plots;
+mod provenance;
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args};
+use potamoi_base::outputs as files;
+use potamoi_machines::Machine;
+use potamoi_scene::{Scene, scenes_named};
+
+use crate::failure::Failure;
+use crate::progress::{self, Shown};
+use crate::scene::note;
+
+#[derive(Debug, Args)]
+pub(crate) struct ReportArgs {
+    /// Scenes: built-in ones, model files, descriptions
+    #[arg(value_name = "SCENE", required = true)]
+    scenes: Vec<String>,
+    // In place of the one of all commands: several may be given.
+    #[arg(long, value_name = "FILE", action = ArgAction::Append, help = crate::args::config_help())]
+    config: Vec<PathBuf>,
+    /// File for the result
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Width of the picture [default: the scene's]
+    #[arg(long, value_name = "PIXELS")]
+    width: Option<u32>,
+    /// Height of the picture [default: in proportion to the width]
+    #[arg(long, value_name = "PIXELS")]
+    height: Option<u32>,
+    /// Number of frames on the camera path
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..))]
+    frames: u32,
+    /// Knobs to vary [default: all knobs of the scene]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    knobs: Vec<String>,
+    /// Hard cases on the configuration, as JSON [default: none]
+    #[arg(long, value_name = "FILE")]
+    hard_cases: Option<PathBuf>,
+    /// Write the report as JSON; several scenes or frames share one report
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
+    let ending = args.out.extension().map(|own| own.to_ascii_lowercase());
+    if ending.is_none_or(|own| own != "html" && own != "htm") {
+        return Err(Failure::Usage(format!(
+            "--out {}: the report is a page; name a file that ends in .html",
+            args.out.display()
+        )));
+    }
+    files::prepare([Some(&args.out), args.json.as_ref()])?;
+    let machines = machines(&args.config)?;
+    let scenes = scenes(args)?;
+    let hard_cases = hard_cases(args)?;
+    let bar = progress::bar(0, "reporting");
+    let asked = collect::Asked {
+        machines: &machines,
+        scenes: &scenes,
+        frames: args.frames,
+        knobs: &args.knobs,
+    };
+    let found = collect::collect(&asked, hard_cases, &Shown(&bar));
+    bar.finish_and_clear();
+    let found = found?;
+    let text = page::page(&found.document, &found.images)
+        .map_err(|error| Failure::Usage(format!("{}: {error}", args.out.display())))?;
+    files::write(&args.out, &text)?;
+    if let Some(path) = &args.json {
+        files::write_json(path, &found.document)?;
+    }
+    crate::stdout::say!("written to {}", args.out.display());
+    match found.differs {
+        None => Ok(()),
+        Some(what) => Err(Failure::check(what)),
+    }
+}
+
+/// The machines, each once.
+fn machines(given: &[PathBuf]) -> Result<Vec<Machine>, Failure> {
+    let mut all: Vec<Machine> = vec![];
+    for name in given {
+        let machine = Machine::named(&name.to_string_lossy())?;
+        if let Some(note) = machine.note() {
+            crate::stdout::remark(format_args!("{note}"));
+        }
+        if all.iter().any(|own| own.name == machine.name) {
+            return Err(Failure::Usage(format!(
+                "--config {}: named twice: leave one of both out",
+                name.display()
+            )));
+        }
+        all.push(machine);
+    }
+    if all.is_empty() {
+        all.push(Machine::for_any_scene()?);
+    }
+    Ok(all)
+}
+
+fn scenes(args: &ReportArgs) -> Result<Vec<Scene>, Failure> {
+    let mut all = vec![];
+    for name in scenes_named(&args.scenes) {
+        let mut scene = Scene::open(&name)?;
+        scene.set_size(args.width, args.height)?;
+        note(&scene);
+        all.push(scene);
+    }
+    Ok(all)
+}
+
+/// The document that `--hard-cases` names.
+fn hard_cases(args: &ReportArgs) -> Result<Option<serde_json::Value>, Failure> {
+    let Some(path) = &args.hard_cases else {
+        return Ok(None);
+    };
+    let wrong = |why: String| {
+        let expected = "expected a JSON object with a list `cases`";
+        Failure::Usage(format!(
+            "--hard-cases {}: {why}: {expected}",
+            path.display()
+        ))
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let own: serde_json::Value =
+        serde_json::from_str(&text).map_err(|error| wrong(format!("it is no JSON ({error})")))?;
+    match own["cases"].is_array() {
+        true => Ok(Some(own)),
+        false => Err(wrong("it has no cases".to_owned())),
+    }
+}
