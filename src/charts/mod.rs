@@ -43,6 +43,20 @@ pub(crate) fn number(field: &str, title: &str) -> Value {
     json!({ "field": field, "type": "quantitative", "title": title })
 }
 
+/// An encoding by a number on a logarithmic axis, with marks at 1, 2 and 5 of each decade.
+pub(crate) fn logarithmic(field: &str, title: &str, domain: [f64; 2]) -> Value {
+    let decades = domain.map(|end| end.log10().floor() as i32);
+    let all = (decades[0]..=decades[1])
+        .flat_map(|decade| [1.0, 2.0, 5.0].map(|first| first * 10f64.powi(decade)));
+    let marks: Vec<f64> = all
+        .filter(|mark| (domain[0]..=domain[1]).contains(mark))
+        .collect();
+    let mut own = number(field, title);
+    own["scale"] = json!({ "type": "log", "domain": domain, "nice": false });
+    own["axis"] = json!({ "values": marks });
+    own
+}
+
 /// An encoding by a name, in the order of the data.
 pub(crate) fn name(field: &str) -> Value {
     json!({ "field": field, "type": "nominal", "sort": null, "title": null })

@@ -178,7 +178,7 @@ impl Panel {
             json!({
                 "field": "series", "type": "nominal", "title": null,
                 "scale": { "domain": domain, "range": range },
-                "legend": { "orient": "bottom", "columns": 4 },
+                "legend": { "orient": "bottom", "columns": 4, "symbolOpacity": 1 },
             })
         };
         let ring = |wanted: Option<usize>, shape: &str| {

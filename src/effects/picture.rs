@@ -43,7 +43,7 @@ pub(super) fn spec(report: &Effects) -> Value {
                     "domain": ["called for", "not called for"],
                     "range": [COLOURS[2], GREY],
                 },
-                "legend": { "orient": "bottom" },
+                "legend": { "orient": "bottom", "symbolOpacity": 1 },
             },
         },
         "layer": [

@@ -5,7 +5,9 @@ use potamoi_plots::{COLOURS, SHAPES};
 use potamoi_system::system_model::{Memory, Outcome, Scenario, System};
 use serde_json::{Value, json};
 
-use crate::charts::{Labels, SERIES, labelled, largest_parts, number, segments, stacked};
+use crate::charts::{
+    Labels, SERIES, labelled, largest_parts, logarithmic, number, segments, stacked,
+};
 
 /// Width and height of the roofline in pixels.
 const SIZE: [f64; 2] = [700.0, 400.0];
@@ -90,16 +92,8 @@ pub(super) fn roofline(found: &Modelled, system: &System) -> Value {
             }));
         }
     }
-    let axis = |title: &str, domain: [f64; 2]| {
-        json!({
-            "type": "quantitative", "title": title,
-            "scale": { "type": "log", "domain": domain, "nice": false },
-        })
-    };
-    let mut x = axis("multiplications a byte of memory", [left, right]);
-    let mut y = axis("multiplications a nanosecond", [low, high]);
-    x["field"] = "x".into();
-    y["field"] = "y".into();
+    let x = logarithmic("x", "multiplications a byte of memory", [left, right]);
+    let y = logarithmic("y", "multiplications a nanosecond", [low, high]);
     let places: Vec<([f64; 2], String)> = (points.iter())
         .map(|own| {
             let of = |field: &str| own[field].as_f64().unwrap_or(1.0).log10();

@@ -6,7 +6,7 @@ use potamoi_plots::{COLOURS, SHAPES};
 use serde_json::{Value, json};
 
 use super::PAPER;
-use crate::charts::{Labels, labelled, number};
+use crate::charts::{Labels, labelled, logarithmic, number};
 
 /// Width and height in pixels.
 const SIZE: [f64; 2] = [760.0, 560.0];
@@ -42,8 +42,8 @@ pub(super) fn spec(methods: &[Method], peers: &[Peer]) -> Value {
         .collect();
     let mut x = number("clocks", "clocks from one result of a lane to its next");
     x["scale"] = json!({ "domain": [0, slow], "nice": false });
-    let mut y = number("ulp", "largest error in units of the last place of U0.16");
-    y["scale"] = json!({ "type": "log", "domain": [low, high], "nice": false });
+    let title = "largest error in units of the last place of U0.16";
+    let y = logarithmic("ulp", title, [low, high]);
     // What is not built has levels of grey and the names beside them.
     let down = |ulp: f64| SIZE[1] * (high / ulp).ln() / (high / low).ln();
     let names = peers
