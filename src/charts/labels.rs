@@ -93,7 +93,7 @@ pub(crate) fn labelled(labels: &Labels) -> [Value; 2] {
     [
         json!({
             "data": { "values": moved },
-            "mark": { "type": "rule", "opacity": 0.35 },
+            "mark": { "type": "rule", "opacity": 0.35, "aria": false },
             "encoding": {
                 "x": pixel("from_x"), "y": pixel("from_y"), "x2": { "field": "to_x" }, "y2": { "field": "y" },
             },

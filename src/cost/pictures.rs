@@ -185,7 +185,7 @@ impl Panel {
             let at: Vec<Value> = (wanted.and_then(|i| self.at(i)).iter()).map(row).collect();
             json!({
                 "data": { "values": at },
-                "mark": { "type": "point", "shape": shape, "size": 300, "strokeWidth": 2, "filled": false },
+                "mark": { "type": "point", "shape": shape, "size": 300, "strokeWidth": 2, "filled": false, "aria": false },
                 "encoding": { "x": x, "y": y, "color": { "value": "#C00000" } },
             })
         };
