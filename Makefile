@@ -5,7 +5,7 @@ export CARGO_TERM_COLOR ?= auto
 
 step = @printf '\n==> %s\n' '$(1)'
 
-.PHONY: help demo test test-full refresh figures book parameters grid forms lint bench setup
+.PHONY: help demo test test-full refresh figures plots docs book parameters grid forms lint bench setup
 
 help:
 	@printf '%s\n' \
@@ -14,7 +14,9 @@ help:
 	  'make test-full  also the exhaustive tests, hard cases without their guards, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make figures    write the figures between markers in the documents (slow ones: SLOW=1; of one page: PAGE=system)' \
-	  'make book       build the documents as HTML: book/index.html' \
+	  'make plots      draw the plots of the documents again: docs/images/*.svg' \
+  'make book       build the documents as HTML: book/index.html' \
+  'make docs       both: plots, and the documents as HTML' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/PRESET-asap7.json and synth/records-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
 	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
@@ -88,14 +90,7 @@ refresh: setup
 	  scenes docs/images/scenes.png
 	cargo run --locked --release --quiet -p potamoi-scene --example contact_sheet -- \
 	  models docs/images/models.png 400
-	for scene in garden lantern; do \
-	  cargo run --locked --release --quiet -- cost --scene $$scene \
-	    --plot docs/images/cost-$$scene.svg > /dev/null || exit 1; \
-	done
-	cargo run --locked --release --quiet -- cost --study methods \
-	  --plot docs/images/cost-exponentials.svg > /dev/null
-	cargo run --locked --release --quiet -- effects --scene garden --width 64 --pairs 5 \
-	  --plot docs/images/effects-garden.svg > /dev/null
+	@$(MAKE) --no-print-directory plots
 	$(call step,snapshots)
 	INSTA_UPDATE=always INSTA_FORCE_PASS=1 cargo test --locked --quiet
 	INSTA_UPDATE=always cargo test --locked --workspace --quiet figures_are_what_they_were
@@ -111,6 +106,20 @@ refresh: setup
 
 figures:
 	POTAMOI_REFRESH=1 $(if $(PAGE),POTAMOI_PAGE=$(PAGE)) cargo test --locked --quiet --test end_to_end figures_in_the_documents -- $(if $(SLOW),--include-ignored)
+
+# From the same specifications as the page of a report.
+plots: setup
+	$(call step,plots of the documents)
+	for scene in garden lantern; do \
+	  cargo run --locked --release --quiet -- cost --scene $$scene \
+	    --plot docs/images/cost-$$scene.svg > /dev/null || exit 1; \
+	done
+	cargo run --locked --release --quiet -- cost --study methods \
+	  --plot docs/images/cost-exponentials.svg > /dev/null
+	cargo run --locked --release --quiet -- effects --scene garden --width 64 --pairs 5 \
+	  --plot docs/images/effects-garden.svg > /dev/null
+
+docs: plots book
 
 book:
 	@tools/setup book

@@ -22,7 +22,10 @@ pub(super) fn beside(found: &Modelled) -> Vec<BesidePaper> {
         figure: format!("gathering on the unit over gathering on the GPU ({which} in the paper)"),
         unit: "times as fast",
         paper: paper.to_string(),
-        ours: Found::Known(gathered),
+        ours: match gathered.max.is_finite() && gathered.sum.is_finite() {
+            true => Found::Known(gathered),
+            false => Found::unknown("this scene gathers nothing on the unit"),
+        },
         reason: "the paper timed a GPU whose kernels are not fused; ours gathers in one fused kernel, \
                  which is the conservative baseline",
     });

@@ -252,7 +252,12 @@ impl Page<'_> {
 }
 
 fn heading(own: &Pair<'_>) -> String {
-    let machine = own.machine.get("machine").text();
+    let preset = own.machine.get("more").get("preset");
+    let machine = match own.machine.get("machine").text() {
+        // Nothing was named: the preset that the scene's model needs.
+        "default" if !preset.is_null() => preset.text(),
+        named => named,
+    };
     format!("{} on {machine}", own.scene.get("name").text())
 }
 
