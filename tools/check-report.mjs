@@ -112,7 +112,9 @@ try {
     for (const theme of ['light', 'dark']) await look(width, theme);
   }
 } finally {
+  const ended = new Promise((done) => browser.once('exit', done));
   browser.kill();
+  await ended;
   rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
 }
 problems.forEach((own) => console.log(own));
