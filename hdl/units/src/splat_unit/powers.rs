@@ -19,11 +19,7 @@ const LANE: u32 = 32;
 ///
 /// # Errors
 /// The netlist's own checks.
-pub(super) fn powers(
-    config: &Config,
-    su: &SuConfig,
-    w: &Widths,
-) -> Result<Arc<Module>, IrErrors> {
+pub(super) fn powers(config: &Config, su: &SuConfig, w: &Widths) -> Result<Arc<Module>, IrErrors> {
     let own = config.splat_lanes(su);
     let mut builder = ModuleBuilder::new("splat_powers");
     let m = &mut builder;

@@ -68,12 +68,7 @@ fn every_sigmoid_and_softplus_of_the_unit() {
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn every_sigmoid_and_softplus_of_other_engines() {
-    every_operand(&[
-        A_STEP_A_CLOCK,
-        TAIL,
-        REGISTERED_TAIL,
-        REGISTERED_IN_A_CLOCK,
-    ]);
+    every_operand(&[A_STEP_A_CLOCK, TAIL, REGISTERED_TAIL, REGISTERED_IN_A_CLOCK]);
 }
 
 fn every_operand(cases: &[Case]) {

@@ -220,8 +220,7 @@ pub(super) fn iterative(
     };
     let log = start.log.map(|(load, log)| (load, [log.remain, log.accum]));
     let first = start.load.map(|load| (load, start.first));
-    let [of_log, accum_of_log] =
-        [0, 1].map(|i| log.map(|(load, starts)| (load, starts[i])));
+    let [of_log, accum_of_log] = [0, 1].map(|i| log.map(|(load, starts)| (load, starts[i])));
     let loads: Vec<_> = first.into_iter().chain(of_log).collect();
     take(m, regs.remain, step, state.remain, &loads);
     take(m, regs.accum, step, state.accum, accum_of_log.as_slice());

@@ -99,8 +99,12 @@ impl Passes {
             log: port(("log", "this cycle's steps are the logarithm's")),
             begin_log: port(begin_log),
             again: kinds.sigmoid.then(|| port(again)),
-            take_sum: registered
-                .then(|| port(("take_sum", "takes the sum with the logarithm at the clock edge"))),
+            take_sum: registered.then(|| {
+                port((
+                    "take_sum",
+                    "takes the sum with the logarithm at the clock edge",
+                ))
+            }),
         })
     }
 
