@@ -83,7 +83,8 @@ impl Limits {
         Thresholds {
             alpha_cap: self.alpha_cap as u32,
             alpha_min: self.alpha_min as u32,
-            stop: self.stop as u64,
+            // Where no pixel stops, no product is below it.
+            stop: if self.stop < 0 { 0 } else { self.stop as u64 },
             spare: self.spare as u32,
         }
     }
@@ -371,6 +372,16 @@ mod tests {
         // 257 is below 1/255 and 258 is not.
         let least = (65536.0f64 / 255.0).ceil();
         assert_eq!(least, 258.0);
+    }
+
+    /// Without early termination no product ends a pixel, in the splat unit as in the vector unit.
+    #[test]
+    fn a_threshold_that_is_not_there_stops_no_pixel() {
+        let rules = Rules {
+            stop_below: f64::NEG_INFINITY,
+            ..Profile::Inria.rules()
+        };
+        assert_eq!(Limits::new(&rules).thresholds().stop, 0);
     }
 
     #[test]
