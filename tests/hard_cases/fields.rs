@@ -23,7 +23,7 @@ use potamoi_scene::{Model, Scene};
 use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};
 use super::sampled::{Shown, farthest};
-use super::scenes::SIZE;
+use potamoi_analysis::hard_cases::pictures::SIZE;
 
 /// Vertices along each axis, and edges of the world's unit.
 const SIDE: usize = 9;

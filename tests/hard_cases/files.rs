@@ -9,7 +9,8 @@ use potamoi_scene::Scene;
 use potamoi_splats::files;
 use potamoi_system::system_model::System;
 
-use super::scenes::{all, cameras};
+use super::scenes::{cameras, write};
+use potamoi_analysis::hard_cases::pictures::all;
 
 /// What is put in the place of a number in text.
 const ODD: [&str; 4] = ["nan", "inf", "-inf", "1e999"];
@@ -77,7 +78,11 @@ fn descriptions_and_camera_files() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let scene = all().remove(0);
-    let path = scene.write(at, &cameras(&[([0.1, 0.2, 0.3], 4.0), ([0.0; 3], 0.0)]));
+    let path = write(
+        &scene,
+        at,
+        &cameras(&[([0.1, 0.2, 0.3], 4.0), ([0.0; 3], 0.0)]),
+    );
     assert_eq!(poke(&path, &at.join("needles.json")), 0);
     // In a description TOML's own nan and inf are numbers.
     let text = "[model]\nkind = \"splats\"\npath = \"needles.ply\"\n\
@@ -93,7 +98,7 @@ fn paths_and_reconstructions() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let scene = all().remove(0);
-    let path = scene.write(at, "[]");
+    let path = write(&scene, at, "[]");
     let described = |kind: &str, file: &str| {
         let text = format!(
             "[model]\nkind = \"splats\"\npath = \"needles.ply\"\n\
@@ -127,7 +132,7 @@ fn floats_of_splat_files() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let scene = all().remove(2);
-    scene.write(at, "[]");
+    write(&scene, at, "[]");
     let path = at.join("near.ply");
     let good = fs::read(&path).unwrap();
     let body = good.len() - 14 * 4 * scene.gaussians.len();

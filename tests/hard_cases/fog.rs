@@ -15,7 +15,7 @@ use potamoi_scene::Model;
 use super::modelled::Case;
 use super::obvious::{Obvious, ObviousUnits};
 use super::sampled::{Shown, farthest};
-use super::scenes::SIZE;
+use potamoi_analysis::hard_cases::pictures::SIZE;
 
 struct Scene {
     name: &'static str,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{sampled, scenes, table};
+use super::{sampled, table};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -112,7 +112,10 @@ fn every_case_says_where_it_is_shown() {
         "fields.rs",
     ];
     let verilated = files.map(tests).concat();
-    let mut pictures: Vec<&str> = scenes::all().iter().map(|s| s.name).collect();
+    let mut pictures: Vec<&str> = potamoi_analysis::hard_cases::pictures::all()
+        .iter()
+        .map(|s| s.name)
+        .collect();
     pictures.extend(sampled::all().iter().map(|s| s.scene));
     pictures.push("voxels");
     let system = [tests("system.rs"), tests("modelled.rs")].concat();

@@ -3,12 +3,12 @@
 //! simulated Verilog, and modelled as frames of a path. The same cases at the unit, against
 //! numbers of 256 bits, are in golden/analysis/src/hard_cases.
 
+mod command;
 mod fields;
 mod files;
 mod fog;
 mod levels;
 mod modelled;
-mod naive;
 mod obvious;
 mod pictures;
 mod sampled;

@@ -8,8 +8,7 @@ use potamoi_splats::{
     FixedFrame, FixedOptions, FloatFrame, FloatOptions, Profile, View, render_fixed, render_float,
 };
 
-use super::naive::render;
-use super::scenes::{Scene, all, camera};
+use potamoi_analysis::hard_cases::pictures::{HardScene, all, camera, render};
 
 /// What is known of a scene's pictures.
 pub(crate) struct Measured {
@@ -23,21 +22,28 @@ pub(crate) struct Measured {
     pub(crate) bound: f64,
 }
 
-fn in_floats(scene: &Scene) -> FloatFrame {
+fn in_floats(scene: &HardScene) -> FloatFrame {
     let options = FloatOptions {
         log_decisions: true,
         depth: true,
         ..FloatOptions::default()
     };
-    render_float(&scene.cloud(), &camera(), Profile::Inria, &options).unwrap()
+    render_float(&scene.cloud().unwrap(), &camera(), Profile::Inria, &options).unwrap()
 }
 
-fn through(scene: &Scene, units: &mut dyn Units) -> FixedFrame {
+fn through(scene: &HardScene, units: &mut dyn Units) -> FixedFrame {
     let options = FixedOptions {
         log_decisions: true,
         ..FixedOptions::default()
     };
-    render_fixed(&scene.cloud(), &camera(), Profile::Inria, &options, units).unwrap()
+    render_fixed(
+        &scene.cloud().unwrap(),
+        &camera(),
+        Profile::Inria,
+        &options,
+        units,
+    )
+    .unwrap()
 }
 
 /// dB between pictures; none where one holds a number that is none.
@@ -53,8 +59,8 @@ pub(crate) fn psnr(a: &Picture, b: &Picture) -> Option<f64> {
 /// times the largest factor, 1 / sqrt 0.3), of the factors (2^-31 each, times the distance from
 /// the mean) and their own (2^-17), which a Gaussian passes on by e^-1/2 at most; then half a unit
 /// of U3.13, one of the exponential, and half of opacity and product.
-fn bound(scene: &Scene, float: &FloatFrame, fixed: &FixedFrame) -> f64 {
-    let view = View::new(&scene.cloud(), &camera(), Profile::Inria).unwrap();
+fn bound(scene: &HardScene, float: &FloatFrame, fixed: &FixedFrame) -> f64 {
+    let view = View::new(&scene.cloud().unwrap(), &camera(), Profile::Inria).unwrap();
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let splats = view.splats();
     let reach = 2.0 * most(&mut splats.iter().map(|s| s.mean.abs().max_element())) + 64.0;
@@ -76,7 +82,7 @@ fn bound(scene: &Scene, float: &FloatFrame, fixed: &FixedFrame) -> f64 {
     bright * (layers * (2.0 * alpha + 2f64.powi(-21)) + flipped) + 2f64.powi(-12)
 }
 
-pub(crate) fn measure(scene: &Scene) -> Measured {
+pub(crate) fn measure(scene: &HardScene) -> Measured {
     let float = in_floats(scene);
     let mut twins = ReferenceUnits::new(&Config::paper());
     let fixed = through(scene, &mut twins);
@@ -101,7 +107,7 @@ pub(crate) fn measure(scene: &Scene) -> Measured {
 
 /// The obvious form, ours and 64-bit floats, a scene each.
 pub(crate) fn columns() -> Vec<[Picture; 3]> {
-    let column = |scene: &Scene| {
+    let column = |scene: &HardScene| {
         let fixed = through(scene, &mut ReferenceUnits::new(&Config::paper()));
         [
             render(&scene.gaussians, scene.form),
@@ -141,7 +147,7 @@ fn scenes_keep_their_promise_and_the_obvious_form_does_not() {
 #[test]
 fn any_order_of_the_file_gives_the_same_pictures() {
     for scene in all() {
-        let mut other = Scene {
+        let mut other = HardScene {
             gaussians: scene.gaussians.clone(),
             ..scene
         };

@@ -1,279 +1,40 @@
-//! Scenes of splats, each made of one hard case, seen along z from the origin, y down.
+//! Files of the hard scenes, and of cameras that see them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glam::{DVec2, DVec3};
-use potamoi_base::camera::Camera;
-use potamoi_splats::Cloud;
+use potamoi_analysis::hard_cases::pictures::{FOCAL, HardScene, SIZE};
 
-use super::naive::Form;
-
-pub(crate) const SIZE: [u32; 2] = [33, 25];
-const FOCAL: f64 = 30.0;
-
-/// A Gaussian as files have it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Gaussian {
-    pub(crate) mean: [f32; 3],
-    pub(crate) log_scale: [f32; 3],
-    pub(crate) rotation: [f32; 4],
-    pub(crate) logit: f32,
-    pub(crate) colour: [f32; 3],
-}
-
-pub(crate) struct Scene {
-    /// A name for files and the table.
-    pub(crate) name: &'static str,
-    /// What is hard about it.
-    pub(crate) case: &'static str,
-    /// The obvious form, and the order of the file that it meets.
-    pub(crate) form: Form,
-    pub(crate) gaussians: Vec<Gaussian>,
-    /// What the formats promise over its frame, in dB.
-    pub(crate) promise: f64,
-}
-
-pub(crate) fn camera() -> Camera {
-    let [width, height] = SIZE;
-    let mut camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 1.0, width, height);
-    camera.focal = DVec2::splat(FOCAL);
-    camera
-}
-
-const BALL: Gaussian = Gaussian {
-    mean: [0.0, 0.0, 3.0],
-    log_scale: [-2.0; 3],
-    rotation: [1.0, 0.0, 0.0, 0.0],
-    logit: 1.0,
-    colour: [0.8, 0.2, -0.3],
-};
-
-/// Several of one sort, each with a number of its own from 0 to 1 and another colour.
-fn many(n: usize, one: impl Fn(f32) -> Gaussian) -> Vec<Gaussian> {
-    let colour = |i: usize| [0, 1, 2].map(|c| ((i * 7 + c * 5) % 11) as f32 / 5.0 - 0.8);
-    (0..n)
-        .map(|i| Gaussian {
-            colour: colour(i),
-            ..one(i as f32 / n as f32)
-        })
-        .collect()
-}
-
-/// Turned by an angle about the view.
-fn about_z(angle: f32) -> [f32; 4] {
-    [(angle / 2.0).cos(), 0.0, 0.0, (angle / 2.0).sin()]
-}
-
-/// Thirty times longer than the frame is wide, and thinner than the dilation.
-fn needles() -> Vec<Gaussian> {
-    many(18, |u| Gaussian {
-        mean: [1.2 * u - 0.6, 0.9 * (9.0 * u).sin(), 2.0 + u],
-        log_scale: [4.5, -9.0, -9.0],
-        rotation: about_z(3.1 * u),
-        logit: 0.5,
-        ..BALL
-    })
-}
-
-/// Larger than the frame by thousands, their means aside.
-fn giants() -> Vec<Gaussian> {
-    many(14, |u| Gaussian {
-        mean: [
-            300.0 * (40.0 * u).sin(),
-            200.0 * (23.0 * u).cos(),
-            2.0 + 3.0 * u,
-        ],
-        log_scale: [7.0 - 2.0 * u, 5.0, -3.0],
-        rotation: [(9.0 * u).sin(), (5.0 * u).cos(), 0.3, 0.8 * u],
-        logit: -1.0,
-        ..BALL
-    })
-}
-
-/// Behind, at, on the near plane of, and just before the camera.
-fn near() -> Vec<Gaussian> {
-    let depths = [
-        -3.0, -0.2, -1e-30, 0.0, 1e-30, 0.05, 0.199_999, 0.2, 0.201, 0.21, 0.4, 2.0,
+/// Writes it as a PLY file, a path of cameras, and a description that names both.
+pub(crate) fn write(scene: &HardScene, folder: &Path, cameras: &str) -> PathBuf {
+    let names = [
+        "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3",
+        "opacity", "f_dc_0", "f_dc_1", "f_dc_2",
     ];
-    many(depths.len(), |u| {
-        let z = depths[(u * depths.len() as f32).round() as usize];
-        Gaussian {
-            mean: [0.3 * z * (9.0 * u).sin(), 0.2 * z, z],
-            log_scale: [-3.0, -2.0, -4.0],
-            logit: 0.0,
-            ..BALL
-        }
-    })
-}
-
-/// One over the other at exactly one depth.
-fn ties() -> Vec<Gaussian> {
-    many(10, |u| Gaussian {
-        mean: [0.2 * (60.0 * u).sin(), 0.2 * (60.0 * u).cos(), 3.0],
-        log_scale: [-0.8; 3],
-        logit: 0.5,
-        ..BALL
-    })
-}
-
-/// Discs and sticks without any thickness, on edge and from above.
-fn flat() -> Vec<Gaussian> {
-    many(16, |u| Gaussian {
-        mean: [1.6 * u - 0.8, 0.5 * (7.0 * u).cos(), 2.0 + u],
-        log_scale: if u < 0.5 {
-            [-0.5, -0.5, -90.0]
-        } else {
-            [0.3, -90.0, -90.0]
-        },
-        rotation: [0.7, 0.7 * (1.0 - u), 0.1 * u, 0.7 * u],
-        logit: 1.5,
-        ..BALL
-    })
-}
-
-/// Nothing, all, and the least that counts.
-fn none_and_all() -> Vec<Gaussian> {
-    let logits = [
-        f32::INFINITY,
-        f32::NEG_INFINITY,
-        -1e30,
-        1e30,
-        -5.538,
-        -5.541,
-        89.0,
-        -104.0,
-    ];
-    many(logits.len(), |u| Gaussian {
-        mean: [1.5 * u - 0.7, 0.0, 2.0 + u],
-        log_scale: [-1.5; 3],
-        logit: logits[(u * logits.len() as f32).round() as usize],
-        ..BALL
-    })
-}
-
-/// Of no length and of any: the same turns.
-fn quaternions() -> Vec<Gaussian> {
-    let lengths = [0.0, 1e30, 1e-30, 3e38, 1e-38, 1.0, 7.0];
-    many(lengths.len(), |u| {
-        let length = lengths[(u * lengths.len() as f32).round() as usize];
-        Gaussian {
-            mean: [1.6 * u - 0.7, 0.1, 2.5],
-            log_scale: [-0.5, -2.5, -2.5],
-            rotation: [0.5, 0.1, -0.2, 0.6].map(|v| v * length),
-            logit: 2.0,
-            ..BALL
-        }
-    })
-}
-
-/// Hundreds of faint layers.
-fn deep() -> Vec<Gaussian> {
-    many(300, |u| Gaussian {
-        mean: [0.0, 0.0, 2.0 + u],
-        log_scale: [3.0; 3],
-        logit: -5.0,
-        ..BALL
-    })
-}
-
-pub(crate) fn all() -> Vec<Scene> {
-    let scene = |name, case, form, gaussians| Scene {
-        name,
-        case,
-        form,
-        gaussians,
-        // All of its alphas are one code, half a unit of U0.16 off to the same side.
-        promise: if name == "deep" { 75.0 } else { 80.0 },
-    };
-    use Form::{Float32, Reversed, Transmittance16, Undilated};
-    vec![
-        scene("needles", "needles across the frame", Float32, needles()),
-        scene(
-            "giants",
-            "splats thousands of frames wide, their means aside",
-            Float32,
-            giants(),
-        ),
-        scene(
-            "near",
-            "behind, at and just before the camera",
-            Float32,
-            near(),
-        ),
-        scene(
-            "ties",
-            "exact ties of depth, the file reversed",
-            Reversed,
-            ties(),
-        ),
-        scene(
-            "flat",
-            "no thickness: singular covariances in the world",
-            Undilated,
-            flat(),
-        ),
-        scene(
-            "none-and-all",
-            "alphas of 0, 1 and about 1/255",
-            Float32,
-            none_and_all(),
-        ),
-        scene(
-            "quaternions",
-            "quaternions of length 0 to 3e38",
-            Float32,
-            quaternions(),
-        ),
-        scene("deep", "300 faint layers", Transmittance16, deep()),
-    ]
-}
-
-impl Scene {
-    pub(crate) fn cloud(&self) -> Cloud {
-        let all = &self.gaussians;
-        Cloud::new(
-            0,
-            all.iter().map(|g| g.mean).collect(),
-            all.iter().map(|g| g.log_scale).collect(),
-            all.iter().map(|g| g.rotation).collect(),
-            all.iter().map(|g| g.logit).collect(),
-            all.iter().map(|g| g.colour).collect(),
-        )
-        .unwrap()
+    let count = scene.gaussians.len();
+    let mut bytes =
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex {count}\n").into_bytes();
+    for name in names {
+        bytes.extend(format!("property float {name}\n").bytes());
     }
-
-    /// Writes it as a PLY file, a path of cameras, and a description that names both.
-    pub(crate) fn write(&self, folder: &Path, cameras: &str) -> PathBuf {
-        let names = [
-            "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3",
-            "opacity", "f_dc_0", "f_dc_1", "f_dc_2",
-        ];
-        let count = self.gaussians.len();
-        let mut bytes =
-            format!("ply\nformat binary_little_endian 1.0\nelement vertex {count}\n").into_bytes();
-        for name in names {
-            bytes.extend(format!("property float {name}\n").bytes());
+    bytes.extend(b"end_header\n");
+    for g in &scene.gaussians {
+        let values = g.mean.iter().chain(&g.log_scale).chain(&g.rotation);
+        for value in values.chain([&g.logit]).chain(&g.colour) {
+            bytes.extend(value.to_le_bytes());
         }
-        bytes.extend(b"end_header\n");
-        for g in &self.gaussians {
-            let values = g.mean.iter().chain(&g.log_scale).chain(&g.rotation);
-            for value in values.chain([&g.logit]).chain(&g.colour) {
-                bytes.extend(value.to_le_bytes());
-            }
-        }
-        fs::write(folder.join(format!("{}.ply", self.name)), bytes).unwrap();
-        let json = format!("{}.json", self.name);
-        fs::write(folder.join(&json), cameras).unwrap();
-        let path = folder.join(format!("{}.toml", self.name));
-        let text = format!(
-            "[model]\nkind = \"splats\"\npath = \"{}.ply\"\n\
-             [camera]\nkind = \"opencv-json\"\npath = \"{json}\"\nindex = 0\n",
-            self.name
-        );
-        fs::write(&path, text).unwrap();
-        path
     }
+    fs::write(folder.join(format!("{}.ply", scene.name)), bytes).unwrap();
+    let json = format!("{}.json", scene.name);
+    fs::write(folder.join(&json), cameras).unwrap();
+    let path = folder.join(format!("{}.toml", scene.name));
+    let text = format!(
+        "[model]\nkind = \"splats\"\npath = \"{}.ply\"\n\
+         [camera]\nkind = \"opencv-json\"\npath = \"{json}\"\nindex = 0\n",
+        scene.name
+    );
+    fs::write(&path, text).unwrap();
+    path
 }
 
 /// A camera file: a place and a turn about y, in degrees, for each frame.

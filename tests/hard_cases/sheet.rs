@@ -2,8 +2,8 @@
 
 use potamoi_base::picture::Picture;
 
-use super::scenes::SIZE;
 use super::{pictures, sampled};
+use potamoi_analysis::hard_cases::pictures::SIZE;
 
 /// Pixels of a sheet a pixel, and between pictures.
 const SCALE: u32 = 5;

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::scenes::{all, cameras};
+use super::scenes::{cameras, write};
 use crate::common::{json, potamoi, stderr, stdout};
+use potamoi_analysis::hard_cases::pictures::all;
 
 /// Far longer than any of these takes, and shorter than for ever.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -77,7 +78,7 @@ fn frames(poses: &[([f64; 3], f64)], only: impl Fn(&str) -> bool, within: &[&str
     assert!(!chosen.is_empty());
     let mut names = vec![];
     for scene in &chosen {
-        scene.write(at, &cameras(poses));
+        write(&scene, at, &cameras(poses));
         names.push(format!("{}.toml", scene.name));
     }
     for (i, model) in within.iter().enumerate() {

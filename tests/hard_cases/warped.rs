@@ -7,7 +7,7 @@ use potamoi_base::picture::Picture;
 use potamoi_warp::{Shaded, reproject};
 
 use super::sampled::Shown;
-use super::scenes::SIZE;
+use potamoi_analysis::hard_cases::pictures::SIZE;
 
 /// Pixels of the reference a pixel, along each axis.
 const FINER: u32 = 4;

@@ -20,8 +20,7 @@
 
 mod evidence;
 mod findings;
-#[cfg(test)]
-mod hard_cases;
+pub mod hard_cases;
 mod hardware;
 mod holes;
 mod path_visibility;

@@ -17,19 +17,22 @@ pub(super) fn exact(value: f64) -> Exact {
     Exact(BigFloat::from_f64(value, BITS))
 }
 
+/// A number computed with the library's constants; none where there is no memory for them.
+fn with_constants(compute: impl FnOnce(&mut Consts) -> BigFloat) -> BigFloat {
+    Consts::new().map_or(astro_float::NAN, |mut consts| compute(&mut consts))
+}
+
 impl Exact {
     pub(super) fn sqrt(&self) -> Self {
         Self(self.0.sqrt(BITS, NEAREST))
     }
 
     pub(super) fn exp(&self) -> Self {
-        let mut consts = Consts::new().unwrap();
-        Self(self.0.exp(BITS, NEAREST, &mut consts))
+        Self(with_constants(|c| self.0.exp(BITS, NEAREST, c)))
     }
 
     pub(super) fn atan(&self) -> Self {
-        let mut consts = Consts::new().unwrap();
-        Self(self.0.atan(BITS, NEAREST, &mut consts))
+        Self(with_constants(|c| self.0.atan(BITS, NEAREST, c)))
     }
 
     pub(super) fn powi(&self, n: usize) -> Self {
@@ -37,7 +40,7 @@ impl Exact {
     }
 
     pub(super) fn pi() -> Self {
-        Self(Consts::new().unwrap().pi(BITS, NEAREST))
+        Self(with_constants(|c| c.pi(BITS, NEAREST)))
     }
 
     pub(super) fn is_zero(&self) -> bool {
@@ -49,7 +52,10 @@ impl Exact {
         if self.0.is_zero() {
             return 0.0;
         }
-        let (mantissa, exponent) = parts(&self.0.abs()).unwrap();
+        // Of no number no error is known: it counts as infinite.
+        let Some((mantissa, exponent)) = parts(&self.0.abs()) else {
+            return f64::NAN;
+        };
         let sign = if self.0.is_negative() { -1.0 } else { 1.0 };
         // In two steps: the power alone may lie outside a double's range.
         let half = exponent / 2;

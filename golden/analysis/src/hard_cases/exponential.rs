@@ -1,199 +1,310 @@
 //! The exponential at its ends, at each multiple of ln 2, and where rounding is hardest.
 
+use std::f64::consts::LN_2;
 use std::sync::Arc;
 
-use potamoi_formats::config::{ExpConfig, ExpForm};
+use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput};
 use potamoi_formats::fixed::Format;
+use potamoi_formats::units::OpCode;
 
-use super::{Case, Worst, cases};
-use potamoi_reference::exact_exponential::ExactExponential;
+use super::{Measuring, Stop, Worst, base_e, cases, codes_of_powers, computes, unless};
+use potamoi_reference::exact_exponential::{ExactError, ExactExponential};
 use potamoi_reference::exponential::ReferenceExponential;
-use potamoi_reference::widths::budget;
+use potamoi_reference::widths::{Target, budget, target};
 
-cases!(
-    every_operand,
-    negative_powers,
-    zero,
-    past_the_range,
-    positive_powers,
-    multiples_of_ln_2,
-    hardest_to_round,
-);
-
-const ULP: &str = "ulp of U0.16";
-
-fn twin() -> ReferenceExponential {
-    ReferenceExponential::new(&ExpConfig::default())
+cases! {
+    "exponential";
+    every_operand, "exp of every operand, the smallest among them", "";
+    negative_powers, "exp of a negative power", "";
+    zero, "exp of 0", "";
+    past_the_range, "exp past the range, down to minus infinity", "";
+    positive_powers, "exp of a positive power", "";
+    multiples_of_ln_2, "exp around each m ln 2", "";
+    hardest_to_round, "exp at the hardest codes to round", "[vu.exp]\niterations = 27";
 }
 
-fn reference() -> Arc<ExactExponential> {
-    ExactExponential::of(ExpConfig::default().input).unwrap()
+/// Unit of errors: the last place of the results.
+pub(super) fn ulp(exp: &ExpConfig) -> String {
+    format!("ulp of U0.{}", exp.output_bits)
 }
 
-/// Largest error of results against 120 bits, over some operands.
-fn errors(codes: impl Iterator<Item = i32>, exp: impl Fn(i32) -> i32) -> Worst {
-    let reference = reference();
-    Worst::of(codes.map(|u| reference.error(u, exp(u), 16)))
+/// Largest error of one result of `exp`, in units of its last place, and where the figure comes from:
+/// the limit that the form's own widths are chosen for, or the sum of what each rounding may lose.
+pub(super) fn accuracy(exp: &ExpConfig) -> (f64, &'static str) {
+    let formula = budget(exp);
+    let is_own = [exp.accumulator_bits, exp.constant_bits] == [None; 2] && exp.offset.is_none();
+    let restoring = is_own && exp.form == ExpForm::Restoring && !exp.early_out;
+    match target(exp.iterations, exp.tail, exp.output_bits) {
+        Target::Below(limit) if restoring && limit == 1.0 => (limit, "one unit of the format"),
+        _ => (
+            formula,
+            "half a unit, and what truncation, sums and constants lose",
+        ),
+    }
 }
 
-/// The recurrence in 16 fraction bits, with each shift truncated and the truncation error not
-/// centred.
-fn sixteen_bits(u: i32) -> i32 {
-    let constant = |value: f64| (value * 65_536.0).round() as i64;
-    let ln_2 = 2f64.ln();
-    let mut remain = constant(12.0 * ln_2) - (i64::from(u) << 3);
-    let mut k = 12;
-    for digit in [8, 4, 2, 1] {
-        let step = constant(f64::from(digit) * ln_2);
+/// An engine under test, and exact values of its operands.
+struct Engine<'a> {
+    exp: &'a ExpConfig,
+    twin: ReferenceExponential,
+    exact: Arc<ExactExponential>,
+}
+
+impl<'a> Engine<'a> {
+    fn of(config: &'a Config) -> Result<Self, Stop> {
+        let exp = codes_of_powers(config)?;
+        let exact = match ExactExponential::in_base(exp.input, exp.base) {
+            Err(wide @ ExactError::TooWide(_)) => {
+                return Err(Stop::DoesNotApply(format!("vu.exp.input: {wide}")));
+            }
+            other => other?,
+        };
+        Ok(Self {
+            exp,
+            twin: ReferenceExponential::new(exp),
+            exact,
+        })
+    }
+
+    /// Largest error of some results.
+    fn errors(&self, codes: impl Iterator<Item = i32>, results: impl Fn(i32) -> i32) -> Worst {
+        let bits = self.exp.output_bits;
+        Worst::of(codes.map(|u| self.exact.error(u, results(u), bits)))
+    }
+
+    fn ours(&self, codes: impl Iterator<Item = i32>) -> Worst {
+        self.errors(codes, |u| self.twin.exp(u))
+    }
+
+    /// The largest code of a result.
+    const fn most(&self) -> i32 {
+        (1 << self.exp.output_bits) - 1
+    }
+
+    /// The largest operand, and the value of its last bit times the base's logarithm.
+    fn operands(&self) -> (i32, f64) {
+        let logarithm = match self.exp.base {
+            ExpBase::E => 1.0,
+            ExpBase::Two => LN_2,
+        };
+        let input = self.exp.input;
+        (input.max() as i32, input.ulp() * logarithm)
+    }
+
+    /// The result for an operand of which only the low bits are wired.
+    fn wrapped(&self, u: i32) -> i32 {
+        self.twin.exp(u & self.operands().0)
+    }
+
+    /// By how much a power of 0 or above may be below the largest code: nothing, if no power is off by
+    /// two units.
+    fn below_the_largest(&self) -> (f64, &'static str) {
+        let off = (accuracy(self.exp).0.ceil() - 2.0).max(0.0);
+        (off, "held at the largest code, which is the nearest")
+    }
+}
+
+/// The recurrence in as many fraction bits as the result has, with each shift truncated and the
+/// truncation error not centred.
+fn as_narrow_as_the_result(engine: &Engine<'_>, u: i32) -> i32 {
+    let (most, unit) = engine.operands();
+    let bits = engine.exp.output_bits;
+    let one = 2f64.powi(bits as i32);
+    let constant = |value: f64| (value * one).round() as i64;
+    let mut k = (f64::from(most) * unit / LN_2).ceil() as i64;
+    let mut remain = constant(k as f64 * LN_2) - (f64::from(u) * unit * one).floor() as i64;
+    let mut digit = 1 << k.ilog2();
+    while digit > 0 {
+        let step = constant(digit as f64 * LN_2);
         if remain >= step {
             remain -= step;
             k -= digit;
         }
+        digit /= 2;
     }
-    let mut power = 1i64 << 16;
-    for i in 1..=16 {
-        let step = constant(2f64.powi(-i).ln_1p());
+    let mut power = 1i64 << bits;
+    for i in 1..=bits {
+        let step = constant(2f64.powi(-(i as i32)).ln_1p());
         if remain >= step {
             remain -= step;
             power += power >> i;
         }
     }
-    (power >> k).min(65_535) as i32
+    (power >> k).min(i64::from(engine.most())) as i32
 }
 
-fn every_operand() -> Case {
-    let all = || 0..65_536;
-    Case {
-        name: "exp of every operand, the smallest among them",
-        naive: "the recurrence in 16 bits, cut off, not centred",
-        unit: ULP,
-        fails: errors(all(), sixteen_bits),
-        bound: 1.0,
-        from: "one unit of the format",
-        ours: errors(all(), |u| twin().exp(u)),
-    }
+fn every_operand(under: &Config) -> Measuring {
+    let engine = Engine::of(under)?;
+    let all = || engine.exact.codes();
+    let (bound, from) = accuracy(engine.exp);
+    Ok(super::Case {
+        naive: format!(
+            "the recurrence in {} bits, cut off, not centred",
+            engine.exp.output_bits
+        )
+        .into(),
+        unit: ulp(engine.exp).into(),
+        fails: engine.errors(all(), |u| as_narrow_as_the_result(&engine, u)),
+        bound,
+        from: from.into(),
+        ours: engine.ours(all()),
+    })
 }
 
 /// As printed, every logarithm is positive and no subtraction fires below zero.
-fn negative_powers() -> Case {
+fn negative_powers(under: &Config) -> Measuring {
+    computes(under, OpCode::Exp)?;
+    let exp = &under.vu.exp;
+    base_e(exp)?;
     let literal = ExpConfig {
         form: ExpForm::Literal,
         input: Format::signed(1, 14),
         output_bits: 14,
         ..ExpConfig::default()
     };
-    let (printed, ours) = (ReferenceExponential::new(&literal), twin());
-    let unit = 2f64.powi(-16);
-    // -1 to 0 in steps of both formats.
-    let codes = || 0..=8192;
-    let exact = |u: i32| (-f64::from(u) / 8192.0).exp();
-    let fails = codes().map(|u| f64::from(printed.exp(-2 * u)) * 2f64.powi(-14) - exact(u));
-    Case {
-        name: "exp of a negative power",
-        naive: "the recurrence as the paper prints it",
-        unit: "absolute",
-        fails: Worst::of(fails),
-        bound: unit,
-        from: "one unit of U0.16",
-        ours: Worst(errors(codes(), |u| ours.exp(u)).0 * unit),
-    }
+    // -1 to 0, in steps of the operand's format.
+    let off = |exp: &ExpConfig| {
+        let twin = ReferenceExponential::new(exp);
+        let sign = if exp.input.is_signed() { -1 } else { 1 };
+        let steps = 1i32 << exp.input.frac_bits().min(20);
+        Worst::of((0..=steps).map(|u| {
+            let (mantissa, exponent) = twin.floating(sign * u);
+            let found = mantissa as f64 * 2f64.powi(exponent - exp.output_bits as i32);
+            found - (-f64::from(u) / f64::from(steps)).exp()
+        }))
+    };
+    let is_code = exp.output == ExpOutput::Alpha && exp.form != ExpForm::Literal;
+    let (units, from) = match is_code {
+        true => accuracy(exp),
+        // A mantissa has a unit more than a code below 1.
+        false => (2.0, "two units of the format"),
+    };
+    Ok(super::Case {
+        naive: "the recurrence as the paper prints it".into(),
+        unit: "absolute".into(),
+        fails: off(&literal),
+        bound: units.max(1.0) * 2f64.powi(-(exp.output_bits as i32)),
+        from: from.into(),
+        ours: off(exp),
+    })
 }
 
-fn zero() -> Case {
-    Case {
-        name: "exp of 0",
-        naive: "65,536 cut to 16 bits",
-        unit: ULP,
-        fails: errors(0..1, |_| i32::from((1.0f64 * 65_536.0) as u32 as u16)),
-        bound: 0.0,
-        from: "the largest code is the nearest",
-        ours: errors(0..1, |u| twin().exp(u)),
-    }
+fn zero(under: &Config) -> Measuring {
+    let engine = Engine::of(under)?;
+    let (bound, from) = engine.below_the_largest();
+    let bits = engine.exp.output_bits;
+    Ok(super::Case {
+        naive: format!("2^{bits} cut to {bits} bits").into(),
+        unit: ulp(engine.exp).into(),
+        fails: engine.errors(0..1, |_| (1i64 << bits) as i32 & engine.most()),
+        bound,
+        from: from.into(),
+        ours: engine.ours(0..1),
+    })
 }
 
-fn past_the_range() -> Case {
-    let codes = [65_536, 65_537, 70_000, 1 << 17, 1 << 20, 1 << 30, i32::MAX];
+fn past_the_range(under: &Config) -> Measuring {
+    let engine = Engine::of(under)?;
+    let (most, unit) = engine.operands();
+    let codes = [1, 2, 4464, most, 15 * (most / 16 + 1), 1 << 29, 1 << 30];
+    let codes = codes.map(|more: i32| most.saturating_add(more));
+    let one = 2f64.powi(engine.exp.output_bits as i32);
     let off = |exp: &dyn Fn(i32) -> i32| {
-        let exact = |u: i32| (-f64::from(u) / 8192.0).exp() * 65_536.0;
+        let exact = |u: i32| (-f64::from(u) * unit).exp() * one;
         Worst::of(codes.map(|u| f64::from(exp(u)) - exact(u)))
     };
-    let ours = twin();
-    Case {
-        name: "exp past the range, down to minus infinity",
-        naive: "the operand's low 16 bits",
-        unit: ULP,
-        fails: off(&|u| ours.exp(u & 0xffff)),
-        bound: (-8f64).exp() * 65_536.0 + 1.0,
-        from: "all that is left there is exp(-8), and one unit",
-        ours: off(&|u| ours.exp(u)),
-    }
+    let accuracy = accuracy(engine.exp).0;
+    Ok(super::Case {
+        naive: format!("the operand's low {} bits", engine.exp.input.width()).into(),
+        unit: ulp(engine.exp).into(),
+        fails: off(&|u| engine.wrapped(u)),
+        bound: (-f64::from(most) * unit).exp() * one + accuracy,
+        from: "all that is left at the end of the range, and the error of a result".into(),
+        ours: off(&|u| engine.twin.exp(u)),
+    })
 }
 
-fn positive_powers() -> Case {
+fn positive_powers(under: &Config) -> Measuring {
+    let engine = Engine::of(under)?;
     let codes = [-1, -2, -8192, -65_535, -65_536, i32::MIN];
-    let ours = twin();
-    let off = |exp: &dyn Fn(i32) -> i32| Worst::of(codes.map(|u| f64::from(exp(u) - 65_535)));
-    Case {
-        name: "exp of a positive power",
-        naive: "the operand's low 16 bits",
-        unit: ULP,
-        fails: off(&|u| ours.exp(u & 0xffff)),
-        bound: 0.0,
-        from: "held at the largest code",
-        ours: off(&|u| ours.exp(u)),
-    }
+    let most = engine.most();
+    let off = |exp: &dyn Fn(i32) -> i32| Worst::of(codes.map(|u| f64::from(exp(u) - most)));
+    let (bound, from) = engine.below_the_largest();
+    Ok(super::Case {
+        naive: format!("the operand's low {} bits", engine.exp.input.width()).into(),
+        unit: ulp(engine.exp).into(),
+        fails: off(&|u| engine.wrapped(u)),
+        bound,
+        from: from.into(),
+        ours: off(&|u| engine.twin.exp(u)),
+    })
 }
 
-fn multiples_of_ln_2() -> Case {
+fn multiples_of_ln_2(under: &Config) -> Measuring {
+    let engine = Engine::of(under)?;
+    base_e(engine.exp)?;
+    let (most, unit) = engine.operands();
+    let count = (f64::from(most) * unit / LN_2) as i32;
     let codes = || {
-        (0..=11).flat_map(|m| {
-            let at = (f64::from(m) * 2f64.ln() * 8192.0).round() as i32;
-            (at - 2..=at + 2).filter(|u| (0..65_536).contains(u))
+        (0..=count).flat_map(|m| {
+            let at = (f64::from(m) * LN_2 / unit).round() as i32;
+            (at - 2..=at + 2).filter(|u| (0..=most).contains(u))
         })
     };
     // Just below a multiple the quotient is one too large and the remainder wraps.
+    let bits = engine.exp.output_bits as i32;
     let naive = |u: i32| {
-        let log2_e = (2f64.ln().recip() * 256.0).ceil() as i32;
-        let k = (u * log2_e) >> 21;
-        let r = (u - (f64::from(k) * 2f64.ln() * 8192.0).round() as i32) as u16;
-        let power = (-f64::from(r) / 8192.0).exp() * 2f64.powi(16 - k);
-        power.round().min(65_535.0) as i32
+        let log2_e = (LN_2.recip() * 256.0).ceil() as i64;
+        let k = ((i64::from(u) * log2_e) as f64 * unit / 256.0).floor() as i32;
+        let r = (u - (f64::from(k) * LN_2 / unit).round() as i32) & most;
+        let power = (-f64::from(r) * unit).exp() * 2f64.powi(bits - k);
+        power.round().min(f64::from(engine.most())) as i32
     };
-    Case {
-        name: "exp around each m ln 2",
-        naive: "k by log2(e) in 8 bits, the remainder unsigned",
-        unit: ULP,
-        fails: errors(codes(), naive),
-        bound: 1.0,
-        from: "one unit of the format on either side",
-        ours: errors(codes(), |u| twin().exp(u)),
-    }
+    let (bound, from) = accuracy(engine.exp);
+    Ok(super::Case {
+        naive: "k by log2(e) in 8 bits, the remainder unsigned".into(),
+        unit: ulp(engine.exp).into(),
+        fails: engine.errors(codes(), naive),
+        bound,
+        from: format!("{from}, on either side").into(),
+        ours: engine.ours(codes()),
+    })
 }
 
-/// Code 15967 lies 2^-16.1 units from a midpoint, closer than 32-bit floats tell.
-fn hardest_to_round() -> Case {
-    let fine = ReferenceExponential::new(&ExpConfig {
-        iterations: 27,
-        ..ExpConfig::default()
-    });
-    let float = |u: i32| (((-u as f32 / 8192.0).exp() * 65_536.0).round()).min(65_535.0) as i32;
-    let misrounded = |exp: &dyn Fn(i32) -> i32| {
-        let reference = reference();
-        let wrong = (0..65_536).filter(|u| reference.error(*u, exp(*u), 16).abs() > 0.5);
-        Worst(wrong.count() as f64)
+/// In U3.13, code 15967 lies 2^-16.1 units from a midpoint, closer than 32-bit floats tell.
+fn hardest_to_round(under: &Config) -> Measuring {
+    let engine = Engine::of(under)?;
+    let exp = engine.exp;
+    let own = target(exp.iterations, exp.tail, exp.output_bits);
+    let is_exact = exp.form == ExpForm::Restoring && own == Target::CorrectlyRounded;
+    unless(is_exact && !exp.early_out, || {
+        let whole = "27 iterations without a tail make every result the nearest code";
+        format!("{} iterations do not promise it: {whole}", exp.iterations)
+    })?;
+    let unit = engine.operands().1 as f32;
+    let one = 2f32.powi(exp.output_bits as i32);
+    let float =
+        |u: i32| (((-u as f32 * unit).exp() * one).round()).min(engine.most() as f32) as i32;
+    let misrounded = |results: &dyn Fn(i32) -> i32| {
+        let codes = engine.exact.codes();
+        let off = |u: &i32| engine.exact.error(*u, results(*u), exp.output_bits).abs();
+        Worst(codes.filter(|u| off(u) > 0.5).count() as f64)
     };
-    Case {
-        name: "exp at the hardest codes to round",
-        naive: "32-bit floats, rounded",
-        unit: "operands of 65,536 misrounded",
+    Ok(super::Case {
+        naive: "32-bit floats, rounded".into(),
+        unit: format!("operands of {} misrounded", 1u64 << exp.input.width()).into(),
         fails: misrounded(&float),
         bound: 0.0,
-        from: "27 iterations are correctly rounded",
-        ours: misrounded(&|u| fine.exp(u)),
-    }
+        from: format!("{} iterations are correctly rounded", exp.iterations).into(),
+        ours: misrounded(&|u| engine.twin.exp(u)),
+    })
 }
 
 #[test]
 fn the_default_engine_is_within_its_budget() {
-    assert!(errors(0..65_536, |u| twin().exp(u)).0 <= budget(&ExpConfig::default()));
+    let config = Config::paper();
+    let Ok(engine) = Engine::of(&config) else {
+        unreachable!("the paper's exponential has codes");
+    };
+    assert!(engine.ours(0..65_536).0 <= budget(&config.vu.exp));
 }

@@ -3,16 +3,21 @@
 use glam::DVec3;
 use potamoi_formats::config::Config;
 
-use super::{Case, Worst, cases};
+use super::{Case, Measuring, Stop, Worst, cases, ensure, renders};
 use potamoi_base::camera::Camera;
 use potamoi_reference::ReferenceUnits;
-use potamoi_splats::{Cloud, FixedOptions, FloatOptions, Profile, render_fixed, render_float};
+use potamoi_scene::{Model, Scene};
+use potamoi_splats::{Cloud, CloudError, Profile};
 
-cases!(depth_ties, near_ties);
+cases! {
+    "order";
+    depth_ties, "exact ties of depth", "";
+    near_ties, "depths that differ below 32 bits", "";
+}
 
 /// Four Gaussians over one another, each of another colour, at these depths; each a little more to
 /// the left than those before it by `aside` of its depth.
-fn stack(depths: [f32; 4], aside: f32) -> Cloud {
+fn stack(depths: [f32; 4], aside: f32) -> Result<Cloud, CloudError> {
     let colour = |i: usize| {
         [
             0.5 * i as f32 - 1.0,
@@ -28,7 +33,6 @@ fn stack(depths: [f32; 4], aside: f32) -> Cloud {
         vec![0.3; 4],
         (0..4).map(colour).collect(),
     )
-    .unwrap()
 }
 
 fn camera() -> Camera {
@@ -43,7 +47,6 @@ fn permutations() -> Vec<Vec<usize>> {
             all.push(order.to_vec());
         }
     }
-    assert_eq!(all.len(), 24);
     all
 }
 
@@ -54,48 +57,50 @@ fn in_file_order(cloud: &Cloud) -> Vec<[f32; 3]> {
     order.into_iter().map(|i| cloud.sh(i)[0]).collect()
 }
 
-fn depth_ties() -> Case {
-    let cloud = stack([3.0; 4], 0.0);
-    let config = Config::paper();
-    let both = |cloud: &Cloud| {
-        let options = FloatOptions::default();
-        let float = render_float(cloud, &camera(), Profile::Inria, &options).unwrap();
-        let (options, mut units) = (FixedOptions::default(), ReferenceUnits::new(&config));
-        let fixed = render_fixed(cloud, &camera(), Profile::Inria, &options, &mut units);
-        (float, fixed.unwrap())
+fn depth_ties(under: &Config) -> Measuring {
+    let cloud = stack([3.0; 4], 0.0)?;
+    let scene = |cloud: Cloud| {
+        let model = Model::Splats(cloud);
+        Scene::of("ties of depth", model, camera(), DVec3::Y, [0.0; 3])
     };
-    let first = both(&cloud);
-    assert!(first.1.stats.drawn > 100);
+    renders(&scene(cloud.clone()), under)?;
+    let both = |cloud: &Cloud| -> Result<_, Stop> {
+        let scene = scene(cloud.clone());
+        let fixed = scene.render_fixed(under, &mut ReferenceUnits::new(under))?;
+        Ok((scene.render_float()?, fixed))
+    };
+    let first = both(&cloud)?;
+    let drawn = first.1.counts.splats.map_or(0, |own| own.pairs_drawn);
+    ensure(drawn > 100, || format!("{drawn} pairs drawn"))?;
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for order in permutations() {
-        let other = cloud.select(&order).unwrap();
-        ours.count(both(&other) != first);
+        let other = cloud.select(&order)?;
+        ours.count(both(&other)? != first);
         fails.count(in_file_order(&other) != in_file_order(&cloud));
     }
-    Case {
-        name: "exact ties of depth",
-        naive: "a stable sort by depth, ties in file order",
-        unit: "of 24 permutations that change a bit",
+    Ok(Case {
+        naive: "a stable sort by depth, ties in file order".into(),
+        unit: "of 24 permutations that change a bit".into(),
         fails,
         bound: 0.0,
-        from: "ties are ordered by what the Gaussians hold",
+        from: "ties are ordered by what the Gaussians hold".into(),
         ours,
-    }
+    })
 }
 
 /// Depths that differ in 64 bits and not in 32: the true order, whatever the file's.
-fn near_ties() -> Case {
+fn near_ties(_: &Config) -> Measuring {
     // From a camera far off, depths of means 2^-12 apart are equal in 32 bits.
     let eye = DVec3::new(0.0, 0.0, -30_000.0);
     let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::NEG_Y, 1e-4, 16, 16);
     let step = 2f32.powi(-12);
     // By their contents, as ties are ordered, they would come in reverse.
-    let cloud = stack([3.0 * step, step, 0.0, 2.0 * step], 1.0);
+    let cloud = stack([3.0 * step, step, 0.0, 2.0 * step], 1.0)?;
     let truth = [2, 1, 3, 0].map(|i: usize| cloud.sh(i)[0]);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for order in permutations() {
-        let other = cloud.select(&order).unwrap();
-        let view = potamoi_splats::View::new(&other, &camera, Profile::Gsplat).unwrap();
+        let other = cloud.select(&order)?;
+        let view = potamoi_splats::View::new(&other, &camera, Profile::Gsplat)?;
         let found: Vec<_> = view.splats().iter().map(|s| other.sh(s.index)[0]).collect();
         ours.count(found != truth);
         let mut naive: Vec<usize> = (0..4).collect();
@@ -105,13 +110,12 @@ fn near_ties() -> Case {
         });
         fails.count(naive.iter().map(|i| other.sh(*i)[0]).ne(truth));
     }
-    Case {
-        name: "depths that differ below 32 bits",
-        naive: "a sort by 32-bit depths",
-        unit: "of 24 permutations in a wrong order",
+    Ok(Case {
+        naive: "a sort by 32-bit depths".into(),
+        unit: "of 24 permutations in a wrong order".into(),
         fails,
         bound: 0.0,
-        from: "all 64 bits are sorted",
+        from: "all 64 bits are sorted".into(),
         ours,
-    }
+    })
 }

@@ -2,27 +2,29 @@
 //! outside the frame, and with quaternions of no or any length.
 
 use glam::{DVec2, DVec3};
+use potamoi_formats::config::Config;
 use potamoi_formats::record::{FACTOR, MEAN};
 
 use super::exact::{Exact, exact};
-use super::{Case, Draws, Worst, cases};
+use super::{Case, Draws, Measuring, Worst, cases, ensure};
 use potamoi_base::camera::Camera;
 use potamoi_splats::{
     Cloud, Footprint, Profile, Projected, RecordForm, Saturations, View, record, rotation,
 };
 
-cases!(
-    at_and_behind_the_camera,
-    beside_the_frame,
-    far_outside_the_frame,
-    quaternions
-);
+cases! {
+    "projection";
+    at_and_behind_the_camera, "Gaussians at the camera, on the near plane, behind it", "";
+    beside_the_frame, "Gaussians far beside the frame, as wide as they are near", "";
+    far_outside_the_frame, "means farther than a record holds", "";
+    quaternions, "quaternions of length 0, 1e-45 to 3e38", "";
+}
 
 fn camera() -> Camera {
     Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 1.0, 32, 32)
 }
 
-fn at_and_behind_the_camera() -> Case {
+fn at_and_behind_the_camera(_: &Config) -> Measuring {
     let depths = [
         -3e38f32, -5.0, -0.2, -1e-30, -0.0, 0.0, 1e-45, 1e-30, 0.005, 0.2, 1e30,
     ];
@@ -41,7 +43,7 @@ fn at_and_behind_the_camera() -> Case {
                         vec![0.0],
                         vec![[0.0; 3]],
                     );
-                    let view = View::new(&cloud.unwrap(), &camera(), profile).unwrap();
+                    let view = View::new(&cloud?, &camera(), profile)?;
                     for p in view.splats() {
                         let f = p.footprint;
                         let finite = p.mean.is_finite()
@@ -59,21 +61,20 @@ fn at_and_behind_the_camera() -> Case {
             }
         }
     }
-    Case {
-        name: "Gaussians at the camera, on the near plane, behind it",
-        naive: "division by the depth, nothing culled",
-        unit: "Gaussians mirrored or not finite",
+    Ok(Case {
+        naive: "division by the depth, nothing culled".into(),
+        unit: "Gaussians mirrored or not finite".into(),
         fails,
         bound: 0.0,
-        from: "culled by a comparison, and finite in 64 bits up to the largest scale",
+        from: "culled by a comparison, and finite in 64 bits up to the largest scale".into(),
         ours,
-    }
+    })
 }
 
 /// Gaussians far beside the frame, the larger the nearer they are: where their projection's slope is
 /// taken at the mean, it smears them over all of the frame. What there is along a pixel's ray is a
 /// Gaussian of the ray's distance, exact in 64 bits: all are alike in every direction.
-fn beside_the_frame() -> Case {
+fn beside_the_frame(_: &Config) -> Measuring {
     let camera = camera();
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for profile in Profile::ALL {
@@ -91,7 +92,7 @@ fn beside_the_frame() -> Case {
                 vec![20.0],
                 vec![[0.0; 3]],
             );
-            let view = View::new(&cloud.unwrap(), &camera, profile).unwrap();
+            let view = View::new(&cloud?, &camera, profile)?;
             // The same at the mean's own slope.
             let per_depth = camera.focal / depth;
             let at_the_mean = Footprint::new(
@@ -104,7 +105,8 @@ fn beside_the_frame() -> Case {
                 let pixel = DVec2::new(x.into(), y.into()) + 0.5;
                 let ray = ((pixel - camera.centre) / camera.focal).extend(1.0);
                 let away = mean.cross(ray.normalize()).length() / sigma;
-                assert!((-0.5 * away * away).exp() < rules.alpha_min);
+                let seen = (-0.5 * away * away).exp();
+                ensure(seen < rules.alpha_min, || format!("{seen} along a ray"))?;
                 let drawn = |f: &Footprint| {
                     let [xx, xy, yy] = f.covariance;
                     let d = centre - pixel;
@@ -117,19 +119,18 @@ fn beside_the_frame() -> Case {
             }
         }
     }
-    Case {
-        name: "Gaussians far beside the frame, as wide as they are near",
-        naive: "the projection's slope at the mean",
-        unit: "pixels of 16,384 drawn where alpha is below 1/255 along the ray",
+    Ok(Case {
+        naive: "the projection's slope at the mean".into(),
+        unit: "pixels of 16,384 drawn where alpha is below 1/255 along the ray".into(),
         fails,
         bound: 0.0,
-        from: "the slope is held at 1.3 of the frame's edge: they are as far off on screen as in space",
+        from: "the slope is held at 1.3 of the frame's edge: they are as far off on screen as in space".into(),
         ours,
-    }
+    })
 }
 
 /// Means past the record's S19.12: what a pixel of the frame sees of them.
-fn far_outside_the_frame() -> Case {
+fn far_outside_the_frame(_: &Config) -> Measuring {
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for away in [
         2f64.powi(20) + 3.0,
@@ -147,7 +148,7 @@ fn far_outside_the_frame() -> Case {
         };
         let mut held = Saturations::default();
         let record = record(&splat, 0, RecordForm::default(), &mut held);
-        assert_eq!(held.mean, 1);
+        ensure(held.mean == 1, || format!("a mean of {away} is not held"))?;
         let [l11, l21, l22] = record.factor.map(|l| FACTOR.value(l.into()));
         let alpha = |mean: [i32; 2]| {
             let d = DVec2::splat(3.0) - DVec2::from(mean.map(|m| MEAN.value(m.into())));
@@ -159,15 +160,14 @@ fn far_outside_the_frame() -> Case {
         let cut = |v: f64| (v * 4096.0) as i128 as i32;
         fails.see(alpha(splat.mean.to_array().map(cut)));
     }
-    Case {
-        name: "means farther than a record holds",
-        naive: "the code's low 32 bits",
-        unit: "alpha where nothing is",
+    Ok(Case {
+        naive: "the code's low 32 bits".into(),
+        unit: "alpha where nothing is".into(),
         fails,
         bound: 0.0,
-        from: "held at the format's end, 2^19 pixels away",
+        from: "held at the format's end, 2^19 pixels away".into(),
         ours,
-    }
+    })
 }
 
 /// Entries of the rotation of a quaternion of any length, column by column; of none no turn.
@@ -197,7 +197,20 @@ pub(super) fn turned(quaternion: [f32; 4]) -> [Exact; 9] {
     .map(|v| v / one())
 }
 
-fn quaternions() -> Case {
+/// Entries of a rotation, column by column, of a quaternion divided by its length in 32 bits.
+pub(super) fn normalised_in_32_bits([w, x, y, z]: [f32; 4]) -> [f32; 9] {
+    let length = (w * w + x * x + y * y + z * z).sqrt();
+    let unit = glam::Quat::from_xyzw(x / length, y / length, z / length, w / length);
+    match unit.is_finite() {
+        true => glam::Mat3::from_quat(unit).to_cols_array(),
+        false => [f32::NAN; 9],
+    }
+}
+
+/// Upper bound of the error of a rotation's entries: sixteen roundings of 64 bits.
+pub(super) const ROTATION: f64 = 16.0 / (1u64 << 53) as f64;
+
+fn quaternions(_: &Config) -> Measuring {
     let mut all = vec![
         [0.0f32; 4],
         [1e30; 4],
@@ -220,25 +233,17 @@ fn quaternions() -> Case {
         for (right, found) in right.iter().zip(rotation(quaternion).to_cols_array()) {
             ours.see(right.error(found));
         }
-        let [w, x, y, z] = quaternion;
-        let length = (w * w + x * x + y * y + z * z).sqrt();
-        let unit = glam::Quat::from_xyzw(x / length, y / length, z / length, w / length);
-        let naive = if unit.is_finite() {
-            glam::Mat3::from_quat(unit).to_cols_array()
-        } else {
-            [f32::NAN; 9]
-        };
+        let naive = normalised_in_32_bits(quaternion);
         for (right, found) in right.iter().zip(naive) {
             fails.see(right.error(found.into()));
         }
     }
-    Case {
-        name: "quaternions of length 0, 1e-45 to 3e38",
-        naive: "normalised in 32 bits",
-        unit: "absolute, of a rotation's entries",
+    Ok(Case {
+        naive: "normalised in 32 bits".into(),
+        unit: "absolute, of a rotation's entries".into(),
         fails,
-        bound: 16.0 * 2f64.powi(-53),
-        from: "sixteen roundings of 64 bits",
+        bound: ROTATION,
+        from: "sixteen roundings of 64 bits".into(),
         ours,
-    }
+    })
 }

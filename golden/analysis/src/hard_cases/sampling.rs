@@ -1,12 +1,18 @@
 //! Rays along an axis and samples on faces of voxels, MVoxels and the volume.
 
 use glam::DVec3;
+use potamoi_formats::config::Config;
 
-use super::{Case, Worst, cases};
+use super::{Case, Measuring, Worst, cases};
 use potamoi_base::camera::crossing;
 use potamoi_march::tiling::{Halo, Tiling};
 
-cases!(samples_on_faces, places_on_faces, rays_along_an_axis);
+cases! {
+    "samples";
+    samples_on_faces, "samples on faces of voxels, MVoxels and the volume: owners", "";
+    places_on_faces, "samples on faces: places", "";
+    rays_along_an_axis, "rays parallel to an axis, in a face too", "";
+}
 
 const POINTS: [usize; 3] = [19, 16, 23];
 
@@ -30,7 +36,7 @@ fn places() -> impl Iterator<Item = [f64; 3]> {
 }
 
 /// Each sample is in the cell that its owner holds whole.
-fn samples_on_faces() -> Case {
+fn samples_on_faces(_: &Config) -> Measuring {
     let tiling = Tiling::new(POINTS, [8; 3], Halo::Shared);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for at in places() {
@@ -50,20 +56,18 @@ fn samples_on_faces() -> Case {
         });
         fails.count(owners.count() != 1);
     }
-    assert_eq!(places().count(), 39_304);
-    Case {
-        name: "samples on faces of voxels, MVoxels and the volume: owners",
-        naive: "every MVoxel whose box holds it, faces included",
-        unit: "samples of 39,304 without exactly one owner",
+    Ok(Case {
+        naive: "every MVoxel whose box holds it, faces included".into(),
+        unit: "samples of 39,304 without exactly one owner".into(),
         fails,
         bound: 0.0,
-        from: "the cell is found from the code, in integers",
+        from: "the cell is found from the code, in integers".into(),
         ours,
-    }
+    })
 }
 
 /// Both sides of a face agree on where a sample is.
-fn places_on_faces() -> Case {
+fn places_on_faces(_: &Config) -> Measuring {
     let tiling = Tiling::new(POINTS, [8; 3], Halo::Shared);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for at in places() {
@@ -78,15 +82,14 @@ fn places_on_faces() -> Case {
             fails.see(cell + code as f64 / 4096.0 - at[axis]);
         }
     }
-    Case {
-        name: "samples on faces: places",
-        naive: "floor, and the fraction in U0.12",
-        unit: "voxels",
+    Ok(Case {
+        naive: "floor, and the fraction in U0.12".into(),
+        unit: "voxels".into(),
         fails,
         bound: 2f64.powi(-13),
-        from: "half a unit of the position's 12 fraction bits",
+        from: "half a unit of the position's 12 fraction bits".into(),
         ours,
-    }
+    })
 }
 
 /// Slabs by division, compared as they come.
@@ -102,7 +105,7 @@ fn divided([low, high]: [DVec3; 2], origin: DVec3, direction: DVec3) -> [f64; 2]
     [near, far]
 }
 
-fn rays_along_an_axis() -> Case {
+fn rays_along_an_axis(_: &Config) -> Measuring {
     let bounds = [DVec3::ZERO, DVec3::splat(4.0)];
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     let across = [-1.0, -0.0, 0.0, 2.0, 4.0, 4.0f64.next_up()];
@@ -133,13 +136,17 @@ fn rays_along_an_axis() -> Case {
             }
         }
     }
-    Case {
-        name: "rays parallel to an axis, in a face too",
-        naive: "slabs by division, 0 / 0 among them",
-        unit: "rays of 648 that enter or miss wrongly",
+    Ok(Case {
+        naive: "slabs by division, 0 / 0 among them".into(),
+        unit: "rays of 648 that enter or miss wrongly".into(),
         fails,
         bound: 0.0,
-        from: "a parallel ray is inside all along or never",
+        from: "a parallel ray is inside all along or never".into(),
         ours,
-    }
+    })
+}
+
+#[test]
+fn there_are_as_many_places_as_are_told() {
+    assert_eq!(places().count(), 39_304);
 }

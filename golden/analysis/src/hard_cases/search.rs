@@ -1,22 +1,30 @@
 //! Randomised searches for further hard cases: adversarial Gaussians, rotations, weights, depths
 //! and poses. Failures are kept in golden/proptest-regressions and tried first afterwards.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use potamoi_formats::config::Config;
 use proptest::prelude::*;
 
-use super::accumulators::gathered;
+use super::accumulators;
 use super::exact::exact;
 use super::projection::turned;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_reference::ReferenceUnits;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_reference::weights::trilinear;
 use potamoi_splats::{
     Cloud, FixedOptions, FloatOptions, Footprint, Profile, View, render_fixed, render_float,
     rotation,
 };
 use potamoi_warp::{Shaded, reproject};
+
+/// What a configuration's gathering unit makes of one feature.
+fn gathered(config: &str, codes: &[i16; 8], weights: [u16; 8]) -> i16 {
+    let config = Config::from_toml(config, "hard case").unwrap();
+    accumulators::gathered(&ReferenceGatheringUnit::new(&config), codes, weights).unwrap()
+}
 
 /// The command that tries again, the failing input first; more are tried with PROPTEST_CASES=10000
 /// before it.

@@ -3,7 +3,8 @@
 //! The exact decision on a pair of pixel and Gaussian takes every pixel of the tile: both forms exactly,
 //! their power, the exponential, and the product with the opacity beside the threshold.
 
-use potamoi_formats::config::{Config, SplatOpacity};
+use potamoi_formats::config::{Config, ExpConfig, SplatOpacity};
+use potamoi_formats::fixed::Format;
 use potamoi_formats::record::{FACTOR, MEAN, SplatRecord};
 use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::splat_unit::{
@@ -12,16 +13,20 @@ use potamoi_reference::splat_unit::{
 };
 use potamoi_splats::{Limits, Profile, unit_settings};
 
-use super::{Case, Draws, Worst, cases};
+use super::{Case, Draws, Measuring, Stop, Worst, base_e, cases, codes_of_powers, ensure, unless};
 
-cases!(
-    opacities_at_the_cut,
-    opacities_that_never_count,
-    powers_at_the_edge_of_a_code,
-    needles_along_a_row,
-    all_records_on_one_pixel,
-    pairs_behind_a_stop,
-);
+/// The paper's exponential in a splat unit.
+const UNIT: &str = "[vu.exp]\npipelined = true\n[su]";
+
+cases! {
+    "splat unit";
+    opacities_at_the_cut, "opacities at the cut, each with the powers about its limit", UNIT;
+    opacities_that_never_count, "opacities for which nothing counts", UNIT;
+    powers_at_the_edge_of_a_code, "powers at the edge of a code", UNIT;
+    needles_along_a_row, "needles along a row", UNIT;
+    all_records_on_one_pixel, "all records on one pixel", UNIT;
+    pairs_behind_a_stop, "a pixel that stops while its later pairs are in flight", UNIT;
+}
 
 /// Stages from the reading of a transmittance to its writing.
 const STAGES: usize = 4;
@@ -112,16 +117,33 @@ fn wrong(found: [u16; 16], counted: [u16; 16]) -> f64 {
     rows.map(|(a, b)| f64::from((a ^ b).count_ones())).sum()
 }
 
-fn parts() -> (ReferenceExponential, ReferenceSplatUnit) {
-    let exp = &Config::paper().vu.exp;
+/// The exponential of a splat unit in the formats that the cases are written in.
+fn of_splats(config: &Config) -> Result<&ExpConfig, Stop> {
+    let none = || "the configuration has no splat unit (no table [su])".to_owned();
+    let su = config.su.as_ref();
+    unless(su.is_some(), none)?;
+    let exp = codes_of_powers(config)?;
+    base_e(exp)?;
+    let is_factor = su.is_some_and(|su| su.opacity == SplatOpacity::Multiplied);
+    let own = (exp.input, exp.output_bits) == (Format::unsigned(3, 13), 16);
+    unless(is_factor && own, || {
+        "the decisions of these cases are written for su.opacity = \"multiplied\", vu.exp.input = \
+         \"U3.13\" and 16 bits of result"
+            .to_owned()
+    })?;
+    Ok(exp)
+}
+
+fn parts(config: &Config) -> Result<(ReferenceExponential, ReferenceSplatUnit), Stop> {
+    let exp = of_splats(config)?;
     let unit = ReferenceSplatUnit::new(exp, 1, settings());
-    (ReferenceExponential::new(exp), unit)
+    Ok((ReferenceExponential::new(exp), unit))
 }
 
 /// Every opacity, at the powers around its limit.
-fn opacities_at_the_cut() -> Case {
-    let (twin, _) = parts();
-    let exp = &Config::paper().vu.exp;
+fn opacities_at_the_cut(under: &Config) -> Measuring {
+    let (twin, _) = parts(under)?;
+    let exp = &under.vu.exp;
     let stored = StoredLimits::new(exp, SplatOpacity::Multiplied, threshold() as i32);
     let exact = PowerLimits::new(exp, SplatOpacity::Multiplied, threshold() as i32);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
@@ -137,20 +159,19 @@ fn opacities_at_the_cut() -> Case {
             ours.count(counts && !kept);
         }
     }
-    Case {
-        name: "opacities at the cut, each with the powers about its limit",
-        naive: "the power at which the product is the threshold, by ln, rounded",
-        unit: "pairs lost of 327,000",
+    Ok(Case {
+        naive: "the power at which the product is the threshold, by ln, rounded".into(),
+        unit: "pairs lost of 327,000".into(),
         fails,
         bound: 0.0,
-        from: "the limit is found by a scan of the exponential's codes, and rounded up",
+        from: "the limit is found by a scan of the exponential's codes, and rounded up".into(),
         ours,
-    }
+    })
 }
 
 /// On the mean, where the exponential is largest.
-fn opacities_that_never_count() -> Case {
-    let (twin, mut unit) = parts();
+fn opacities_that_never_count(under: &Config) -> Measuring {
+    let (twin, mut unit) = parts(under)?;
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for opacity in 0..600 {
         let own = entry([3.0, 5.0], [1.5, 0.0, 1.5], opacity);
@@ -162,20 +183,19 @@ fn opacities_that_never_count() -> Case {
         fails.0 += wrong(within, counted);
         ours.0 += wrong(of_unit(&own, &mut unit), counted);
     }
-    Case {
-        name: "opacities for which nothing counts",
-        naive: "all within the limit counts, a limit below 0 is 0",
-        unit: "pairs decided wrongly",
+    Ok(Case {
+        naive: "all within the limit counts, a limit below 0 is 0".into(),
+        unit: "pairs decided wrongly".into(),
         fails,
         bound: 0.0,
-        from: "they have no limit, and the product is compared after the cut",
+        from: "they have no limit, and the product is compared after the cut".into(),
         ours,
-    }
+    })
 }
 
 /// Gaussians whose power at a pixel is half a code above the limit.
-fn powers_at_the_edge_of_a_code() -> Case {
-    let (twin, mut unit) = parts();
+fn powers_at_the_edge_of_a_code(under: &Config) -> Measuring {
+    let (twin, mut unit) = parts(under)?;
     let mut draws = Draws(11);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for _ in 0..4000 {
@@ -192,20 +212,19 @@ fn powers_at_the_edge_of_a_code() -> Case {
         fails.0 += wrong(cut_off, counted);
         ours.0 += wrong(of_unit(&own, &mut unit), counted);
     }
-    Case {
-        name: "powers at the edge of a code",
-        naive: "half the sum of squares, cut off",
-        unit: "pairs decided wrongly of 1,024,000",
+    Ok(Case {
+        naive: "half the sum of squares, cut off".into(),
+        unit: "pairs decided wrongly of 1,024,000".into(),
         fails,
         bound: 0.0,
-        from: "one rounding, half up, in the unit as in the reference",
+        from: "one rounding, half up, in the unit as in the reference".into(),
         ours,
-    }
+    })
 }
 
 /// Thin across a row, long along it: the ends of spans are met often.
-fn needles_along_a_row() -> Case {
-    let (twin, mut unit) = parts();
+fn needles_along_a_row(under: &Config) -> Measuring {
+    let (twin, mut unit) = parts(under)?;
     let mut draws = Draws(12);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     for _ in 0..4000 {
@@ -220,15 +239,15 @@ fn needles_along_a_row() -> Case {
         fails.0 += lost(counted, by_the_quadratic(&own, factor, off));
         ours.0 += lost(counted, of_unit(&own, &mut unit));
     }
-    Case {
-        name: "needles along a row",
-        naive: "ends of each row's span by the quadratic, where the product is the threshold",
-        unit: "pairs lost",
+    Ok(Case {
+        naive: "ends of each row's span by the quadratic, where the product is the threshold"
+            .into(),
+        unit: "pairs lost".into(),
         fails,
         bound: 0.0,
-        from: "start values, steps and the root err outwards",
+        from: "start values, steps and the root err outwards".into(),
         ours,
-    }
+    })
 }
 
 /// Pairs that count and are left out.
@@ -251,7 +270,8 @@ fn by_the_quadratic(own: &SplatEntry, factor: [f64; 3], off: [f64; 2]) -> [u16; 
 }
 
 /// 200 records of one pixel: each needs the transmittance that the one before leaves.
-fn all_records_on_one_pixel() -> Case {
+fn all_records_on_one_pixel(under: &Config) -> Measuring {
+    of_splats(under)?;
     let alphas: Vec<i64> = (0..200).map(|i| 700 + 37 * (i % 11)).collect();
     let step = |t: i64, alpha: i64| (t * (65_536 - alpha) + (1 << 15)) >> 16;
     let exact = alphas.iter().fold(1 << 20, |t, alpha| step(t, *alpha));
@@ -265,26 +285,30 @@ fn all_records_on_one_pixel() -> Case {
         tile.composite(17, *alpha as u32, [0; 3], &settings().thresholds);
     }
     let error = |t: i64| Worst::of([(t - exact) as f64]);
-    Case {
-        name: "all records on one pixel",
-        naive: "each reads the transmittance without waiting for the pairs in the stages before it",
-        unit: "ulp of U1.20",
+    Ok(Case {
+        naive: "each reads the transmittance without waiting for the pairs in the stages before it"
+            .into(),
+        unit: "ulp of U1.20".into(),
         fails: error(chain[chain.len() - 1]),
         bound: 0.0,
-        from: "a pair waits while one of its pixel is in a stage that has not written",
+        from: "a pair waits while one of its pixel is in a stage that has not written".into(),
         ours: error(tile.transmittance[17].into()),
-    }
+    })
 }
 
 /// A pixel ends while pairs of it are in flight: they may change nothing.
-fn pairs_behind_a_stop() -> Case {
+fn pairs_behind_a_stop(under: &Config) -> Measuring {
+    of_splats(under)?;
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     let thresholds = settings().thresholds;
     let draw = |tile: &mut TileState, alpha: u32| tile.composite(3, alpha, [4096; 3], &thresholds);
     for behind in 1..=STAGES {
         let mut tile = TileState::CLEAR;
         for expected in [Outcome::Drawn, Outcome::Stopped] {
-            assert_eq!(draw(&mut tile, thresholds.alpha_cap), expected);
+            let found = draw(&mut tile, thresholds.alpha_cap);
+            ensure(found == expected, || {
+                format!("{found:?} instead of {expected:?}")
+            })?;
         }
         // As it was looked up when the pairs entered.
         let mut looked_up = tile.clone();
@@ -294,13 +318,12 @@ fn pairs_behind_a_stop() -> Case {
             fails.count(draw(&mut looked_up, 300) != Outcome::Skipped);
         }
     }
-    Case {
-        name: "a pixel that stops while its later pairs are in flight",
-        naive: "live pixels are looked up once, before the pairs",
-        unit: "pairs drawn behind the stop",
+    Ok(Case {
+        naive: "live pixels are looked up once, before the pairs".into(),
+        unit: "pairs drawn behind the stop".into(),
         fails,
         bound: 0.0,
-        from: "the transmittance of a pixel that has stopped holds a bit that says so",
+        from: "the transmittance of a pixel that has stopped holds a bit that says so".into(),
         ours,
-    }
+    })
 }

@@ -2,20 +2,22 @@
 //! turn, and regressions over degenerate poses.
 
 use glam::{DAffine3, DMat2, DQuat, DVec2, DVec3};
+use potamoi_formats::config::Config;
 
 use super::exact::{Exact, exact};
-use super::{Case, Draws, Worst, cases};
+use super::{Case, Draws, Measuring, Stop, Worst, cases};
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_warp::{BayesianRidge, Shaded, reproject, rotation_vector, subtended};
 
-cases!(
-    depths_that_are_none,
-    z_fighting,
-    small_angles,
-    turns_near_none_and_half,
-    poses_that_say_little,
-);
+cases! {
+    "warping";
+    depths_that_are_none, "warping depths of 0, infinity, NaN and below 0", "";
+    z_fighting, "surfaces that fight for a pixel", "";
+    small_angles, "the angle of warping, 1e-12 to pi", "";
+    turns_near_none_and_half, "turns near none and near half a turn", "";
+    poses_that_say_little, "regression over one, two, equal and collinear poses", "";
+}
 
 fn camera(width: u32, height: u32, shift: DVec3) -> Camera {
     Camera {
@@ -34,7 +36,7 @@ fn shaded(side: u32, depth: Vec<f32>) -> Shaded {
     }
 }
 
-fn depths_that_are_none() -> Case {
+fn depths_that_are_none(_: &Config) -> Measuring {
     let odd = [0.0, -0.0, f32::INFINITY, f32::NAN, f32::NEG_INFINITY, -1.0];
     let depth: Vec<f32> = (0..64).map(|i| odd[i % odd.len()]).collect();
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
@@ -65,19 +67,18 @@ fn depths_that_are_none() -> Case {
         }
         buffer.iter().for_each(|z| fails.count(z.is_finite()));
     }
-    Case {
-        name: "warping depths of 0, infinity, NaN and below 0",
-        naive: "the equations as they stand, casts to pixels",
-        unit: "pixels of 192 covered by nothing",
+    Ok(Case {
+        naive: "the equations as they stand, casts to pixels".into(),
+        unit: "pixels of 192 covered by nothing".into(),
         fails,
         bound: 0.0,
-        from: "what is no surface is no point",
+        from: "what is no surface is no point".into(),
         ours,
-    }
+    })
 }
 
 /// Many points of nearly one depth on each pixel, whatever the order in which threads come.
-fn z_fighting() -> Case {
+fn z_fighting(_: &Config) -> Measuring {
     let side = 64;
     let mut draws = Draws(23);
     let ulps = |u: f64| f32::from_bits(3f32.to_bits() + (u * 3.0) as u32);
@@ -103,7 +104,7 @@ fn z_fighting() -> Case {
     let mut ours = Worst::default();
     for threads in [1, 2, 4, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let warped = pool.unwrap().install(|| reproject(&reference, &from, &to));
+        let warped = pool?.install(|| reproject(&reference, &from, &to));
         for (i, best) in best.iter().enumerate() {
             ours.count(warped.at(i).map(|(from, z)| (z, from)) != *best);
         }
@@ -112,15 +113,14 @@ fn z_fighting() -> Case {
     best.iter()
         .zip(&last)
         .for_each(|(a, b)| fails.count(a != b));
-    Case {
-        name: "surfaces that fight for a pixel",
-        naive: "a z-buffer in which the last of equals wins, run backwards",
-        unit: "pixels of 64 that depend on the order",
+    Ok(Case {
+        naive: "a z-buffer in which the last of equals wins, run backwards".into(),
+        unit: "pixels of 64 that depend on the order".into(),
         fails,
         bound: 0.0,
-        from: "depth and place are compared as one integer",
+        from: "depth and place are compared as one integer".into(),
         ours,
-    }
+    })
 }
 
 fn angle(a: DVec3, b: DVec3) -> Exact {
@@ -137,7 +137,7 @@ fn angle(a: DVec3, b: DVec3) -> Exact {
     }
 }
 
-fn small_angles() -> Case {
+fn small_angles(_: &Config) -> Measuring {
     let mut draws = Draws(29);
     let (mut fails, mut ours) = (Worst::default(), Worst::default());
     let pi = std::f64::consts::PI;
@@ -164,18 +164,17 @@ fn small_angles() -> Case {
             fails.see(right.error(f64::from(cosine.clamp(-1.0, 1.0).acos())));
         }
     }
-    Case {
-        name: "the angle of warping, 1e-12 to pi",
-        naive: "the arc cosine in 32 bits",
-        unit: "rad",
+    Ok(Case {
+        naive: "the arc cosine in 32 bits".into(),
+        unit: "rad".into(),
         fails,
         bound: 12.0 * 2f64.powi(-53),
-        from: "a cross product's roundings, relative to the vectors' lengths",
+        from: "a cross product's roundings, relative to the vectors' lengths".into(),
         ours,
-    }
+    })
 }
 
-fn turns_near_none_and_half() -> Case {
+fn turns_near_none_and_half(_: &Config) -> Measuring {
     let pi = std::f64::consts::PI;
     let angles = [
         0.0,
@@ -230,19 +229,18 @@ fn turns_near_none_and_half() -> Case {
             }
         }
     }
-    Case {
-        name: "turns near none and near half a turn",
-        naive: "axis and angle by the arc cosine of w",
-        unit: "rad",
+    Ok(Case {
+        naive: "axis and angle by the arc cosine of w".into(),
+        unit: "rad".into(),
         fails,
         bound: 8.0 * pi * 2f64.powi(-53),
-        from: "eight roundings of at most half a turn",
+        from: "eight roundings of at most half a turn".into(),
         ours,
-    }
+    })
 }
 
 /// A value at the mean of the features is the mean of the values, whatever the fit's slope.
-fn poses_that_say_little() -> Case {
+fn poses_that_say_little(_: &Config) -> Measuring {
     let line = |n: i32, step: f64| -> Vec<Vec<f64>> {
         (0..n)
             .map(|k| vec![f64::from(k) * step, 2.0 * f64::from(k) * step])
@@ -262,7 +260,8 @@ fn poses_that_say_little() -> Case {
         let n = values.len() as f64;
         let mean = values.iter().fold(exact(0.0), |sum, v| sum + exact(*v)) / exact(n);
         let centre = [0, 1].map(|f| rows.iter().map(|r| r[f]).sum::<f64>() / n);
-        let fit = BayesianRidge::default().fit(&rows, &values).unwrap();
+        let fit = BayesianRidge::default().fit(&rows, &values);
+        let fit = fit.ok_or_else(|| Stop::NotComputed("no fit".to_owned()))?;
         ours.see(mean.error(fit.at(&centre)));
         // Of values on a line what is fitted lies between their mean and them: it is shrunk.
         let step = values.get(1).map_or(0.0, |v| v - values[0]);
@@ -289,13 +288,12 @@ fn poses_that_say_little() -> Case {
         );
         fails.see(mean.error(mean.to_f64() + 0.0 * (slope.x + slope.y)));
     }
-    Case {
-        name: "regression over one, two, equal and collinear poses",
-        naive: "normal equations, their determinant 0",
-        unit: "absolute, of values up to 1",
+    Ok(Case {
+        naive: "normal equations, their determinant 0".into(),
+        unit: "absolute, of values up to 1".into(),
         fails,
         bound: 32.0 * 2f64.powi(-53),
-        from: "roundings of two means and two products",
+        from: "roundings of two means and two products".into(),
         ours,
-    }
+    })
 }

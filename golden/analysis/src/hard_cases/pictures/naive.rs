@@ -7,7 +7,7 @@ use super::scenes::{Gaussian, SIZE, camera};
 
 /// How the obvious form goes about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Form {
+pub enum Form {
     /// As above.
     Float32,
     /// The same, of the file in reverse.
@@ -19,7 +19,9 @@ pub(crate) enum Form {
 }
 
 impl Form {
-    pub(crate) fn text(self) -> &'static str {
+    /// In words.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
         match self {
             Self::Float32 => "32-bit floats, no guards",
             Self::Reversed => "ties as the file has them",
@@ -93,7 +95,8 @@ fn project(g: &Gaussian, dilation: f32) -> Spot {
 }
 
 /// The picture on black, pixel centres at whole numbers.
-pub(crate) fn render(gaussians: &[Gaussian], form: Form) -> Picture {
+#[must_use]
+pub fn render(gaussians: &[Gaussian], form: Form) -> Picture {
     let dilation = if form == Form::Undilated { 0.0 } else { 0.3 };
     let mut spots: Vec<Spot> = gaussians.iter().map(|g| project(g, dilation)).collect();
     if form == Form::Reversed {
