@@ -15,15 +15,26 @@ use crate::failure::Failure;
 const DEFAULT_PRESET: &str = "paper";
 
 /// Commands whose result no configuration changes.
-pub(crate) const WITHOUT_CONFIGURATION: [&str; 6] =
-    ["warp", "compare", "sweep", "explore", "cache", "doctor"];
+pub(crate) const WITHOUT_CONFIGURATION: [&str; 11] = [
+    "warp",
+    "compare",
+    "sweep",
+    "explore",
+    "explain",
+    "init",
+    "system",
+    "completions",
+    "man",
+    "cache",
+    "doctor",
+];
 
 /// Sections of a machine's file that a command uses beside the configuration.
 fn sections_used(command: &str) -> &'static [Section] {
     match command {
         "model" | "compare" | "sweep" | "explore" | "report" => &Section::ALL,
         "cost" => &[Section::System, Section::Render],
-        "render" | "inspect" | "verify" | "trace" | "effects" | "characterise" | "layouts"
+        "render" | "hard-cases" | "inspect" | "verify" | "trace" | "effects" | "characterise" | "layouts"
         | "mutate" => &[Section::Render],
         _ => &[],
     }
@@ -34,6 +45,9 @@ fn sections_used(command: &str) -> &'static [Section] {
 pub(crate) struct Common {
     #[arg(long, global = true, value_name = "FILE", help = config_help())]
     pub(crate) config: Option<PathBuf>,
+    /// Print all columns of tables; without it a line has a hundred characters at most
+    #[arg(long, global = true)]
+    pub(crate) wide: bool,
 }
 
 /// The help of `--config`, with every preset.

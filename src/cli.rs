@@ -13,16 +13,21 @@ use crate::cost::CostArgs;
 use crate::effects::EffectsArgs;
 use crate::emit_unit::EmitUnit;
 use crate::estimate::EstimateArgs;
+use crate::explain::ExplainArgs;
 use crate::explore::ExploreArgs;
 use crate::inspect::InspectArgs;
+use crate::hard_cases::HardCasesArgs;
+use crate::init::InitArgs;
 use crate::layouts::LayoutsArgs;
 use crate::model::ModelArgs;
 use crate::mutate::MutateArgs;
 use crate::prove::ProveArgs;
 use crate::render::RenderArgs;
 use crate::report::ReportArgs;
+use crate::shell_files::{CompletionsArgs, ManArgs};
 use crate::sweep::SweepArgs;
 use crate::synth::SynthArgs;
+use crate::system::SystemArgs;
 use crate::trace::TraceArgs;
 use crate::verify::VerifyArgs;
 use crate::warp::WarpArgs;
@@ -57,6 +62,8 @@ pub(crate) enum Command {
     Warp(Box<WarpArgs>),
     /// List the effects that a scene and a camera path call for, and the cost or saving of each
     Effects(Box<EffectsArgs>),
+    /// Test hard cases of numerics on a configuration and a scene, with the obvious form's failure beside
+    HardCases(Box<HardCasesArgs>),
     /// Count memory accesses, cache misses and bank conflicts of a scene, beside the paper's
     Characterise(CharacteriseArgs),
     /// Compare bank organisations by the cycles of a frame's gathers
@@ -80,6 +87,16 @@ pub(crate) enum Command {
     /// Write one page about scenes on machines: pictures, what was verified, time, energy, accuracy,
     /// effects, and where each figure comes from
     Report(ReportArgs),
+    /// Explain a field of a file or a knob: meaning, range, default, presets, cost
+    Explain(ExplainArgs),
+    /// Write a machine's file with every field and its default, and a plan of a sweep
+    Init(InitArgs),
+    /// Print a system as a description to start from
+    System(SystemArgs),
+    /// Print the completions of a shell
+    Completions(CompletionsArgs),
+    /// Write manual pages of all commands
+    Man(ManArgs),
     /// List the results kept between runs, or remove them
     Cache(CacheArgs),
     /// List the external tools: state, version, and the commands that need each

@@ -136,7 +136,7 @@ fn print(own: &UnitEstimate, fit: &Fit) {
             format!("{:.3}", module.with_glitches_pj),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     totals(own);
     if let Some(of) = &own.energies_of {
         say!("{}", covered(of));
@@ -273,7 +273,7 @@ fn totals(own: &UnitEstimate) {
             error(|e| e.worst),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
 }
 
 /// One line of a unit's estimate.

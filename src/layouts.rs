@@ -150,7 +150,7 @@ fn print(report: &Report) {
             row.bandwidth_cycles.to_string(),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     for reason in refused {
         say!("  left out: {reason}");
     }

@@ -17,9 +17,12 @@ mod emit;
 mod emit_exponential;
 mod emit_unit;
 mod estimate;
+mod explain;
 mod explore;
 mod exponential_price;
 mod failure;
+mod hard_cases;
+mod init;
 mod inspect;
 mod layouts;
 mod model;
@@ -31,9 +34,12 @@ mod render;
 mod report;
 mod roles;
 mod scene;
+mod shell_files;
 mod stdout;
+mod suggest;
 mod sweep;
 mod synth;
+mod system;
 mod tables;
 mod trace;
 mod verify;
@@ -53,7 +59,10 @@ use failure::Failure;
 
 /// Prints a failure, and returns its exit code.
 fn parting(failure: &Failure) -> ExitCode {
-    stdout::error(format_args!("{failure}"));
+    match suggest::of(failure) {
+        Some(name) => stdout::error(format_args!("{failure}; did you mean `{name}`?")),
+        None => stdout::error(format_args!("{failure}")),
+    }
     failure.exit_code()
 }
 
@@ -115,6 +124,9 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &cli::Cli) -> Result<(), Failure> {
+    if cli.common.wide {
+        tables::show_all_columns();
+    }
     match &cli.command {
         cli::Command::Emit(args) => emit::run(&cli.common, args),
         cli::Command::Trace(args) => trace::run(&cli.common, args),
@@ -124,6 +136,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Render(args) => render::run(&cli.common, args),
         cli::Command::Warp(args) => warp::run(args),
         cli::Command::Effects(args) => effects::run(&cli.common, args),
+        cli::Command::HardCases(args) => hard_cases::run(&cli.common, args),
         cli::Command::Characterise(args) => characterise::run(&cli.common, args),
         cli::Command::Layouts(args) => layouts::run(&cli.common, args),
         cli::Command::Synth(args) => synth::run(&cli.common, args),
@@ -135,6 +148,14 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Report(args) => report::run(args),
         cli::Command::Cost(args) => cost::run(&cli.common, args),
         cli::Command::Inspect(args) => inspect::run(&cli.common, args),
+        cli::Command::Explain(args) => explain::run(args),
+        cli::Command::Init(args) => init::run(args),
+        cli::Command::System(args) => system::run(args),
+        cli::Command::Completions(args) => {
+            shell_files::completions(args);
+            Ok(())
+        }
+        cli::Command::Man(args) => shell_files::man(args),
         cli::Command::Cache(args) => cache::run(args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()),
     }

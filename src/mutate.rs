@@ -281,7 +281,7 @@ fn print(report: &Report) {
             table.add_row(row);
         }
         say!("{}:", unit.unit);
-        say!("{table}");
+        say!("{}", tables::fitted(&table, &[]));
         let alive = unit.mutants.iter().filter(|m| m.fate == Fate::Alive);
         for Judged { mutant, .. } in alive {
             say!("  alive: {}", mutant.what());

@@ -122,7 +122,7 @@ fn print(proof: &Proof) {
         let [method, said, cycles] = outcome(property.outcome);
         table.add_row([property.name.clone(), method, said, cycles]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     say!("with {supporting} invariants that support them");
     say!("abstractions: {}", proof.abstractions.join("; "));
     match proof.assumptions.is_empty() {

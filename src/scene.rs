@@ -16,12 +16,17 @@ use crate::stdout::say;
 
 /// Kinds of scenes, for help.
 fn scenes() -> String {
+    scene_help(DEFAULT)
+}
+
+/// As [`scenes`], with another default.
+pub(crate) fn scene_help(default: &str) -> String {
     let fields = file_formats::field_files()
         .map(|(name, endings)| format!("{name} (.{})", endings.join(", .")));
     format!(
         "Built-in scene ({}; each but the first two also as a ready model behind a colon, such as \
          cairn:ngp: {}; of the originals' sizes: {}), splat model (.{}), Compact-3DGS model (.npz), model file of a field: \
-         {}; or description (.toml) [default: {DEFAULT}]",
+         {}; or description (.toml) [default: {default}]",
         BUILTIN.join(", "),
         Representation::ALL.map(Representation::name).join(", "),
         Representation::FULL_SIZE

@@ -19,6 +19,7 @@ mod machine;
 mod machines;
 mod macros;
 mod model;
+mod narrow;
 mod quality;
 mod render;
 mod report;

@@ -126,7 +126,7 @@ pub(super) fn print(found: &Characterisation) {
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     if let Some(pairs) = &found.pairs {
         pixel_pairs(pairs);
     }
@@ -178,7 +178,7 @@ fn pixel_pairs(pairs: &SplatPairs) {
         let share = of.map(|of| tenths(count as f64 / of.max(1) as f64));
         table.add_row([what, &count.to_string(), &share.unwrap_or_default()]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
 }
 
 /// The frame on the splat unit.
@@ -282,7 +282,7 @@ fn streams(found: &Characterisation) {
         row.push(megabytes(t.scattered));
         table.add_row(row);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     if found.traffic.iter().all(|t| t.halo.is_none()) {
         say!("no halo: MVoxels here share no vertices");
     } else {
@@ -367,7 +367,7 @@ pub(super) fn side_by_side(scenes: &[Characterisation]) {
             scattered.unwrap_or_default(),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     say!(
         "the paper's figures are in brackets; over its algorithms, the miss rate is 92 % at most, and gathering takes over 64 % of a mobile GPU's time on average\n\
          stages are measured in the float renderer, all other figures are counted; misses are those of a 2 MB buffer with oracle replacement; MVoxel order has the frame as one ray group, and shared halos"

@@ -43,8 +43,8 @@ pub(crate) struct CompareArgs {
     frames: u32,
     #[command(flatten)]
     clock: ClockArgs,
-    /// Write the results as CSV: one line for each machine on a scene, each point of a scene, each form
-    /// of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
+    /// Write the results as CSV: one line for each machine on a scene, each hard case, each point of a
+    /// scene, each form of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Write a plot of the result as SVG

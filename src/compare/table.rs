@@ -101,7 +101,7 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             dash(),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     for own in rows {
         if let Row::Refused {
             machine, refused, ..

@@ -1,5 +1,6 @@
 //! `potamoi cost`: the cost of accuracy.
 
+mod answers;
 mod exponential;
 mod methods;
 pub(crate) mod pictures;
@@ -69,8 +70,8 @@ pub(crate) struct CostArgs {
     /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,
-    /// Write the results as CSV: one line for each machine on a scene, each point of a scene, each form
-    /// of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
+    /// Write the results as CSV: one line for each machine on a scene, each hard case, each point of a
+    /// scene, each form of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Write the prices of `--study methods` as CSV: one line for each exponential by itself

@@ -6,13 +6,14 @@ use potamoi_explore::accuracy::knobs::{self, Knob, Setting};
 use potamoi_explore::accuracy::{Bench, Goal, Proof, Search, SearchResult, Sweep};
 use serde::Serialize;
 
-use super::{CostArgs, FORMAT_VERSION, pictures, tables};
+use super::{CostArgs, FORMAT_VERSION, answers, pictures, tables};
 use crate::args::Common;
 use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::left_open_of_files;
 use crate::stdout::say;
+use crate::suggest;
 
 /// Default width of built-in scenes in pixels.
 const WIDTH: u32 = 128;
@@ -42,11 +43,16 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
         args.synth.as_deref(),
     )?;
     let knobs = knobs::named(knobs::of(&setup.scene), &args.knobs)
-        .map_err(|error| Failure::Usage(format!("--knobs {error}")))?;
+        .map_err(|error| Failure::Usage(misspelt(&format!("--knobs {error}"), &setup, args)))?;
+    let iterations = setup.config.vu.exp.iterations;
     let bench = Bench::new(setup, args.frames)?;
     let bar = progress::bar(0, "rendering");
     let mut sweep = Sweep::of(&bench, &knobs, &Shown(&bar))?;
     bar.finish_and_clear();
+    for line in answers::answers(&sweep, &knobs, iterations) {
+        say!("{line}");
+    }
+    say!("");
     tables::print(&sweep, &knobs);
     if let Some(path) = &args.csv {
         files::write(path, &tables::csv(&sweep))?;
@@ -78,6 +84,13 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     end
+}
+
+/// A message, with the knob that was meant.
+fn misspelt(message: &str, setup: &Setup, args: &CostArgs) -> String {
+    let known: Vec<&str> = knobs::of(&setup.scene).iter().map(|own| own.name).collect();
+    let given = args.knobs.iter().find(|own| !known.contains(&&***own));
+    suggest::with_nearest(message, given.map_or("", |own| own), known)
 }
 
 /// Searches, writes the result, and verifies its Verilog.

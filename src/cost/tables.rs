@@ -21,6 +21,22 @@ fn db(of: ImageQuality) -> String {
         .map_or_else(|| "equal".to_owned(), |v| format!("{v:.2}"))
 }
 
+/// Columns that narrow tables leave out, the first of them first.
+const LAST: [&str; 12] = [
+    "SSIM",
+    "gathering cycles",
+    "vector cycles",
+    "PSNR at bounds, dB",
+    "largest error bound",
+    "largest pixel error",
+    "softplus: max ulp (bound), mean",
+    "sigmoid: max ulp (bound), mean",
+    "gather: max ulp (bound), mean",
+    "one minus exp: max ulp (bound), mean",
+    "exp: max ulp (bound), mean",
+    "PSNR to float, dB",
+];
+
 pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     say!(
         "{} ({}), {} x {}: full frames on the gathering and vector units; warped frames in the \
@@ -61,6 +77,12 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
         .map(str::to_owned),
     );
     let mut table = tables::lined(2, head.collect::<Vec<_>>());
+    // The reference's own level is left out last.
+    let mut last = vec![match report.reference.kind {
+        ReferenceKind::Truth => "PSNR to converged, dB",
+        ReferenceKind::Converged => "PSNR to truth, dB",
+    }];
+    last.extend(LAST);
     for (i, point) in report.points.iter().enumerate() {
         let errors = point.units.named();
         let of_units = operations.iter().map(|(at, _)| match errors[*at].1 {
@@ -88,7 +110,7 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
             mark(report, i).to_owned(),
         ]));
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &last));
     say!(
         "GHz: 1 over the longest period of the accelerator's blocks at 12 nm, before wires: ~ \
          estimated, ! assumed, else synthesised; mJ and mm^2: - where no synthesis and no formula \

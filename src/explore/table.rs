@@ -90,7 +90,7 @@ pub(super) fn front(searched: &Searched, goal: &Goal) {
         let values = own.setting.iter().map(|(_, value)| value.clone());
         table.add_row(values.chain(cells).collect::<Vec<_>>());
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     if let Some(more) = on.len().checked_sub(SHOWN).filter(|more| *more > 0) {
         say!("  and {more} more, in --json");
     }

@@ -9,7 +9,10 @@ use crate::stdout::say;
 /// Source of the energies, and what is assumed.
 pub(super) fn print(found: &Modelled, system: &System) {
     say!("\n{}", clock::table(&found.clock));
-    say!("\n{}", areas::table(&found.area));
+    say!(
+        "\n{}",
+        crate::tables::fitted(&areas::table(&found.area), &[])
+    );
     say!("\nenergy: {}", found.energy_origin);
     for unknown in &found.energy_unknown {
         say!(

@@ -55,7 +55,7 @@ pub(crate) fn print(rungs: &[Rung]) {
             format!("{:.2}", own.wall_s),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     say!(
         "us: the geometric mean of a frame's time where all demands of the GPU's kernels overlap and \
          where none do"
@@ -93,5 +93,6 @@ fn print_memory(replay: &Replay) {
             off(rates.pj, replayed.pj),
         ]);
     }
+    let table = tables::fitted(&table, &[]);
     say!("the frame's first accesses in order, replayed on the memory model\n{table}");
 }

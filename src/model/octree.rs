@@ -92,7 +92,7 @@ fn print(scenes: &[Merging]) {
             known(gathered.map(less)),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     say!(
         "mean speed-up: gathering {}, computation {}; mean energy saving: computation {}, gathering \
          {}",

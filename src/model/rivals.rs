@@ -66,7 +66,7 @@ fn print(scenes: &[Accelerators]) {
             ratio(&ratios[3]),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     let all: Vec<_> = scenes.iter().map(Accelerators::ratios).collect();
     let mean = |i: usize| {
         let own: Vec<_> = all.iter().map(|ratios| ratios[i]).collect();

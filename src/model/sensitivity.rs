@@ -72,7 +72,7 @@ fn print(found: &Sensitivity, args: &ModelArgs) {
                 table.add_row([vec![name], figures].concat());
             }
         }
-        say!("{table}");
+        say!("{}", tables::fitted(&table, &[]));
     }
     print_conclusions(found);
 }
@@ -121,7 +121,7 @@ fn print_conclusions(found: &Sensitivity) {
             state(own),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
 }
 
 fn within(own: &Conclusion) -> String {

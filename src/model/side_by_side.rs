@@ -56,6 +56,7 @@ pub(super) fn print(report: &Report<Modelled>) {
             format!("{} ({})", figure(paper.speed_up), figure(paper.saving))
         }));
         rows.add_row(row);
+        let rows = tables::fitted(&rows, &[]);
         say!("\n{}\n{rows}", scenario.heading());
     }
     alone(report);

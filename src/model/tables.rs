@@ -123,13 +123,18 @@ fn utilisation(clock: &Clock, outcomes: &[&Outcome]) -> comfy_table::Table {
     table
 }
 
+/// A table within a hundred characters.
+fn shown(table: &comfy_table::Table) -> String {
+    tables::fitted(table, &[])
+}
+
 pub(super) fn print(found: &Modelled, system: &System) {
     heading(found);
     for (_, scenario) in scenarios(&found.outcomes) {
         let outcomes = found.outcomes.iter();
         let own: Vec<&Outcome> = outcomes.filter(|o| o.scenario == scenario).collect();
-        say!("\n{}\n{}", scenario.heading(), speed(found, &own));
-        say!("\n{}", limits::table(found, &own));
+        say!("\n{}\n{}", scenario.heading(), shown(&speed(found, &own)));
+        say!("\n{}", shown(&limits::table(found, &own)));
         for (bound, at) in [("overlap wholly", true), ("do not overlap", false)] {
             let of = |o: &&Outcome| {
                 if at {
@@ -141,12 +146,12 @@ pub(super) fn print(found: &Modelled, system: &System) {
             let runs: Vec<Run> = own.iter().map(of).collect();
             say!(
                 "\nwhere demands of a GPU kernel {bound}\n{}",
-                stages(&found.clock, &own, &runs)
+                shown(&stages(&found.clock, &own, &runs))
             );
         }
-        say!("\n{}", utilisation(&found.clock, &own));
-        say!("\n{}", energy(&found.clock, &own));
-        say!("\n{}", counters(&found.clock, &own));
+        say!("\n{}", shown(&utilisation(&found.clock, &own)));
+        say!("\n{}", shown(&energy(&found.clock, &own)));
+        say!("\n{}", shown(&counters(&found.clock, &own)));
     }
     gathering_alone(found);
     assumptions::print(found, system);

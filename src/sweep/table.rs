@@ -63,7 +63,7 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
         });
         table.add_row(row.setting.iter().cloned().chain(cells).collect::<Vec<_>>());
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     more(own.len());
     if hidden > 0 {
         say!("  {hidden} rows with the same figures as one of them are left out");
@@ -84,7 +84,7 @@ pub(super) fn changes((found, alone): &(Vec<Change>, usize)) {
         let [there, here] = own.cells.each_ref().map(shown_cell);
         table.add_row([own.point.clone(), own.column.to_owned(), there, here]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     if let Some(more) = found.len().checked_sub(SHOWN).filter(|more| *more > 0) {
         say!("  and {more} more");
     }

@@ -113,7 +113,7 @@ fn figures(report: &PowerReport) {
         row.push(format!("{:.3}", f.mw));
         table.add_row(row);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
 }
 
 fn modules(report: &PowerReport) {
@@ -136,5 +136,5 @@ fn modules(report: &PowerReport) {
             format!("{:.3}", module.leakage_nw * 1e-3),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
 }

@@ -44,7 +44,7 @@ pub(super) fn unit(made: &SynthesisedUnit) {
             format!("{:.1} %", 100.0 * share),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     for memory in &report.memories {
         say!(
             "memory {}: {} of {} x {} bit, {}, not in the areas above",
@@ -117,7 +117,7 @@ pub(super) fn totals(report: &SynthReport) {
                 format!("{:.0}", figures.cycle_ps),
             ]);
         }
-        say!("{table}");
+        say!("{}", tables::fitted(&table, &[]));
     }
     for unit in &report.raw.units {
         if let Some(own) = &unit.with_memories {

@@ -1,6 +1,7 @@
 //! Results of a verification, as JSON and as a table.
 
 use crate::stdout::say;
+use crate::tables;
 use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -85,7 +86,7 @@ pub(super) fn print(report: &Report<'_>, config: &Config) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     if let Some(splat) = report.splat_unit {
         print_splats(report, splat);
     }
@@ -157,7 +158,7 @@ fn print_splats(report: &Report<'_>, splat: &SplatReport) {
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
 }
 
 /// Where counts of an engine come from.

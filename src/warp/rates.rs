@@ -163,7 +163,7 @@ fn print(all: &Rates, is_scheduled: bool) {
             number(row.no_miss_up_to_ms, 2),
         ]);
     }
-    say!("{table}");
+    say!("{}", tables::fitted(&table, &[]));
     say!(
         "  prediction error: of the references of the whole motion, on average and at most; standing \
          still: the same with the last known pose; units of the scene: distance, on average"

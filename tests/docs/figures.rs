@@ -259,13 +259,14 @@ impl Printed {
 
 type Said = Arc<OnceLock<Result<Printed, String>>>;
 
-/// The same of each sequence of commands, which runs once for all tests.
-fn said(commands: &[&str]) -> Said {
-    static KEPT: Mutex<BTreeMap<String, Said>> = Mutex::new(BTreeMap::new());
+/// The same of each sequence of commands, which runs once for all tests. `is_wide`: tables have all their
+/// columns.
+fn said(commands: &[&str], is_wide: bool) -> Said {
+    static KEPT: Mutex<BTreeMap<(String, bool), Said>> = Mutex::new(BTreeMap::new());
     let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-    let own = Arc::clone(all.entry(commands.join("; ")).or_default());
+    let own = Arc::clone(all.entry((commands.join("; "), is_wide)).or_default());
     drop(all);
-    own.get_or_init(|| printed(commands));
+    own.get_or_init(|| printed(commands, is_wide));
     own
 }
 
@@ -277,14 +278,15 @@ pub(super) fn of_command(command: &str) -> Option<Said> {
         let mut quick = passages(&text).into_iter().filter(|own| !own.is_slow);
         quick.any(|own| own.commands == [command])
     };
-    all.iter().any(has).then(|| said(&[command]))
+    all.iter().any(has).then(|| said(&[command], true))
 }
 
-fn printed(commands: &[&str]) -> Result<Printed, String> {
+fn printed(commands: &[&str], is_wide: bool) -> Result<Printed, String> {
     let folder = folder_with_docs();
     let mut texts = vec![];
     for command in commands.iter().filter(|command| **command != "files") {
-        let arguments: Vec<&str> = command.split(' ').collect();
+        let mut arguments: Vec<&str> = command.split(' ').collect();
+        arguments.extend(is_wide.then_some("--wide"));
         let done = run(folder.path(), &arguments);
         if !done.status.success() {
             return Err(format!("potamoi {command}: {}", stderr(&done)));
@@ -420,7 +422,12 @@ fn check(slow: bool) -> usize {
         for passage in passages(&text).iter().rev().filter(|p| p.is_slow == slow) {
             count += 1;
             let body = &text[passage.body.clone()];
-            let own = match said(&passage.commands).get() {
+            // A block of output is what a user sees.
+            let is_wide = !passage
+                .values
+                .iter()
+                .any(|value| value.starts_with("output"));
+            let own = match said(&passage.commands, is_wide).get() {
                 Some(Ok(said)) => current(passage, body, said),
                 Some(Err(why)) => Err(why.clone()),
                 None => unreachable!("it was run"),
@@ -500,7 +507,7 @@ fn a_wrong_figure_is_found() {
     let text = "<!-- figures: doctor --json d.json\nd.json /format_version 0\nskip 1\n-->\n\
                 Version 77 of 5 kinds.\n<!-- end -->";
     let found = passages(text);
-    let said = printed(&found[0].commands).unwrap();
+    let said = printed(&found[0].commands, true).unwrap();
     let body = &text[found[0].body.clone()];
     let now = current(&found[0], body, &said).unwrap();
     assert!(

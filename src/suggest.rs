@@ -1,0 +1,117 @@
+//! Names that are near to a misspelt one.
+
+use std::io::ErrorKind;
+
+use potamoi_base::effects::Effect;
+use potamoi_explore::ExploreError;
+use potamoi_formats::config::{ConfigError, PRESETS};
+use potamoi_machines::MachineError;
+use potamoi_machines::sweep::SweepError;
+use potamoi_scene::{BUILTIN, SceneError};
+
+use crate::failure::Failure;
+
+/// Least likeness, 0 to 1, of a name that is suggested: that of clap's own suggestions.
+const LEAST: f64 = 0.7;
+
+/// The known name that is nearest to a given one, if any is near.
+pub(crate) fn nearest<'a>(
+    given: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let given = given.to_lowercase();
+    let likeness = |name: &str| strsim::jaro_winkler(&given, &name.to_lowercase());
+    let all = known.into_iter().map(|name| (likeness(name), name));
+    let near = all.filter(|(like, _)| *like > LEAST);
+    near.max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+/// A message, with the nearest known name behind it.
+pub(crate) fn with_nearest<'a>(
+    message: impl std::fmt::Display,
+    given: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> String {
+    match nearest(given, known) {
+        Some(name) => format!("{message}; did you mean `{name}`?"),
+        None => message.to_string(),
+    }
+}
+
+/// The text between the first back quotes of a message.
+fn quoted(message: &str) -> Option<&str> {
+    message.split('`').nth(1)
+}
+
+fn of_scene(error: &SceneError) -> Option<&'static str> {
+    match error {
+        // The model of a ready scene follows a colon.
+        SceneError::Unknown { name, .. } => nearest(name.split(':').next()?, BUILTIN),
+        _ => None,
+    }
+}
+
+fn of_config(error: &ConfigError) -> Option<&'static str> {
+    match error {
+        ConfigError::Read { path, source } if source.kind() == ErrorKind::NotFound => {
+            nearest(&path.to_string_lossy(), PRESETS.map(|(name, _)| name))
+        }
+        _ => None,
+    }
+}
+
+fn of_study(error: &ExploreError) -> Option<&'static str> {
+    match error {
+        ExploreError::Scene(error) => of_scene(error),
+        ExploreError::Config(error) => of_config(error),
+        _ => None,
+    }
+}
+
+fn of_machine(error: &MachineError) -> Option<&'static str> {
+    match error {
+        MachineError::Config(error) => of_config(error),
+        MachineError::Explore(error) => of_study(error),
+        _ => None,
+    }
+}
+
+/// The name that a failure's misspelt scene, preset or effect may have meant. Errors of
+/// devices and of the command line name theirs themselves.
+pub(crate) fn of(failure: &Failure) -> Option<String> {
+    let name = match failure {
+        Failure::Explore(error) => of_study(error),
+        Failure::Machine(error) => of_machine(error),
+        Failure::Sweep(error) => match &**error {
+            SweepError::Machine(error) => of_machine(error),
+            SweepError::Scene(error) => of_scene(error),
+            _ => None,
+        },
+        Failure::Effect(error) => {
+            let message = error.to_string();
+            let names = Effect::ALL.map(|effect| effect.to_string());
+            return nearest(quoted(&message)?, names.iter().map(|name| &**name)).map(str::to_owned);
+        }
+        _ => None,
+    };
+    name.map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misspelt_names_are_near_and_others_are_not() {
+        let known = ["garden", "lantern", "cairn"];
+        assert_eq!(nearest("gardn", known), Some("garden"));
+        assert_eq!(nearest("Lanten", known), Some("lantern"));
+        assert_eq!(nearest("xyz", known), None);
+        assert_eq!(
+            with_nearest("no", "carin", known),
+            "no; did you mean `cairn`?"
+        );
+        assert_eq!(with_nearest("no", "q", known), "no");
+    }
+}
