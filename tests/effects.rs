@@ -25,8 +25,7 @@ const NAMES: [&str; 14] = [
 
 fn effects(folder: &Path, scene: &str, more: &[&str]) -> Value {
     let arguments = ["effects", "--scene", scene, "--width", "24"];
-    let pairs = ["--pairs", "0", "--json", "e.json"];
-    let arguments = [&arguments, more, &pairs].concat();
+    let arguments = [&arguments, more, &["--json", "e.json"]].concat();
     expect(folder, 0, &arguments);
     json(&folder.join("e.json"))
 }
@@ -46,7 +45,7 @@ fn every_effect_has_evidence_a_cost_and_a_saving() {
     let folder = tempfile::tempdir().unwrap();
     let more = ["--force", "all"];
     let report = effects(folder.path(), "cairn:voxels", &more);
-    assert_eq!(report["format_version"], 1);
+    assert_eq!(report["format_version"], 2);
     for name in NAMES {
         let effect = of(&report, name);
         assert!(!effect["evidence"].as_str().unwrap().is_empty(), "{effect}");
@@ -55,6 +54,21 @@ fn every_effect_has_evidence_a_cost_and_a_saving() {
         match effect["called_for"].as_bool().unwrap() {
             true => assert_eq!(saved, 0.0, "{effect}"),
             false => assert!(saved.is_null() || saved.is_number(), "{effect}"),
+        }
+    }
+    // Hardware that no camera needs is priced, and other effects say where they are done.
+    for effect in report["effects"].as_array().unwrap() {
+        let hardware = &effect["saving"]["hardware"];
+        assert_eq!(hardware.is_null(), effect["called_for"] == true, "{effect}");
+        for figure in ["area_mm2", "cycles", "energy_uj"].map(|of| &hardware[of]) {
+            if hardware.is_object() {
+                assert!(!figure["origin"].as_str().unwrap().is_empty(), "{effect}");
+                let value = &figure["value"];
+                assert!(
+                    value.is_null() || value.as_f64().unwrap() >= 0.0,
+                    "{effect}"
+                );
+            }
         }
     }
     // What there is nothing of to simulate saves nothing.

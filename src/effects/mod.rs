@@ -39,7 +39,7 @@ pub(crate) struct EffectsArgs {
     scenario: Where,
     /// Number of pairs of timed runs, with and without an effect, whose median is reported; 0: no
     /// timing
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..100))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..100))]
     pairs: u32,
     /// Also run the frame on the Verilated units: with the whole configuration, and with the parts
     /// that the scene calls for

@@ -1,13 +1,16 @@
 //! Report of `potamoi effects`.
 
 use potamoi_base::effects::Effect;
-use potamoi_explore::effects::{Effects, Forced, FoundEffect, UnitUse, Without};
+use potamoi_explore::effects::{
+    Effects, Figure, Forced, FoundEffect, HardwareSaving, UnitUse, Without,
+};
 use serde::Serialize;
 
 use crate::stdout::say;
+use crate::tables;
 
 /// Version of the JSON report.
-pub(super) const FORMAT_VERSION: u32 = 1;
+pub(super) const FORMAT_VERSION: u32 = 2;
 
 #[derive(Serialize)]
 pub(super) struct Report {
@@ -28,28 +31,109 @@ pub(super) fn cost_words(effect: &FoundEffect) -> String {
     }
 }
 
-fn print_effect(effect: &FoundEffect) {
-    let asked = if effect.called_for {
-        "called for    "
-    } else {
-        "not called for"
+/// A figure; where it is not known a dash, whose reason is printed below.
+fn figure(of: &Figure, digits: usize) -> String {
+    of.value
+        .map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+}
+
+/// Which effects are called for, and the hardware that leaving out each of the others saves.
+fn print_savings(found: &Effects) {
+    let mut table = tables::narrow([
+        "effect",
+        "called for",
+        "saves mm^2 (12 nm)",
+        "cycles",
+        "uJ a frame",
+    ]);
+    let row = |name: String, called_for: &str, saving: Option<&HardwareSaving>| {
+        let cell = |of: fn(&HardwareSaving) -> &Figure, digits: usize| {
+            saving.map_or_else(String::new, |own| figure(of(own), digits))
+        };
+        [
+            name,
+            called_for.to_owned(),
+            cell(|own| &own.area_mm2, 4),
+            cell(|own| &own.cycles, 0),
+            cell(|own| &own.energy_uj, 3),
+        ]
     };
-    say!("  {:<22} {asked}  {}", effect.title(), effect.evidence);
-    let pad = " ".repeat(41);
-    let timed = effect
-        .cost
-        .wall
-        .as_ref()
-        .map(|wall| format!("{} for {}", wall.pairs.words(), wall.of));
-    match (effect.called_for, timed) {
-        (true, Some(timed)) => say!("{pad}costs {}; {timed}", effect.cost.work.words()),
-        (true, None) => say!("{pad}costs {}", effect.cost.work.words()),
-        (false, Some(timed)) => say!("{pad}saves {timed}"),
-        (false, None) if effect.saving.wall_ms == Some(0.0) => {
-            say!("{pad}saves nothing: the simulator skips it, forced or not");
-        }
-        (false, None) => {}
+    for effect in &found.effects {
+        let word = if effect.called_for { "yes" } else { "no" };
+        table.add_row(row(effect.title(), word, effect.saving.hardware.as_ref()));
     }
+    let all = "all that no camera needs".to_owned();
+    table.add_row(row(all, "", Some(&found.all_saved)));
+    say!("{table}");
+    print_origins(found);
+}
+
+/// Origins of the figures, and why others are not known; each with the effects that it is of.
+fn print_origins(found: &Effects) {
+    let own = found.effects.iter();
+    let own = own.filter_map(|own| Some((own.title(), own.saving.hardware.as_ref()?)));
+    let all = own.chain([("all".to_owned(), &found.all_saved)]);
+    // Origin, quantities and effects, in the order of their first use.
+    let mut origins: Vec<(&str, Vec<&str>, Vec<String>)> = vec![];
+    for (effect, saving) in all {
+        for (what, of) in [("mm^2", &saving.area_mm2), ("uJ", &saving.energy_uj)] {
+            let at = origins.iter().position(|(text, ..)| *text == of.origin);
+            let at = at.unwrap_or_else(|| {
+                origins.push((&of.origin, vec![], vec![]));
+                origins.len() - 1
+            });
+            let (_, quantities, effects) = &mut origins[at];
+            if !quantities.contains(&what) {
+                quantities.push(what);
+            }
+            if !effects.contains(&effect) {
+                effects.push(effect.clone());
+            }
+        }
+    }
+    for (origin, quantities, effects) in origins {
+        let text = format!(
+            "{}, {}: {origin}",
+            quantities.join(" and "),
+            effects.join(", ")
+        );
+        say!("{}", tables::broken_at_words(&text, "  ", "    "));
+    }
+    let text = format!("cycles: {}", found.all_saved.cycles.origin);
+    say!("{}", tables::broken_at_words(&text, "  ", "    "));
+}
+
+/// Evidence for each decision, and what the effect takes.
+fn print_evidence(found: &Effects) {
+    let mut table = tables::wrapped();
+    for effect in &found.effects {
+        let mut lines = vec![effect.evidence.clone()];
+        if effect.called_for {
+            lines.push(format!("takes {}", effect.cost.work.words()));
+        }
+        lines.extend(wall_words(effect));
+        table.add_row([effect.title(), lines.join("\n")]);
+    }
+    say!("\n{}", table.trim_fmt());
+}
+
+/// Wall time of the simulator, where it was timed: what an effect takes, or what leaving it out saves.
+fn wall_words(effect: &FoundEffect) -> Option<String> {
+    if let Some(wall) = &effect.cost.wall {
+        let verb = if effect.called_for { "takes" } else { "saves" };
+        let pairs = &wall.pairs;
+        let noise = pairs.spread_ms.unwrap_or(0.0);
+        return Some(match pairs.difference_ms > noise {
+            true => format!("{verb} {} of the simulator, for {}", pairs.words(), wall.of),
+            false => format!(
+                "{verb} no time of the simulator that can be told from noise: below {noise:.2} ms of \
+                 {:.2} ms for {}",
+                pairs.with_ms, wall.of
+            ),
+        });
+    }
+    let skipped = !effect.called_for && effect.saving.wall_ms == Some(0.0);
+    skipped.then(|| "the simulator skips it, forced or not".to_owned())
 }
 
 fn print_unit(unit: &UnitUse) {
@@ -60,13 +144,11 @@ fn print_unit(unit: &UnitUse) {
     };
     say!("  {:<22} {is}", unit.unit);
     for part in &unit.left_out {
-        say!(
-            "    {}: {} instead of {}, since {}",
-            part.field,
-            part.left,
-            part.asked,
-            part.reason
+        let text = format!(
+            "{}: {} instead of {}, since {}",
+            part.field, part.left, part.asked, part.reason
         );
+        say!("{}", tables::broken_at_words(&text, "    ", "      "));
     }
 }
 
@@ -149,10 +231,11 @@ pub(super) fn print(found: &Effects) {
         if found.frames == 1 { "" } else { "s" },
         found.configuration
     );
-    found.effects.iter().for_each(print_effect);
+    print_savings(found);
+    print_evidence(found);
     if found.pairs > 0 {
         say!(
-            "  wall times are the simulator's, medians of {} interleaved pairs",
+            "wall times are the simulator's, medians of {} interleaved pairs",
             found.pairs
         );
     }

@@ -8,7 +8,7 @@ use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
-use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind};
+use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
 use potamoi_system::system_model::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
 use potamoi_system::system_model::{
     Area, Clock, Costs, Memory, Model, Parameters, Program, System,
@@ -18,6 +18,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::{ExploreError, Progress};
+
+/// Node of areas in nanometres, that of the system.
+const NODE_NM: u32 = 12;
 
 /// A configuration.
 #[derive(Debug, Clone, PartialEq)]
@@ -333,6 +336,32 @@ impl Setup {
 pub fn store() -> Result<WorkCache, ExploreError> {
     let folder = potamoi_verilated::cache::folder("work").map_err(SynthError::from)?;
     Ok(WorkCache::new(&folder))
+}
+
+/// Energy, area and clock of a configuration's units in a scene's use, and the areas of the default
+/// system's blocks, by the parameters that come with the program.
+///
+/// # Errors
+/// None for those parameters.
+pub(crate) fn costs_and_area(
+    scene: &Scene,
+    config: &Config,
+) -> Result<(Costs, Area), ExploreError> {
+    let system = System::default();
+    let known = UnitParameters::checked_in(system.wire_margin)?;
+    Ok((known.costs(scene, config)?, known.area(config, &system)?))
+}
+
+/// Area of all instances of a module of a synthesised unit, in square millimetres at 12 nm without
+/// wires, and their number; `None` where the unit was not synthesised or has no such module.
+pub(crate) fn module_area(config: &Config, unit: UnitKind, module: &str) -> Option<(f64, u64)> {
+    let reports = &checked_in().ok()?.reports;
+    let report = &reports.iter().find(|own| own.has(config, unit))?.report;
+    let factors = scaling::logic(report.library.node_nm?, NODE_NM)?;
+    let modules = &report.unit(unit)?.modules;
+    let own = modules.iter().find(|own| own.module == module)?;
+    let mm2 = own.count as f64 * own.area_um2 * factors.area * 1e-6;
+    Some((mm2, own.count))
 }
 
 /// The clock of a configuration's accelerator by the parameters that come with the program.

@@ -7,9 +7,12 @@ use potamoi_cycles::effect_meter::EffectMeter;
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
+use potamoi_system::system_model::System;
+use potamoi_system::system_model::work::{Counted, FrameWork};
 use serde::Serialize;
 
 use super::compare::{Forced, Without};
+use super::hardware::{HardwareSaving, Savings};
 use super::wall_time::{Pairs, RtlWall, Stopwatch, Wall};
 use super::work::{Work, work_of};
 use crate::{ConfigChoice, ExploreError, Progress};
@@ -53,6 +56,8 @@ pub struct Effects {
     pub pairs: u32,
     /// All effects, required or not.
     pub effects: Vec<FoundEffect>,
+    /// What leaving out all hardware saves that no camera of the scene needs.
+    pub all_saved: HardwareSaving,
     /// Use of both units.
     pub units: Vec<UnitUse>,
     /// Results with effects forced, if any are.
@@ -79,7 +84,7 @@ impl EffectsStudy<'_> {
             path,
             pairs: self.pairs,
         };
-        let effects = self.effects(&analysis, &watch, progress)?;
+        let (effects, all_saved) = self.effects(&analysis, &hardware, &watch, progress)?;
         let choices = self.choices;
         let forced = match Effect::ALL.iter().any(|effect| choices.forces(*effect)) {
             true => {
@@ -113,6 +118,7 @@ impl EffectsStudy<'_> {
             preset: *preset,
             pairs: self.pairs,
             effects,
+            all_saved,
             units: UnitUse::of(&hardware, &analysis),
             forced,
             without,
@@ -124,18 +130,23 @@ impl EffectsStudy<'_> {
     fn effects(
         &self,
         analysis: &Analysis,
+        hardware: &Hardware,
         watch: &Stopwatch<'_>,
         progress: &dyn Progress,
-    ) -> Result<Vec<FoundEffect>, ExploreError> {
+    ) -> Result<(Vec<FoundEffect>, HardwareSaving), ExploreError> {
         let (scene, config) = (self.scene, &self.chosen.config);
         progress.now("counting cycles");
-        let (cycles, counts) = {
+        let mut meter = EffectMeter::new(config);
+        let Counted { work, rendered, .. } = {
             let mut twins = ReferenceUnits::new(config);
-            let mut meter = EffectMeter::new(config);
             let mut units = Observed::new(&mut twins, config).by(&mut meter);
-            let rendered = scene.render_fixed(config, &mut units)?;
-            (meter.cycles(), rendered.counts)
+            let system = System::default();
+            let (array, cache) = (system.array(), system.gpu.cache_bytes());
+            FrameWork::rendered(scene, config, array, cache, None, &mut units)?
         };
+        let (cycles, counts) = (meter.cycles(), rendered.counts);
+        let done = work.total();
+        let savings = Savings::new(scene, config, hardware, &done)?;
         let left = match analysis.calls_for(Effect::Disocclusion) {
             true => watch.pixels_left()?,
             false => 0,
@@ -146,9 +157,13 @@ impl EffectsStudy<'_> {
             let wall = watch.wall(finding.effect, finding.is_called_for)?;
             let work = work_of(finding.effect, &cycles, &counts, left, scene);
             let is_there = watch.is_there(finding.effect);
-            effects.push(FoundEffect::new(finding, work, wall, is_there, scene));
+            let mut found = FoundEffect::new(finding, work, wall, is_there, scene);
+            if !finding.is_called_for {
+                found.saving.hardware = Some(savings.of(finding.effect)?);
+            }
+            effects.push(found);
         }
-        Ok(effects)
+        Ok((effects, savings.of_all()?))
     }
 }
 
@@ -190,6 +205,9 @@ pub struct EffectSaving {
     pub wall_ms: Option<f64>,
     /// Modelled cycles: 0, since the hardware does no work that is not called for.
     pub cycles: u64,
+    /// What the configuration without the effect's hardware saves; `None` for an effect that is called
+    /// for.
+    pub hardware: Option<HardwareSaving>,
 }
 
 impl FoundEffect {
@@ -230,6 +248,7 @@ impl FoundEffect {
                     false => taken,
                 },
                 cycles: 0,
+                hardware: None,
             },
         }
     }
