@@ -152,10 +152,10 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Init(args) => init::run(args),
         cli::Command::System(args) => system::run(args),
         cli::Command::Completions(args) => {
-            shell_files::completions(args);
+            shell_files::completions(args, cli::Cli::command());
             Ok(())
         }
-        cli::Command::Man(args) => shell_files::man(args),
+        cli::Command::Man(args) => shell_files::man(args, cli::Cli::command()),
         cli::Command::Cache(args) => cache::run(args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()),
     }

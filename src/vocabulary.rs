@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use clap::{Arg, Command, CommandFactory as _};
+use clap_complete::Shell;
 
 use crate::args::WITHOUT_CONFIGURATION;
 use crate::cli::Cli;
@@ -374,4 +375,28 @@ fn the_reference_page_says_what_the_program_says() {
         "docs/reference/cli.md is not current; write it with\n\
          POTAMOI_REFRESH=1 cargo test --bin potamoi vocabulary"
     );
+}
+
+#[test]
+fn every_command_has_a_manual_page_and_every_shell_its_completions() {
+    let all = crate::shell_files::pages(Cli::command()).unwrap();
+    assert_eq!(all.len(), Cli::command().get_subcommands().count() + 1);
+    for (name, page) in &all {
+        assert!(
+            page.contains(".SH NAME") && page.len() > 300,
+            "{name}: {page}"
+        );
+    }
+    let cost = all.iter().find(|(name, _)| name == "potamoi-cost.1");
+    let (_, cost) = cost.unwrap();
+    assert!(cost.contains("target") && cost.contains("knobs"), "{cost}");
+    for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+        let mut text = vec![];
+        clap_complete::generate(shell, &mut Cli::command(), "potamoi", &mut text);
+        let text = String::from_utf8(text).unwrap();
+        assert!(
+            text.contains("hard-cases") && text.contains("target-psnr"),
+            "{shell}"
+        );
+    }
 }

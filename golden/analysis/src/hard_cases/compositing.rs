@@ -7,7 +7,7 @@ use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::exact::exact;
 use super::{
-    Case, Draws, Measuring, Stop, Worst, cases, computes, eight_vertices, ensure, renders, unless,
+    Case, Draws, Measuring, Stop, Worst, cases, computes, eight_vertices, ensure, rendered, unless,
 };
 use potamoi_base::camera::Camera;
 use potamoi_fields::voxels::{Grid, Layout, StoredField};
@@ -150,8 +150,7 @@ fn layers(logits: Vec<f32>) -> Result<Cloud, CloudError> {
 fn fixed(cloud: Cloud, under: &Config) -> Result<Rendered, Stop> {
     let model = Model::Splats(cloud);
     let scene = Scene::of("layers", model, camera(), DVec3::Y, [0.0; 3]);
-    renders(&scene, under)?;
-    Ok(scene.render_fixed(under, &mut ReferenceUnits::new(under))?)
+    rendered(&scene, under)
 }
 
 fn drawn(frame: &Rendered) -> u64 {

@@ -33,7 +33,8 @@ use std::error::Error;
 use potamoi_formats::config::{Config, ExpBase, ExpConfig, ExpForm, ExpOutput, Modes};
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
-use potamoi_scene::Scene;
+use potamoi_reference::ReferenceUnits;
+use potamoi_scene::{Rendered, Scene, SceneError};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -251,12 +252,16 @@ fn eight_vertices(config: &Config) -> Result<(), Stop> {
     })
 }
 
-/// Checks that a configuration renders a scene. The reason why not is that of its refusal.
-fn renders(scene: &Scene, config: &Config) -> Result<(), Stop> {
-    let small = crate::Hardware::of(scene, config);
-    small
-        .map(|_| ())
-        .map_err(|error| Stop::DoesNotApply(error.to_string()))
+/// A scene in a configuration's formats. Where the configuration cannot render it, its refusal is the
+/// reason why the case does not apply.
+fn rendered(scene: &Scene, config: &Config) -> Result<Rendered, Stop> {
+    if let Err(error) = crate::Hardware::of(scene, config) {
+        return Err(Stop::DoesNotApply(error.to_string()));
+    }
+    match scene.render_fixed(config, &mut ReferenceUnits::new(config)) {
+        Err(error @ SceneError::Config { .. }) => Err(Stop::DoesNotApply(error.to_string())),
+        other => Ok(other?),
+    }
 }
 
 /// Runs on one thread; on those that there are, if no other can be had.

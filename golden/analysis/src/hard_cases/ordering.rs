@@ -3,9 +3,8 @@
 use glam::DVec3;
 use potamoi_formats::config::Config;
 
-use super::{Case, Measuring, Stop, Worst, cases, ensure, renders};
+use super::{Case, Measuring, Stop, Worst, cases, ensure, rendered};
 use potamoi_base::camera::Camera;
-use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model, Scene};
 use potamoi_splats::{Cloud, CloudError, Profile};
 
@@ -63,10 +62,9 @@ fn depth_ties(under: &Config) -> Measuring {
         let model = Model::Splats(cloud);
         Scene::of("ties of depth", model, camera(), DVec3::Y, [0.0; 3])
     };
-    renders(&scene(cloud.clone()), under)?;
     let both = |cloud: &Cloud| -> Result<_, Stop> {
         let scene = scene(cloud.clone());
-        let fixed = scene.render_fixed(under, &mut ReferenceUnits::new(under))?;
+        let fixed = rendered(&scene, under)?;
         Ok((scene.render_float()?, fixed))
     };
     let first = both(&cloud)?;
