@@ -8,7 +8,10 @@ use crate::stdout::say;
 
 /// Source of the energies, and what is assumed.
 pub(super) fn print(found: &Modelled, system: &System) {
-    say!("\n{}", clock::table(&found.clock));
+    say!(
+        "\n{}",
+        crate::tables::fitted(&clock::table(&found.clock), &[])
+    );
     say!(
         "\n{}",
         crate::tables::fitted(&areas::table(&found.area), &[])
