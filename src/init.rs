@@ -82,20 +82,47 @@ fn machine_text(all: &[Explained]) -> String {
          field with its default: take the # away, of its table's line too, and change it.",
     );
     text.push_str("preset = \"paper\"\n");
-    let mut table: Option<&str> = None;
-    for own in all.iter().filter(|own| is_of_machine(own)) {
-        let (place, key) = own.field.rsplit_once('.').unwrap_or(("", &own.field));
-        if table != Some(place) && !place.is_empty() {
-            // Writing to a string does not fail.
-            let _ = write!(text, "\n#[{place}]\n");
+    // A table stands once, with the fields of tables in it behind its own.
+    let own: Vec<&Explained> = all.iter().filter(|own| is_of_machine(own)).collect();
+    let place = |own: &Explained| {
+        own.field
+            .rsplit_once('.')
+            .map_or("", |(place, _)| place)
+            .to_owned()
+    };
+    let mut places: Vec<String> = vec![];
+    for own in &own {
+        if !places.contains(&place(own)) {
+            places.push(place(own));
         }
-        table = Some(place);
+    }
+    let own_of = |at: &str| {
+        own.iter()
+            .copied()
+            .filter(move |own| place(own) == at)
+            .collect::<Vec<_>>()
+            .into_iter()
+    };
+    let by_place = places.iter().flat_map(|at| {
+        let of = own.iter().filter(move |own| place(own) == *at);
+        of.enumerate().map(move |(i, own)| (i == 0, at, *own))
+    });
+    for (is_first, at, own) in by_place {
+        let key = own.field.rsplit('.').next().unwrap_or_default();
+        if is_first && !at.is_empty() {
+            // Writing to a string does not fail.
+            let is_there = own_of(at).any(is_settable);
+            let _ = match is_there {
+                true => write!(text, "\n#[{at}]\n"),
+                false => write!(text, "\n# [{at}]: a table that is not there unless given\n"),
+            };
+        }
         comment(&mut text, &own.meaning);
         if let Some(range) = &own.range {
             comment(&mut text, &format!("Allowed: {range}."));
         }
         let _ = match &own.default {
-            Some(default) if own.kind.is_some() || own.file == "configuration" => {
+            Some(default) if is_settable(own) => {
                 writeln!(text, "#{key} = {default}")
             }
             Some(default) => writeln!(text, "# {key}: {default} unless given"),
@@ -103,6 +130,11 @@ fn machine_text(all: &[Explained]) -> String {
         };
     }
     text
+}
+
+/// Whether a field has a default that can be written.
+fn is_settable(own: &Explained) -> bool {
+    own.default.is_some() && (own.kind.is_some() || own.file == "configuration")
 }
 
 /// Whether a field stands in a machine's file.

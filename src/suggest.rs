@@ -11,8 +11,8 @@ use potamoi_scene::{BUILTIN, SceneError};
 
 use crate::failure::Failure;
 
-/// Least likeness, 0 to 1, of a name that is suggested: that of clap's own suggestions.
-const LEAST: f64 = 0.7;
+/// Least likeness, 0 to 1, of a name that is suggested.
+const LEAST: f64 = 0.8;
 
 /// The known name that is nearest to a given one, if any is near.
 pub(crate) fn nearest<'a>(

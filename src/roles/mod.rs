@@ -28,7 +28,7 @@ enum Role {
 /// Role of an argument; `None` for those without files.
 fn role(argument: &str) -> Option<Role> {
     Some(match argument {
-        "out_dir" | "work_dir" | "readmemh" | "netlists" => Role::Folder,
+        "out_dir" | "work_dir" | "dir" | "readmemh" | "netlists" => Role::Folder,
         "model" | "other" | "machine" | "machines" | "plan" | "beside" | "config" | "rtl"
         | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system" | "synth"
         | "liberty" | "compare" | "activity" | "fit_to" | "hard_cases" => Role::Input,
