@@ -177,7 +177,7 @@ mod tests {
         }
         let config = Config::from_toml(&table.to_string(), "init").unwrap();
         assert_eq!(config, Config::paper());
-        let system = System::from_toml(&system.to_string(), "init").unwrap();
+        let system = System::from_toml(&toml::to_string(&system).unwrap(), "init").unwrap();
         assert_eq!(system, System::default());
         assert!(
             text.lines().all(|line| line.chars().count() <= 124),
