@@ -34,8 +34,8 @@ fn sections_used(command: &str) -> &'static [Section] {
     match command {
         "model" | "compare" | "sweep" | "explore" | "report" => &Section::ALL,
         "cost" => &[Section::System, Section::Render],
-        "render" | "hard-cases" | "inspect" | "verify" | "trace" | "effects" | "characterise" | "layouts"
-        | "mutate" => &[Section::Render],
+        "render" | "hard-cases" | "inspect" | "verify" | "trace" | "effects" | "characterise"
+        | "layouts" | "mutate" => &[Section::Render],
         _ => &[],
     }
 }

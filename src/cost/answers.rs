@@ -67,35 +67,6 @@ pub(super) fn answers(report: &Sweep, knobs: &[Knob], iterations: u32) -> Vec<St
     }
 }
 
-/// Knobs of a plot, at most eight: those on the front, then those that change the time most.
-pub(super) fn series(report: &Sweep) -> Vec<&str> {
-    let default = report.default_point();
-    let mut names: Vec<&str> = vec![];
-    for point in report.points.iter().skip(1) {
-        if !names.contains(&&*point.knob) {
-            names.push(&point.knob);
-        }
-    }
-    let rank = |name: &str| {
-        let own = report
-            .points
-            .iter()
-            .enumerate()
-            .filter(|(_, p)| p.knob == name);
-        let on_front = own.clone().any(|(i, _)| report.front.contains(&i));
-        let most = own
-            .map(|(_, p)| saved(p, default).abs())
-            .fold(0.0, f64::max);
-        (on_front, most)
-    };
-    names.sort_by(|a, b| {
-        let ((a_on, a), (b_on, b)) = (rank(a), rank(b));
-        b_on.cmp(&a_on).then(b.total_cmp(&a))
-    });
-    names.truncate(MOST);
-    names
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
