@@ -68,8 +68,8 @@ fn number(value: Option<f64>) -> String {
     match value {
         None => "no number".to_owned(),
         Some(0.0) => "0".to_owned(),
-        Some(v) if v >= 100.0 && v < 1e7 || v.fract() == 0.0 && v < 1e7 => format!("{v:.0}"),
-        Some(v) if v >= 0.01 && v < 100.0 => format!("{v:.2}"),
+        Some(v) if v < 1e7 && (v >= 100.0 || v.fract() == 0.0) => format!("{v:.0}"),
+        Some(v) if (0.01..100.0).contains(&v) => format!("{v:.2}"),
         Some(v) => format!("{v:.1e}"),
     }
 }

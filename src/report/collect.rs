@@ -13,6 +13,7 @@ use potamoi_system::system_model::work::{PathOptions, PathParts};
 use potamoi_system::system_model::{AtBounds, Outcome, Run, Scenario, Variant};
 use serde_json::Value;
 
+use super::asked::Asked;
 use super::document::{
     Document, FORMAT_VERSION, Found, IfFree, LibraryUsed, MachineFound, More, Pictures, Proved,
     SceneFound, SweepFound, UnitProved, VariantFound,
@@ -21,14 +22,6 @@ use super::pictures::{Difference, Images, keep};
 use super::{paper, plots, provenance};
 use crate::failure::Failure;
 use crate::scene::left_open_of_files;
-
-/// What is asked for.
-pub(super) struct Asked<'a> {
-    pub(super) machines: &'a [Machine],
-    pub(super) scenes: &'a [Scene],
-    pub(super) frames: u32,
-    pub(super) knobs: &'a [String],
-}
 
 /// The document as the page reads it, its pictures, and whether Verilog differs from its model.
 pub(super) struct Collected {

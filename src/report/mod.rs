@@ -1,5 +1,6 @@
 //! `potamoi report`: one page about scenes on machines.
 
+mod asked;
 mod collect;
 mod document;
 mod page;
@@ -63,7 +64,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
     let scenes = scenes(args)?;
     let hard_cases = hard_cases(args)?;
     let bar = progress::bar(0, "reporting");
-    let asked = collect::Asked {
+    let asked = asked::Asked {
         machines: &machines,
         scenes: &scenes,
         frames: args.frames,

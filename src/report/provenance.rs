@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::collect::Asked;
+use super::asked::Asked;
 use super::document::{Origin, SceneFound};
 use crate::args::quoted;
 

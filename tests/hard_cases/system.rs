@@ -78,7 +78,7 @@ fn frames(poses: &[([f64; 3], f64)], only: impl Fn(&str) -> bool, within: &[&str
     assert!(!chosen.is_empty());
     let mut names = vec![];
     for scene in &chosen {
-        write(&scene, at, &cameras(poses));
+        write(scene, at, &cameras(poses));
         names.push(format!("{}.toml", scene.name));
     }
     for (i, model) in within.iter().enumerate() {

@@ -18,7 +18,8 @@ impl Tree {
     pub(crate) fn of(points: Vec<DVec3>) -> Self {
         let mut order: Vec<usize> = (0..points.len()).collect();
         let mut axes = vec![0; points.len()];
-        let mut parts = vec![0..points.len()];
+        let whole = 0..points.len();
+        let mut parts = vec![whole];
         while let Some(part) = parts.pop() {
             if part.len() <= LEAF {
                 continue;

@@ -313,7 +313,7 @@ impl Seen<'_> {
             ours.see(exact.relative(own.footprint.determinant));
             let [xx, xy, yy] = in_32_bits(rows);
             let plain = xx * yy - xy * xy;
-            not_positive += usize::from(!(plain > 0.0));
+            not_positive += usize::from(plain.is_nan() || plain <= 0.0);
             naive.see(exact.relative(f64::from(plain)));
         }
         let count = longest.len();

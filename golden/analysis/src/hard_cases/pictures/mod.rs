@@ -1,6 +1,7 @@
 //! Pictures of hard cases: small scenes of splats, each made of one case, by the obvious form, in the
 //! hardware's formats and in floats.
 
+mod form;
 mod naive;
 mod scenes;
 
@@ -12,7 +13,8 @@ use potamoi_scene::{Model, Scene, SceneError};
 
 use super::scene::{SceneCheck, beside_floats};
 
-pub use naive::{Form, render};
+pub use form::Form;
+pub use naive::render;
 pub use scenes::{FOCAL, Gaussian, HardScene, SIZE, all, camera};
 
 /// The three pictures of a scene.

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use potamoi_base::camera::Camera;
 use potamoi_splats::{Cloud, CloudError};
 
-use super::naive::Form;
+use super::form::Form;
 
 /// Width and height of their pictures in pixels.
 pub const SIZE: [u32; 2] = [33, 25];

@@ -242,9 +242,11 @@ fn components_of_every_type_are_read() {
 #[test]
 fn nodes_place_their_meshes() {
     let (mut json, binary) = few();
+    // A quarter of a turn about z.
+    let half_turn = std::f64::consts::FRAC_1_SQRT_2;
     json["nodes"] = json!([
         {"mesh": 0, "translation": [1.0, 2.0, 3.0]},
-        {"children": [0], "scale": [2.0, 2.0, 2.0], "rotation": [0.0, 0.0, 0.7071067811865476, 0.7071067811865476]},
+        {"children": [0], "scale": [2.0, 2.0, 2.0], "rotation": [0.0, 0.0, half_turn, half_turn]},
     ]);
     json["scenes"] = json!([{"nodes": [1]}]);
     let own = loaded(&joined(&json, &binary));
