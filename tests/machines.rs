@@ -311,6 +311,22 @@ fn a_sweep_has_the_same_bytes_on_one_thread() {
     assert!(bytes("one") == bytes("many"));
 }
 
+/// A sweep without a figure is no success, and its rows say why.
+#[test]
+fn a_sweep_of_refused_points_alone_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = "machines = [\"lean-splats\"]\nscenes = [\"lantern\"]\nwidth = 8\n[workload]\nframes = 1\n";
+    fs::write(folder.path().join("plan.toml"), plan).unwrap();
+    let text = expect(
+        folder.path(),
+        2,
+        &["sweep", "plan.toml", "--work-dir", "out"],
+    );
+    assert!(text.contains("none of the 1 points has figures"), "{text}");
+    let rows = rows(&folder.path().join("out/rows.csv"));
+    assert!(rows[0]["refused"].contains("relu"), "{rows:?}");
+}
+
 #[test]
 fn mistakes_of_a_plan_are_refused_before_any_work() {
     let folder = tempfile::tempdir().unwrap();

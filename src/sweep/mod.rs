@@ -140,7 +140,14 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
         };
         files::write_json(path, &report)?;
     }
-    Ok(())
+    match rows.rows.iter().all(|row| row.refused.is_some()) {
+        true => Err(Failure::Usage(format!(
+            "{}: none of the {} points has figures: change the plan as the reasons above say",
+            args.plan.display(),
+            rows.rows.len()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// What --engine and --scheduler need of one another.

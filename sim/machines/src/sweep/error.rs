@@ -45,6 +45,14 @@ pub enum SweepError {
         /// The reason.
         source: std::io::Error,
     },
+    /// Another process writes the journal.
+    #[error(
+        "{path} is in use by another sweep or search: wait until it ends, or name another folder in --work-dir"
+    )]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
     /// The journal is another program's.
     #[error(
         "{path} has the rows of {found}: expected those of this program ({own}); name another folder in --work-dir, or remove that one"

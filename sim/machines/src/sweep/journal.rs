@@ -1,8 +1,8 @@
 //! The journal of a sweep: a line for each finished point, so that an interrupted sweep goes on.
 
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead as _, BufReader, Write as _};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufRead as _, BufReader, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -51,6 +51,7 @@ impl Journal {
             .create(true)
             .open(&path)
             .map_err(fail)?;
+        alone(&file, &path)?;
         let header = Header {
             journal: program.to_owned(),
         };
@@ -102,6 +103,22 @@ impl Line {
             .as_ref()
             .map_or(true, |cells| cells.len() == COLUMNS.len());
         fits.then_some(own)
+    }
+}
+
+/// Refuses a journal that another process writes. The lock ends with the process, however it ends.
+fn alone(file: &File, path: &Path) -> Result<(), SweepError> {
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => Err(SweepError::InUse {
+            path: path.to_owned(),
+        }),
+        // Some shared file systems have no locks.
+        Err(TryLockError::Error(source)) if source.kind() == ErrorKind::Unsupported => Ok(()),
+        Err(TryLockError::Error(source)) => Err(SweepError::Journal {
+            path: path.to_owned(),
+            source,
+        }),
     }
 }
 
@@ -157,6 +174,9 @@ mod tests {
         assert_eq!(known.len(), 2);
         assert_eq!((&known["a"], &known["b"]), (&line("a"), &refused));
         journal.append(&line("c")).unwrap();
+        let both = Journal::open(folder.path(), "p 1");
+        assert!(matches!(both, Err(SweepError::InUse { .. })));
+        drop(journal);
         assert_eq!(Journal::open(folder.path(), "p 1").unwrap().1.len(), 3);
     }
 
