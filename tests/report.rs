@@ -80,16 +80,6 @@ fn what_is_not_asked_for_rightly_is_refused_before_any_work() {
         stderr(&done)
     };
     assert!(say(&["report", "garden", "--out", "page.png"]).contains("ends in .html"));
-    fs::write(folder.path().join("cases.json"), "{}").unwrap();
-    let cases = [
-        "report",
-        "garden",
-        "--hard-cases",
-        "cases.json",
-        "--out",
-        "page.html",
-    ];
-    assert!(say(&cases).contains("it has no cases"));
     let twice = [
         "report",
         "garden",

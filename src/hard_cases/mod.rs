@@ -97,11 +97,11 @@ pub(crate) fn run(common: &Common, args: &HardCasesArgs) -> Result<(), Failure> 
     if let Some(file) = &args.csv {
         files::write(file, &report.csv()?)?;
     }
-    if let Some(file) = &args.picture {
-        draw(file, &config, &pictures, scene.as_ref().zip(found.as_ref()))?;
-    }
     if let Some(file) = &args.json {
         files::write_json(file, &report)?;
+    }
+    if let Some(file) = &args.picture {
+        draw(file, &config, &pictures, scene.as_ref().zip(found.as_ref()))?;
     }
     match failed.is_empty() {
         true => Ok(()),

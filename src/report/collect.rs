@@ -1,12 +1,14 @@
 //! What the commands of the page find, by the same studies.
 
 use potamoi_analysis::Surroundings;
+use potamoi_analysis::hard_cases::{measure, of_scene, pictures as hard_scenes};
 use potamoi_base::effects::Choices;
 use potamoi_explore::accuracy::{Bench, ImageQuality, Proof, References, Sweep, knobs};
 use potamoi_explore::effects::EffectsStudy;
 use potamoi_explore::rendering::{Numerics, shoot, whole_float};
 use potamoi_explore::system::{Modelled, with_free_gpu};
 use potamoi_explore::{ExploreError, Progress, Setup};
+use potamoi_formats::config::Config;
 use potamoi_machines::{Comparison, Machine, Row, WINDOW, Workload};
 use potamoi_scene::Scene;
 use potamoi_system::system_model::work::{PathOptions, PathParts};
@@ -15,8 +17,8 @@ use serde_json::Value;
 
 use super::asked::Asked;
 use super::document::{
-    Document, FORMAT_VERSION, Found, IfFree, LibraryUsed, MachineFound, More, Pictures, Proved,
-    SceneFound, SweepFound, UnitProved, VariantFound,
+    Document, FORMAT_VERSION, Found, HardCases, IfFree, LibraryUsed, MachineFound, More, Pictures,
+    Proved, SceneFound, SweepFound, UnitProved, VariantFound,
 };
 use super::pictures::{Difference, Images, keep};
 use super::{paper, plots, provenance};
@@ -31,11 +33,7 @@ pub(super) struct Collected {
 }
 
 /// Runs all studies.
-pub(super) fn collect(
-    asked: &Asked<'_>,
-    hard_cases: Option<Value>,
-    progress: &dyn Progress,
-) -> Result<Collected, Failure> {
+pub(super) fn collect(asked: &Asked<'_>, progress: &dyn Progress) -> Result<Collected, Failure> {
     let workload = Workload {
         frames: asked.frames,
         ..Workload::default()
@@ -67,7 +65,6 @@ pub(super) fn collect(
         workload,
         scenes,
         plots: own.plots,
-        hard_cases,
         not_checked: left_open_of_files(),
     };
     let document = serde_json::to_value(&document);
@@ -89,7 +86,7 @@ struct Collector<'a> {
 impl Collector<'_> {
     fn scene(&mut self, at: usize, scene: &Scene, rows: &[Row]) -> Result<SceneFound, Failure> {
         self.progress
-            .expect(2 + 5 * self.asked.machines.len() as u64);
+            .expect(2 + 6 * self.asked.machines.len() as u64);
         self.now(scene, "references");
         let references = References::of(scene)?;
         let float = whole_float(scene)?.picture;
@@ -152,6 +149,9 @@ impl Collector<'_> {
         self.now(&scene, "effects");
         let effects = self.effects(machine, plain, &scene)?;
         self.progress.advance(1);
+        self.now(&scene, "hard cases");
+        let hard_cases = hard_cases(&scene, &chosen.config);
+        self.progress.advance(1);
         let mut setup = Setup::new(chosen, &machine.system, scene, None)?;
         let (variants, modelled) = self.variants(machine, &mut setup)?;
         let [times, energies] = plots::variants(&variants);
@@ -175,6 +175,7 @@ impl Collector<'_> {
             variants,
             accuracy,
             effects,
+            hard_cases,
         })
     }
 
@@ -199,11 +200,7 @@ impl Collector<'_> {
     }
 
     /// What was compared; a difference fails the command after the page is written.
-    fn proof(
-        &mut self,
-        scene: &Scene,
-        config: &potamoi_formats::config::Config,
-    ) -> Result<Found<Proved>, Failure> {
+    fn proof(&mut self, scene: &Scene, config: &Config) -> Result<Found<Proved>, Failure> {
         let proof = match Proof::of(config, scene, None, &()) {
             Ok(proof) => proof,
             Err(error) => {
@@ -386,5 +383,24 @@ impl Progress for Silent<'_> {
 
     fn now(&self, what: &str) {
         self.0.now(what);
+    }
+}
+
+/// Hard cases with the formats of a configuration, and on a scene.
+fn hard_cases(scene: &Scene, config: &Config) -> HardCases {
+    let (pictures, no_pictures) = match hard_scenes::shown(config) {
+        Ok(shown) => (shown.into_iter().map(|own| own.check).collect(), None),
+        Err(reason) => (vec![], Some(reason.to_string())),
+    };
+    let (checks, no_scene) = match of_scene(scene, config) {
+        Ok(found) => (found.checks, None),
+        Err(reason) => (vec![], Some(reason.to_string())),
+    };
+    HardCases {
+        cases: measure(config),
+        pictures,
+        no_pictures,
+        scene: checks,
+        no_scene,
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use potamoi_analysis::hard_cases::{HardCase, SceneCheck};
 use potamoi_explore::accuracy::{ImageQuality, Reference, Sweep};
 use potamoi_explore::effects::Effects;
 use potamoi_machines::Row;
@@ -23,8 +24,6 @@ pub(super) struct Document {
     pub(super) scenes: Vec<SceneFound>,
     /// Specifications of the plots, by name.
     pub(super) plots: BTreeMap<String, Value>,
-    /// What another command found, as it wrote it.
-    pub(super) hard_cases: Option<Value>,
     pub(super) provenance: Vec<Origin>,
     /// Items that scenes' files leave open.
     pub(super) not_checked: Vec<String>,
@@ -111,6 +110,7 @@ pub(super) struct More {
     pub(super) variants: Vec<VariantFound>,
     pub(super) accuracy: Found<SweepFound>,
     pub(super) effects: Found<Effects>,
+    pub(super) hard_cases: HardCases,
     pub(super) paper: Vec<BesidePaper>,
     /// Number of the paper on arXiv.
     pub(super) arxiv: &'static str,
@@ -196,4 +196,18 @@ pub(super) struct BesidePaper {
     pub(super) paper: String,
     pub(super) ours: Found<AtBounds<f64>>,
     pub(super) reason: &'static str,
+}
+
+/// Hard cases with a configuration's formats, and on the scene.
+#[derive(Serialize)]
+pub(super) struct HardCases {
+    pub(super) cases: Vec<HardCase>,
+    /// Checks of the pictures of hard scenes.
+    pub(super) pictures: Vec<SceneCheck>,
+    /// Why there are none.
+    pub(super) no_pictures: Option<String>,
+    /// Checks of the scene itself.
+    pub(super) scene: Vec<SceneCheck>,
+    /// Why there are none.
+    pub(super) no_scene: Option<String>,
 }

@@ -43,9 +43,6 @@ pub(crate) struct ReportArgs {
     /// Knobs to vary [default: all knobs of the scene]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     knobs: Vec<String>,
-    /// Hard cases on the configuration, as JSON [default: none]
-    #[arg(long, value_name = "FILE")]
-    hard_cases: Option<PathBuf>,
     /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -62,7 +59,6 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
     files::prepare([Some(&args.out), args.json.as_ref()])?;
     let machines = machines(&args.config)?;
     let scenes = scenes(args)?;
-    let hard_cases = hard_cases(args)?;
     let bar = progress::bar(0, "reporting");
     let asked = asked::Asked {
         machines: &machines,
@@ -70,7 +66,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
         frames: args.frames,
         knobs: &args.knobs,
     };
-    let found = collect::collect(&asked, hard_cases, &Shown(&bar));
+    let found = collect::collect(&asked, &Shown(&bar));
     bar.finish_and_clear();
     let found = found?;
     let text = page::page(&found.document, &found.images)
@@ -117,25 +113,4 @@ fn scenes(args: &ReportArgs) -> Result<Vec<Scene>, Failure> {
         all.push(scene);
     }
     Ok(all)
-}
-
-/// The document that `--hard-cases` names.
-fn hard_cases(args: &ReportArgs) -> Result<Option<serde_json::Value>, Failure> {
-    let Some(path) = &args.hard_cases else {
-        return Ok(None);
-    };
-    let wrong = |why: String| {
-        let expected = "expected a JSON object with a list `cases`";
-        Failure::Usage(format!(
-            "--hard-cases {}: {why}: {expected}",
-            path.display()
-        ))
-    };
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-    let own: serde_json::Value =
-        serde_json::from_str(&text).map_err(|error| wrong(format!("it is no JSON ({error})")))?;
-    match own["cases"].is_array() {
-        true => Ok(Some(own)),
-        false => Err(wrong("it has no cases".to_owned())),
-    }
 }

@@ -31,7 +31,7 @@ fn role(argument: &str) -> Option<Role> {
         "out_dir" | "work_dir" | "dir" | "readmemh" | "netlists" => Role::Folder,
         "model" | "other" | "machine" | "machines" | "plan" | "beside" | "config" | "rtl"
         | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system" | "synth"
-        | "liberty" | "compare" | "activity" | "fit_to" | "hard_cases" => Role::Input,
+        | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
         "out" | "picture" | "json" | "vcd" | "csv" | "prices" | "plot" | "plot_energy"
         | "plot_roofline" | "found" | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
         _ => return None,

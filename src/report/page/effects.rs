@@ -6,46 +6,66 @@ use serde_json::Value;
 use super::tables::table;
 use super::value::{Form, Place};
 
-/// Parts of an effect that hold what it takes and what leaving it out saves.
-const GROUPS: [&str; 2] = ["cost", "saving"];
-/// Figures of the simulator: none of the hardware.
-const OF_SIMULATOR: &str = "wall";
+/// What leaving an effect out saves in hardware: the key, the heading and the form of its figure.
+const SAVED: [(&str, &str, Form); 3] = [
+    ("area_mm2", "area saved, mm² at 12 nm", Form::Small),
+    ("cycles", "cycles saved", Form::Count),
+    ("energy_uj", "energy saved, µJ", Form::Small),
+];
 
-/// The effects that the scene and its path call for; a column for each figure that the study has.
+/// The effects that the scene and its path call for, with the hardware that leaving one out saves.
 pub(super) fn effects(found: &Place<'_>) -> Markup {
     if let Some(why) = found.unknown() {
         return html! { p { "-: " (why) } };
     }
+    let mut notes = Notes::default();
+    let mut header = vec!["effect", "called for", "evidence", "done by", "its cycles"];
+    header.extend(SAVED.iter().map(|(_, heading, _)| *heading));
     let all = found.get("effects").all();
-    let mut columns: Vec<Vec<String>> = vec![];
-    for own in &all {
-        for group in GROUPS {
-            leaves(
-                own.get(group).json(),
-                &mut vec![group.to_owned()],
-                &mut columns,
-            );
+    let rows: Vec<_> = all.iter().map(|own| row(own, &mut notes)).collect();
+    let left = left_out(found);
+    html! {
+        (table("Effects that the scene and its path call for", &header, rows))
+        (notes.list())
+        @if left.is_empty() {
+            p { "The hardware has no part that this scene does not call for." }
+        } @else {
+            (table("Parts of the hardware that the scene does not call for", &["unit", "field", "needed", "configured", "reason"], left))
         }
     }
-    let names: Vec<String> = columns
-        .iter()
-        .map(|path| path.join(" ").replace('_', " "))
-        .collect();
-    let mut header = vec!["effect", "called for", "evidence"];
-    header.extend(names.iter().map(String::as_str));
-    let rows = all.iter().map(|own| {
-        let is = own.get("called_for").json() == &Value::Bool(true);
-        let mut row = vec![
-            html! { (own.get("name").text()) @if !own.get("degree").is_null() { " " (own.get("degree").number(Form::Count)) } },
-            html! { @if is { "✓ yes" } @else { "✗ no" } },
-            html! { (own.get("evidence").text()) },
-        ];
-        row.extend(columns.iter().map(|path| {
-            let place = path.iter().fold(own.clone(), |at, key| at.get(key));
-            cell(&place)
-        }));
-        row
-    });
+}
+
+fn row(own: &Place<'_>, notes: &mut Notes) -> Vec<Markup> {
+    let is = own.get("called_for").json() == &Value::Bool(true);
+    let cost = own.get("cost");
+    let mut row = vec![
+        html! { (own.get("name").text()) @if !own.get("degree").is_null() { " " (own.get("degree").number(Form::Count)) } },
+        html! { @if is { "✓ yes" } @else { "✗ no" } },
+        html! { (own.get("evidence").text()) },
+        html! { (cost.get("unit").text()) },
+        known(&cost.get("cycles"), Form::Count),
+    ];
+    let saved = own.get("saving").get("hardware");
+    row.extend(SAVED.iter().map(|(key, _, form)| {
+        let figure = saved.get(key);
+        if saved.is_null() {
+            return html! { "-" sup { (notes.number("the scene calls for the effect: nothing is left out")) } };
+        }
+        let note = notes.number(figure.get("origin").text());
+        html! { (known(&figure.get("value"), *form)) sup { (note) } }
+    }));
+    row
+}
+
+fn known(place: &Place<'_>, form: Form) -> Markup {
+    match place.is_null() {
+        true => html! { "-" },
+        false => place.number(form),
+    }
+}
+
+/// Parts of the hardware that the scene does not call for.
+fn left_out(found: &Place<'_>) -> Vec<Vec<Markup>> {
     let units = found.get("units").all();
     let left = units.iter().flat_map(|unit| {
         let parts = unit.get("left_out").all().into_iter();
@@ -59,44 +79,39 @@ pub(super) fn effects(found: &Place<'_>) -> Markup {
             ]
         })
     });
-    let left: Vec<_> = left.collect();
-    html! {
-        (table("Effects that the scene and its path call for", &header, rows.collect()))
-        @if left.is_empty() {
-            p { "The hardware has no part that this scene does not call for." }
-        } @else {
-            (table("Parts of the hardware that the scene does not call for", &["unit", "field", "needed", "configured", "reason"], left))
-        }
-    }
+    left.collect()
 }
 
-/// Paths of a group's figures that some effect has, each once; those of the simulator are left out.
-fn leaves(of: &Value, path: &mut Vec<String>, columns: &mut Vec<Vec<String>>) {
-    match of {
-        Value::Object(fields) => {
-            for (key, own) in fields
-                .iter()
-                .filter(|(key, _)| !key.starts_with(OF_SIMULATOR))
-            {
-                path.push(key.clone());
-                leaves(own, path, columns);
-                path.pop();
+/// Origins of figures, each once; a letter refers to one.
+#[derive(Default)]
+struct Notes(Vec<String>);
+
+impl Notes {
+    fn number(&mut self, text: &str) -> String {
+        let at = self.0.iter().position(|own| own == text);
+        let at = at.unwrap_or_else(|| {
+            self.0.push(text.to_owned());
+            self.0.len() - 1
+        });
+        Self::letter(at)
+    }
+
+    /// a to z, then a to z with another a before.
+    fn letter(at: usize) -> String {
+        let last = char::from(b'a' + (at % 26) as u8);
+        "a".repeat(at / 26) + &last.to_string()
+    }
+
+    fn list(&self) -> Markup {
+        html! {
+            @if !self.0.is_empty() {
+                ul class="notes" {
+                    @for (at, text) in self.0.iter().enumerate() {
+                        li { sup { (Self::letter(at)) } " " (text) }
+                    }
+                }
             }
         }
-        Value::Null => {}
-        _ if !columns.contains(path) => columns.push(path.clone()),
-        _ => {}
-    }
-}
-
-fn cell(place: &Place<'_>) -> Markup {
-    let form = match place.json().is_u64() {
-        true => Form::Count,
-        false => Form::Small,
-    };
-    match place.json() {
-        Value::Number(_) => place.number(form),
-        _ => scalar(place),
     }
 }
 

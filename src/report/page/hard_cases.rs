@@ -1,43 +1,89 @@
-//! The strip of hard cases.
+//! Hard cases: a strip with a mark for each, and a table of what was found.
 
 use maud::{Markup, html};
-use serde_json::Value;
 
 use super::tables::table;
 use super::value::{Form, Place};
 
-/// The cases of the given document, a column for each field that one has.
+/// Hard cases of a machine on a scene.
 pub(super) fn hard_cases(found: &Place<'_>) -> Markup {
-    if found.is_null() {
-        return html! {
-            p { "-: no hard cases were run on this configuration. " code { "--hard-cases FILE" } " adds those of a JSON file. docs/explanation/hard-cases.md has those of the presets, which the tests hold." }
-        };
-    }
     let cases = found.get("cases").all();
-    let mut keys: Vec<&str> = vec![];
-    for (key, own) in cases
+    let checks: Vec<_> = ["pictures", "scene"]
         .iter()
-        .filter_map(|own| own.json().as_object())
-        .flatten()
-    {
-        if !keys.contains(&key.as_str()) && !own.is_object() && !own.is_array() {
-            keys.push(key);
-        }
-    }
-    let names: Vec<String> = keys.iter().map(|own| own.replace('_', " ")).collect();
-    let header: Vec<&str> = names.iter().map(String::as_str).collect();
-    let rows = cases.iter().map(|own| {
-        let cell = |key: &&str| {
-            let place = own.get(key);
-            match place.json() {
-                Value::Number(_) => place.number(Form::Small),
-                Value::String(text) => html! { (text) },
-                Value::Bool(true) => html! { "✓ yes" },
-                Value::Bool(false) => html! { "✗ no" },
-                _ => html! { "-" },
+        .flat_map(|part| found.get(part).all())
+        .collect();
+    let marks = cases.iter().chain(&checks);
+    let header = [
+        "case",
+        "part",
+        "verdict",
+        "ours",
+        "at most",
+        "unit",
+        "obvious form",
+        "its error",
+        "bound from",
+    ];
+    let none = [found.get("no_pictures"), found.get("no_scene")];
+    html! {
+        ul class="strip" aria-label="Verdict of each hard case" {
+            @for own in marks {
+                @let (mark, word) = verdict(own);
+                li class=(word) title=(own.get("name").text()) { (mark) " " (own.get("name").text()) }
             }
-        };
-        keys.iter().map(cell).collect()
-    });
-    html! { (table("Hard cases on this configuration", &header, rows.collect())) }
+        }
+        (table("Hard cases with this configuration, ours beside the obvious form", &header, cases.iter().map(row).collect()))
+        @if !checks.is_empty() {
+            (table(
+                "Pictures of hard scenes, and this scene",
+                &["case", "verdict", "evidence", "obvious form"],
+                checks.iter().map(check).collect(),
+            ))
+        }
+        @for why in none.iter().filter(|own| !own.is_null()) { p { "-: " (why.text()) } }
+    }
+}
+
+/// A mark and a word for what was found.
+fn verdict(own: &Place<'_>) -> (&'static str, &'static str) {
+    match (own.get("state").text(), own.get("passes").json().as_bool()) {
+        ("measured", Some(true)) | ("passes", _) => ("✓", "passes"),
+        ("does-not-apply", _) => ("-", "does not apply"),
+        _ => ("✗", "fails"),
+    }
+}
+
+fn row(own: &Place<'_>) -> Vec<Markup> {
+    let (mark, word) = verdict(own);
+    let figure = |key: &str| match own.get(key) {
+        place if place.is_null() => html! { "-" },
+        place => place.number(Form::Small),
+    };
+    let reason = own.get("reason");
+    let from = if reason.is_null() {
+        own.get("derivation")
+    } else {
+        reason
+    };
+    vec![
+        html! { (own.get("name").text()) },
+        html! { (own.get("part").text()) },
+        html! { (mark) " " (word) },
+        figure("error"),
+        figure("bound"),
+        html! { (own.get("unit").text()) },
+        html! { (own.get("naive").text()) },
+        figure("naive_error"),
+        html! { (from.text()) },
+    ]
+}
+
+fn check(own: &Place<'_>) -> Vec<Markup> {
+    let (mark, word) = verdict(own);
+    vec![
+        html! { (own.get("name").text()) },
+        html! { (mark) " " (word) },
+        html! { (own.get("evidence").text()) },
+        html! { (own.get("naive").text()) },
+    ]
 }

@@ -54,7 +54,11 @@ impl Page<'_> {
             (
                 "hard-cases",
                 "Hard cases",
-                super::hard_cases::hard_cases(&self.root.get("hard_cases")),
+                self.each(|own| {
+                    Ok(super::hard_cases::hard_cases(
+                        &own.machine.get("more").get("hard_cases"),
+                    ))
+                })?,
             ),
             (
                 "paper",

@@ -45,12 +45,24 @@ fn document() -> Value {
             {
                 "name": "sh", "degree": 2, "called_for": true, "evidence": "17 coefficients",
                 "cost": { "unit": "vector unit", "cycles": 4711, "wall_ms": 8.88 },
-                "saving": { "hardware": { "mm2": 0.0042 } },
+                "saving": { "hardware": null },
             },
-            { "name": "warping", "degree": null, "called_for": false, "evidence": "none", "cost": {}, "saving": {} },
+            { "name": "warping", "degree": null, "called_for": false, "evidence": "none", "cost": {}, "saving": { "hardware": {
+                "area_mm2": { "value": 0.0042, "origin": "synthesised" }, "cycles": { "value": 0.0, "origin": "cycle models" },
+                "energy_uj": { "value": null, "origin": "not synthesised" },
+            } } },
         ], "units": [{ "unit": "vector_unit", "left_out": [
             { "field": "vu.exp", "left": 4, "asked": 16, "reason": "all are opaque" },
         ] }] },
+        "hard_cases": {
+            "cases": [
+                { "name": "fog", "part": "compositing", "state": "measured", "passes": true, "error": 0.75, "bound": 1.5,
+                  "unit": "ulp", "naive": "16 bits", "naive_error": 77.5, "derivation": "half a unit" },
+                { "name": "needle", "part": "splats", "state": "does-not-apply", "reason": "no splats" },
+            ],
+            "pictures": [], "no_pictures": "no splats",
+            "scene": [{ "name": "finite", "state": "fails", "evidence": "one is not", "naive": null }], "no_scene": null,
+        },
         "paper": [{
             "figure": "potamoi: speed-up", "unit": "times", "paper": "53.1", "ours": both(2.5, 3.1), "reason": "GPUs",
         }],
@@ -74,7 +86,7 @@ fn document() -> Value {
                 { "machine": "<other>", "figures": { "refused": "it has no lanes" } },
             ],
         }],
-        "plots": {}, "hard_cases": { "cases": [{ "name": "fog", "bound": 1.5, "ours": 0.75, "holds": true }] },
+        "plots": {},
         "provenance": [{ "figure": "clock", "origin": "synthesis", "how": "at 12 nm", "command": "potamoi model" }],
         "not_checked": ["a </script> & more"],
     })
@@ -175,9 +187,25 @@ fn text_of_users_is_escaped() {
 }
 
 #[test]
-fn figures_that_the_effects_have_are_shown_without_the_simulator_s() {
+fn effects_have_the_hardware_saved_with_its_origin_and_none_of_the_simulator_s_figures() {
     let text = page(&document(), &Images::new()).unwrap();
     let (own, _) = between(&text, "id=\"effects\"", "</section>").unwrap();
-    assert!(own.contains("saving hardware mm2") && own.contains("0.004") && own.contains("4,711"));
+    assert!(own.contains("0.004") && own.contains("4,711") && own.contains("synthesised"));
     assert!(!own.contains("8.88"), "{own}");
+}
+
+#[test]
+fn hard_cases_have_their_verdicts_and_the_reasons_of_those_that_do_not_apply() {
+    let text = page(&document(), &Images::new()).unwrap();
+    let (own, _) = between(&text, "id=\"hard-cases\"", "</section>").unwrap();
+    for word in [
+        "✓ passes",
+        "✗ fails",
+        "- does not apply",
+        "no splats",
+        "77.500",
+        "16 bits",
+    ] {
+        assert!(own.contains(word), "{word}: {own}");
+    }
 }
