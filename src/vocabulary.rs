@@ -281,7 +281,10 @@ fn flag_table(flags: &BTreeMap<String, Vec<Flag>>) -> String {
                 .map(|(default, commands)| format!("{}: {default}", commands.join(", ")))
                 .collect(),
         };
-        let commands: Vec<_> = uses.iter().map(|flag| &*flag.command).collect();
+        // A flag of the program as a whole is not named again for a command that declares its own.
+        let is_whole = uses[0].command.starts_with("all but ");
+        let listed = uses.iter().take(if is_whole { 1 } else { uses.len() });
+        let commands: Vec<_> = listed.map(|flag| &*flag.command).collect();
         text += &format!(
             "| `--{name}` | {} | {} | {} | {} |\n",
             cell(&value_cell(uses)),
