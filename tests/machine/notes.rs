@@ -6,7 +6,7 @@ use std::path::Path;
 use super::expect;
 
 /// Arguments of each command that opens a scene, which is `q.ply`.
-const QUICK: [(&str, &str); 10] = [
+const QUICK: [(&str, &str); 12] = [
     (
         "render",
         "--scene q.ply --width 8 --numerics float --out o.png",
@@ -20,13 +20,19 @@ const QUICK: [(&str, &str); 10] = [
     ("model", "--scene q.ply --width 12 --frames 2 --window 2"),
     ("compare", "paper --scene q.ply --width 8 --frames 1"),
     ("sweep", "plan.toml --work-dir w"),
+    ("hard-cases", "--scene q.ply --width 8"),
+    ("inspect", "q.ply"),
 ];
 /// Those that build models or netlists, in `make test-full`.
-const SLOW: [(&str, &str); 5] = [
+const SLOW: [(&str, &str); 6] = [
     ("cost", "--scene q.ply --width 8 --frames 2 --knobs tail"),
     (
         "explore",
         "small --scene q.ply --width 8 --frames 1 --vary system.memory_channels=2,4",
+    ),
+    (
+        "report",
+        "q.ply --width 8 --frames 2 --knobs tail --out r.html",
     ),
     ("--config small verify", "--scene q.ply --width 8"),
     ("--config small synth", "--activity q.ply --unit vu"),
@@ -95,7 +101,14 @@ fn every_command_that_opens_a_scene_is_tried() {
     assert!(names.len() > 10, "{names:?}");
     for name in names.iter().filter(|name| **name != "help") {
         let help = expect(folder.path(), 0, &format!("$P {name} --help"));
-        let opens = ["--scene ", "--for-scene ", "--activity ", "<PLAN>"];
+        let opens = [
+            "--scene ",
+            "--for-scene ",
+            "--activity ",
+            "<PLAN>",
+            "<SCENE>...",
+            "<FILE> [OTHER]",
+        ];
         let is_tried = QUICK
             .iter()
             .chain(&SLOW)
