@@ -315,7 +315,8 @@ fn a_sweep_has_the_same_bytes_on_one_thread() {
 #[test]
 fn a_sweep_of_refused_points_alone_fails() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = "machines = [\"lean-splats\"]\nscenes = [\"lantern\"]\nwidth = 8\n[workload]\nframes = 1\n";
+    let plan =
+        "machines = [\"lean-splats\"]\nscenes = [\"lantern\"]\nwidth = 8\n[workload]\nframes = 1\n";
     fs::write(folder.path().join("plan.toml"), plan).unwrap();
     let text = expect(
         folder.path(),

@@ -10,5 +10,5 @@ pub mod library;
 pub mod look;
 pub mod renderer;
 
-pub use look::{COLOURS, Ink, SHAPES};
+pub use look::{COLOURS, Ink, SHAPES, look_of};
 pub use renderer::{PlotError, Renderer};

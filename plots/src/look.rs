@@ -21,6 +21,19 @@ pub const SHAPES: [&str; 8] = [
     "stroke",
 ];
 
+/// Colours but the grey, and as many shapes.
+const LOOKS: usize = COLOURS.len() - 1;
+
+/// Colour and shape of a series. Past the last colour they come again with other shapes, so that 49
+/// series differ.
+#[must_use]
+pub const fn look_of(series: usize) -> [&'static str; 2] {
+    [
+        COLOURS[series % LOOKS],
+        SHAPES[(series + series / LOOKS) % LOOKS],
+    ]
+}
+
 /// What a plot is drawn on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ink {
@@ -83,4 +96,15 @@ fn config(ink: Ink) -> Value {
         "line": { "color": own },
         "range": { "category": COLOURS, "symbol": SHAPES },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn series_differ_in_colour_or_shape() {
+        let all: std::collections::BTreeSet<_> = (0..49).map(look_of).collect();
+        assert_eq!(all.len(), 49);
+    }
 }

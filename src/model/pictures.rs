@@ -1,13 +1,11 @@
 //! Plots: energy by part, and a roofline.
 
 use potamoi_explore::system::Modelled;
-use potamoi_plots::{COLOURS, SHAPES};
+use potamoi_plots::look_of;
 use potamoi_system::system_model::{Memory, Outcome, Scenario, System};
 use serde_json::{Value, json};
 
-use crate::charts::{
-    Labels, SERIES, labelled, largest_parts, logarithmic, number, segments, stacked,
-};
+use crate::charts::{Labels, labelled, largest_parts, logarithmic, number, segments, stacked};
 
 /// Width and height of the roofline in pixels.
 const SIZE: [f64; 2] = [700.0, 400.0];
@@ -87,8 +85,8 @@ pub(super) fn roofline(found: &Modelled, system: &System) -> Value {
         if *x > 0.0 && *y > 0.0 {
             let number = found.outcomes[..i].iter().filter(|b| same(o, b)).count();
             points.push(json!({
-                "of": label(o), "x": x, "y": y, "colour": COLOURS[number % SERIES],
-                "shape": SHAPES[number % SERIES], "fill": u8::from(o.scenario == Scenario::Local),
+                "of": label(o), "x": x, "y": y, "colour": look_of(number)[0],
+                "shape": look_of(number)[1], "fill": u8::from(o.scenario == Scenario::Local),
             }));
         }
     }

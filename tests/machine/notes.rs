@@ -6,7 +6,7 @@ use std::path::Path;
 use super::expect;
 
 /// Arguments of each command that opens a scene, which is `q.ply`.
-const QUICK: [(&str, &str); 12] = [
+const QUICK: [(&str, &str); 11] = [
     (
         "render",
         "--scene q.ply --width 8 --numerics float --out o.png",
@@ -21,7 +21,6 @@ const QUICK: [(&str, &str); 12] = [
     ("compare", "paper --scene q.ply --width 8 --frames 1"),
     ("sweep", "plan.toml --work-dir w"),
     ("hard-cases", "--scene q.ply --width 8"),
-    ("inspect", "q.ply"),
 ];
 /// Those that build models or netlists, in `make test-full`.
 const SLOW: [(&str, &str); 6] = [
@@ -88,6 +87,18 @@ fn commands_that_build_tell_what_of_a_file_is_not_used() {
     tell(&SLOW);
 }
 
+/// Which names the parts of a file one by one.
+#[test]
+fn inspect_names_what_of_a_file_is_not_used() {
+    let folder = tempfile::tempdir().unwrap();
+    with_unknown_property(folder.path());
+    let said = expect(folder.path(), 0, "$P inspect q.ply --json r.json");
+    assert!(said.contains("not used: zzz"), "{said}");
+    let report = fs::read(folder.path().join("r.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    assert_eq!(report["not_used"][0], "zzz");
+}
+
 /// A new command that opens scenes stands in one of the lists.
 #[test]
 fn every_command_that_opens_a_scene_is_tried() {
@@ -112,7 +123,8 @@ fn every_command_that_opens_a_scene_is_tried() {
         let is_tried = QUICK
             .iter()
             .chain(&SLOW)
-            .any(|(own, _)| own.ends_with(name));
+            .any(|(own, _)| own.ends_with(name))
+            || *name == "inspect";
         assert_eq!(
             opens.iter().any(|flag| help.contains(flag)),
             is_tried,

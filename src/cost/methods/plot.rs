@@ -2,7 +2,7 @@
 
 use potamoi_explore::accuracy::{CostQuality, front};
 use potamoi_explore::exponential::{Method, Peer};
-use potamoi_plots::{COLOURS, SHAPES};
+use potamoi_plots::look_of;
 use serde_json::{Value, json};
 
 use super::PAPER;
@@ -50,10 +50,11 @@ pub(super) fn spec(methods: &[Method], peers: &[Peer]) -> Value {
         .iter()
         .map(|p| ([SIZE[0], down(p.max_ulp)], p.name.to_owned()));
     let [leaders, names] = labelled(&Labels::beside(names.collect(), SIZE));
-    let by_family = |range: &[&str]| {
+    let by_family = |of: usize| {
+        let range: Vec<&str> = (0..families.len()).map(|at| look_of(at)[of]).collect();
         json!({
             "field": "family", "type": "nominal", "title": null,
-            "scale": { "domain": families, "range": &range[..families.len().min(range.len())] },
+            "scale": { "domain": families, "range": range },
             "legend": { "orient": "bottom", "columns": 4 },
         })
     };
@@ -80,7 +81,7 @@ pub(super) fn spec(methods: &[Method], peers: &[Peer]) -> Value {
                 "data": { "values": points },
                 "mark": { "type": "point", "filled": true, "size": 80 },
                 "encoding": {
-                    "x": x, "y": y, "color": by_family(&COLOURS), "shape": by_family(&SHAPES),
+                    "x": x, "y": y, "color": by_family(0), "shape": by_family(1),
                     "tooltip": [
                         { "field": "name" }, number("clocks", "clocks"), number("ulp", "largest error, ulp"),
                     ],
