@@ -27,8 +27,21 @@ pub(crate) fn error(text: Arguments<'_>) {
     let _ = writeln!(
         std::io::stderr().lock(),
         "error: {}",
-        shortened(&text.to_string())
+        harmless(&shortened(&text.to_string()))
     );
+}
+
+/// A text whose control characters, which a damaged file may bring, are written as escapes; lines
+/// stay lines.
+fn harmless(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for own in text.chars() {
+        match own.is_control() && own != '\n' {
+            true => out.extend(own.escape_default()),
+            false => out.push(own),
+        }
+    }
+    out
 }
 
 /// Prints a remark on standard error, which may be closed.
@@ -70,6 +83,11 @@ fn note(written: Result<(), Error>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn control_characters_of_a_file_are_escaped() {
+        assert_eq!(harmless("a\u{1b}[31mb\0c\nd"), "a\\u{1b}[31mb\\u{0}c\nd");
+    }
 
     #[test]
     fn long_errors_keep_their_start_and_their_end() {

@@ -52,7 +52,7 @@ fn rivals_stand_on_the_counted_trace() {
     }
     assert!(text.contains("frozen, trace ") && !text.contains("NOT the frozen trace"));
     assert!(text.contains("yes, 1.28"), "{text}");
-    assert!(text.contains("Cicero, full frames: -: "), "{text}");
+    assert!(text.contains("Cicero, full frames: - ("), "{text}");
     let report = json(&folder.path().join("r.json"));
     let inputs = report["inputs"].as_array().unwrap();
     for own in inputs {
@@ -324,8 +324,8 @@ fn a_sweep_of_refused_points_alone_fails() {
         &["sweep", "plan.toml", "--work-dir", "out"],
     );
     assert!(text.contains("none of the 1 points has figures"), "{text}");
-    let rows = rows(&folder.path().join("out/rows.csv"));
-    assert!(rows[0]["refused"].contains("relu"), "{rows:?}");
+    let rows = fs::read_to_string(folder.path().join("out/rows.csv")).unwrap();
+    assert!(rows.contains("relu"), "{rows}");
 }
 
 #[test]

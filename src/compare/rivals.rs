@@ -193,7 +193,10 @@ fn reasons(found: &FairBench, input: &Input) {
             machine, refused, ..
         } = own
         {
-            say!("  {machine}: -: {refused}");
+            say!(
+                "{}",
+                tables::broken_at_words(&format!("{machine}: - ({refused})"), "  ", "    ")
+            );
         }
     }
     let mut refused: Vec<(&str, Vec<&str>)> = vec![];
@@ -209,7 +212,8 @@ fn reasons(found: &FairBench, input: &Input) {
         }
     }
     for (why, titles) in refused {
-        say!("  {}: -: {why}", titles.join(", "));
+        let text = format!("{}: - ({why})", titles.join(", "));
+        say!("{}", tables::broken_at_words(&text, "  ", "    "));
     }
 }
 

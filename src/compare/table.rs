@@ -31,7 +31,9 @@ pub(crate) fn print(found: &Comparison) {
         .collect();
     if !unknown.is_empty() {
         say!("not known:");
-        unknown.iter().for_each(|own| say!("  {own}"));
+        for own in unknown {
+            say!("{}", tables::broken_at_words(&own, "  ", "    "));
+        }
     }
 }
 
@@ -107,7 +109,10 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             machine, refused, ..
         } = own
         {
-            say!("  {machine} is left out: {refused}");
+            say!(
+                "{}",
+                tables::broken_at_words(&format!("{machine} is left out: {refused}"), "  ", "    ")
+            );
         }
     }
     say!("");

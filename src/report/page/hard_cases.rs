@@ -55,9 +55,12 @@ fn verdict(own: &Place<'_>) -> (&'static str, &'static str) {
 
 fn row(own: &Place<'_>) -> Vec<Markup> {
     let (mark, word) = verdict(own);
-    let figure = |key: &str| match own.get(key) {
-        place if place.is_null() => html! { "-" },
-        place => place.number(Form::Small),
+    let is_measured = own.get("state").text() == "measured";
+    let figure = |key: &str| match own.get(key).json().as_f64() {
+        None if is_measured => html! { "no number" },
+        None => html! { "-" },
+        Some(value) if value.fract() == 0.0 => own.get(key).number(Form::Count),
+        Some(_) => own.get(key).number(Form::Small),
     };
     let reason = own.get("reason");
     let from = if reason.is_null() {

@@ -29,7 +29,7 @@ impl Page<'_> {
             ),
             (
                 "proof",
-                "What was proved",
+                "What was verified",
                 self.each(|own| Ok(proof(&own.machine.get("more"))))?,
             ),
             (
@@ -212,7 +212,7 @@ impl Page<'_> {
             details {
                 summary { "All settings as a table" }
                 (table("Settings of knobs, one at a time", &[
-                    "setting", "dB beside truth", "dB beside converged", "microseconds", "mJ", "units, mm²",
+                    "setting", "dB beside truth", "dB beside converged", "microseconds", "mJ", "cells by formulas, mm²",
                 ], points.iter().zip(found.get("frame_us").all()).map(|(own, us)| vec![
                     html! { (own.get("knob").text()) " " (own.get("setting").text()) },
                     db(&own.get("truth")),

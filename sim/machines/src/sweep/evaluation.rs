@@ -70,8 +70,7 @@ pub(crate) struct Evaluation {
     journal: Journal,
     lines: HashMap<String, Line>,
     bench: Workbench,
-    /// Lines that were there at the beginning, and points that were evaluated since.
-    pub(crate) resumed: usize,
+    /// Points that were evaluated now.
     pub(crate) evaluated: usize,
 }
 
@@ -83,7 +82,6 @@ impl Evaluation {
     pub(crate) fn open(folder: &Path) -> Result<Self, SweepError> {
         let (journal, lines) = Journal::open(folder, &program())?;
         Ok(Self {
-            resumed: lines.len(),
             journal,
             lines,
             bench: Workbench::default(),

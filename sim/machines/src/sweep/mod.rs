@@ -9,6 +9,7 @@ mod plan;
 mod rows;
 mod session;
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use potamoi_explore::Progress;
@@ -31,7 +32,7 @@ pub struct Swept {
     pub rows: Rows,
     /// Points that were evaluated now; equal ones once.
     pub evaluated: usize,
-    /// Rows that the journal had at the beginning.
+    /// Points of the plan whose rows the journal had at the beginning; equal ones once.
     pub resumed: usize,
 }
 
@@ -49,10 +50,13 @@ impl Plan {
     }
 
     fn swept(&self, tasks: &[Task<'_>], evaluation: &Evaluation) -> Swept {
+        // The journal may have points of other plans too.
+        let known = tasks.iter().filter(|task| evaluation.line(task).is_some());
+        let known: HashSet<&str> = known.map(|task| task.key.as_str()).collect();
         Swept {
             rows: self.rows(tasks, evaluation),
             evaluated: evaluation.evaluated,
-            resumed: evaluation.resumed,
+            resumed: known.len().saturating_sub(evaluation.evaluated),
         }
     }
 
