@@ -239,7 +239,7 @@ impl<'a> Object<'a> {
         self.left.keys().cloned().collect()
     }
 
-    /// Adds the keys of what is left to `rest`.
+    /// Adds the keys that no reader took to `rest`.
     pub(super) fn finish(self, rest: &mut Vec<String>) {
         rest.extend(self.left.keys().map(|own| join(&self.key, own)));
     }

@@ -22,7 +22,7 @@ pub(super) struct Buffers<'a> {
     folder: &'a Path,
     name: Origin<'a>,
     read: BTreeMap<usize, Cow<'a, [u8]>>,
-    /// Keys of what was used.
+    /// Keys that no reader took, of the buffers, views and accessors that were read.
     pub(super) rest: Vec<String>,
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Parts<'a> {
     pub(super) json: &'a [u8],
     /// The buffer without a name.
     pub(super) binary: Option<&'a [u8]>,
-    /// Keys of what is neither.
+    /// Keys of the chunks of other kinds.
     pub(super) beside: Vec<String>,
 }
 

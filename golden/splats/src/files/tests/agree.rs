@@ -183,7 +183,7 @@ fn sog_is_within_its_steps() {
             rotation: 2f64.sqrt() / 255.0,
             derived: None,
             opacity: 1.0 / 255.0,
-            // The writer's images lose the colours of what is wholly transparent.
+            // The writer's images drop the colours of wholly transparent Gaussians.
             constant: &|i, _| match cloud.opacity_logits()[i] {
                 f32::NEG_INFINITY => 2.0,
                 _ => 2.0 / 256.0,

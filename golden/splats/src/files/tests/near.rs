@@ -77,7 +77,7 @@ pub(super) fn check(found: &Cloud, expected: &Cloud, near: &Near) {
         let [a, b] = [found.opacity_logits()[i], expected.opacity_logits()[j]].map(sigmoid);
         assert!((a - b).abs() <= near.opacity + 1e-6, "opacity {i}: {a} {b}");
         let [a, b] = [found.sh(i), expected.sh(j)];
-        // Writers lose the colours of what is wholly transparent.
+        // Writers drop the colours of wholly transparent Gaussians.
         if found.opacity_logits()[i] > f32::NEG_INFINITY {
             within("constant", i, &a[0], &b[0], near.constant);
         }
