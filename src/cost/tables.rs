@@ -106,15 +106,19 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
             format!("{:.1}", point.frame_ns * 1e-3),
             format!("{:.3}", point.frame_ns / default.frame_ns),
             number(point.energy_mj, 3),
-            number(point.area_mm2, 4),
+            match point.is_estimated && point.area_mm2.is_some() {
+                true => format!("~{}", number(point.area_mm2, 4)),
+                false => number(point.area_mm2, 4),
+            },
             mark(report, i).to_owned(),
         ]));
     }
     say!("{}", tables::fitted(&table, &last));
     say!(
         "GHz: 1 over the longest period of the accelerator's blocks at 12 nm, before wires: ~ \
-         estimated, ! assumed, else synthesised; mJ and mm^2: - where no synthesis and no formula \
-         covers the units (potamoi synth measures them); PSNR: - where there is no such picture; {MID}"
+         estimated, ! assumed, else synthesised; mm^2: cells, ~ where formulas give the change of a \
+         unit; mJ and mm^2: - where no synthesis and no formula covers the units (potamoi synth \
+         measures them); PSNR: - where there is no such picture; {MID}"
     );
     say!("{}", beside(&report.reference));
     for knob in knobs {
@@ -247,7 +251,7 @@ pub(super) fn csv(report: &Sweep) -> String {
     let units = report.default_point().units.named();
     let units = units.map(|(name, _)| format!("{name}_max_ulp,{name}_bound_ulp,{name}_mean_ulp"));
     let mut text = format!(
-        "knob,setting,{},reference,truth_db,truth_ssim,converged_db,converged_ssim,float_db,worst_pixel,worst_pixel_bound,gather_cycles,vector_cycles,array_cycles,clock_ghz,clock_origin,frame_ns,energy_mj,area_mm2,front\n",
+        "knob,setting,{},reference,truth_db,truth_ssim,converged_db,converged_ssim,float_db,worst_pixel,worst_pixel_bound,gather_cycles,vector_cycles,array_cycles,clock_ghz,clock_origin,frame_ns,energy_mj,area_mm2,front,estimated\n",
         units.join(",")
     );
     let field = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
@@ -271,7 +275,7 @@ pub(super) fn csv(report: &Sweep) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             p.knob,
             p.setting,
             units
@@ -290,7 +294,8 @@ pub(super) fn csv(report: &Sweep) -> String {
             p.frame_ns,
             field(p.energy_mj),
             field(p.area_mm2),
-            mark(report, i)
+            mark(report, i),
+            p.is_estimated
         );
     }
     text

@@ -68,6 +68,7 @@ fn pictures_of_samples_are_modelled() {
             given: None,
             system: &reports[0].report,
             reports: &reports,
+            estimated: &[],
             records: &records,
             wire_margin: 0.0,
         };

@@ -58,6 +58,7 @@ mod setup;
 pub mod splat_unit_run;
 pub mod synthesis;
 pub mod system;
+mod unit_parameters;
 pub mod verification;
 pub mod warping;
 

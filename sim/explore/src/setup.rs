@@ -7,16 +7,14 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_scene::Scene;
-use potamoi_synth::fit::Fit;
-use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
+use potamoi_synth::{SynthError, UnitKind, scaling};
 use potamoi_system::system_model::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
-use potamoi_system::system_model::{
-    Area, Clock, Costs, Memory, Model, Parameters, Program, System,
-};
+use potamoi_system::system_model::{Area, Clock, Costs, Memory, Model, System};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::unit_parameters::{UnitParameters, checked_in};
 use crate::{ExploreError, Progress};
 
 /// Node of areas in nanometres, that of the system.
@@ -197,12 +195,17 @@ impl Setup {
         })
     }
 
-    /// Energy, area and clock of another configuration's units, in the scene's use.
+    /// Energy, area and clock of another configuration's units, in the scene's use. Units of the kinds in
+    /// `estimated` are by formulas, also where they were synthesised.
     ///
     /// # Errors
     /// Parameters that lack the memories.
-    pub(crate) fn costs_of(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
-        self.known.costs(scene, config)
+    pub(crate) fn costs_of(
+        &self,
+        (scene, config): (&Scene, &Config),
+        estimated: &[UnitKind],
+    ) -> Result<Costs, ExploreError> {
+        self.known.costs_by(scene, config, estimated)
     }
 
     /// Energy, area and clock of the configuration's units.
@@ -371,97 +374,4 @@ pub(crate) fn module_area(config: &Config, unit: UnitKind, module: &str) -> Opti
 pub(crate) fn accelerator_clock(scene: &Scene, config: &Config) -> Result<Clock, ExploreError> {
     let known = UnitParameters::read(config, None, System::default().wire_margin)?;
     Ok(known.costs(scene, config)?.clock)
-}
-
-/// Unit parameters and formulas that come with the program.
-struct CheckedIn {
-    reports: Vec<Synthesised>,
-    records: SynthReport,
-    system: SynthReport,
-    fit: Arc<Fit>,
-}
-
-/// They are read once.
-fn checked_in() -> Result<&'static CheckedIn, ExploreError> {
-    static READ: OnceLock<CheckedIn> = OnceLock::new();
-    if let Some(known) = READ.get() {
-        return Ok(known);
-    }
-    let [system, _] = SynthReport::checked_in()?;
-    let read = CheckedIn {
-        reports: Synthesised::checked_in()?,
-        records: SynthReport::of_records()?,
-        system,
-        fit: Arc::new(Fit::checked_in()?),
-    };
-    Ok(READ.get_or_init(|| read))
-}
-
-/// Known unit parameters: a given file, then those that come with the program.
-struct UnitParameters {
-    given: Option<Vec<Synthesised>>,
-    known: &'static CheckedIn,
-    wire_margin: f64,
-}
-
-impl UnitParameters {
-    fn checked_in(wire_margin: f64) -> Result<Self, ExploreError> {
-        Ok(Self {
-            given: None,
-            known: checked_in()?,
-            wire_margin,
-        })
-    }
-
-    fn read(config: &Config, given: Option<&Path>, wire_margin: f64) -> Result<Self, ExploreError> {
-        let mut own = Self::checked_in(wire_margin)?;
-        if let Some(path) = given {
-            let report = SynthReport::read(path)?.of(config, path)?;
-            let config = config.clone();
-            let mut all = own.known.reports.clone();
-            all.insert(0, Synthesised { config, report });
-            own.given = Some(all);
-        }
-        Ok(own)
-    }
-
-    fn reports(&self) -> &[Synthesised] {
-        self.given.as_deref().unwrap_or(&self.known.reports)
-    }
-
-    /// Areas of the accelerator's blocks.
-    fn area(&self, config: &Config, system: &System) -> Result<Area, ExploreError> {
-        let known = self.known;
-        Ok(Area::of(
-            config,
-            &known.fit,
-            self.reports(),
-            &known.system,
-            system,
-        ))
-    }
-
-    /// Energy, area and clock of units and memories.
-    fn costs(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
-        let program = match scene.model().is_splats() {
-            true => Program::Splats,
-            false => Program::Fields,
-        };
-        let given = (self.reports().iter().take(self.given.iter().len()))
-            .find(|r| r.has(config, UnitKind::Gathering))
-            .map(|r| &r.report);
-        let parameters = Parameters {
-            given,
-            reports: self.reports(),
-            records: &self.known.records,
-            system: &self.known.system,
-            wire_margin: self.wire_margin,
-        };
-        Ok(Costs::new(
-            config,
-            program,
-            Arc::clone(&self.known.fit),
-            &parameters,
-        )?)
-    }
 }

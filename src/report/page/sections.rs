@@ -189,6 +189,11 @@ impl Page<'_> {
         };
         Ok(html! {
             p { (crate::cost::pictures::LINES) "." }
+            p {
+                "The frame is that of the pictures, rendered again and again, with one setting changed. The rates \
+                 above are of a path of frames, whose cameras differ. Areas are of the units' cells, without \
+                 memories. Where a setting changes a unit, formulas give the change of its area, clock and energy (~)."
+            }
             @if panels.len() > 1 {
                 fieldset class="filter" data-choice=(own.id) {
                     legend { "Beside" }
@@ -212,14 +217,17 @@ impl Page<'_> {
             details {
                 summary { "All settings as a table" }
                 (table("Settings of knobs, one at a time", &[
-                    "setting", "dB beside truth", "dB beside converged", "microseconds", "mJ", "cells by formulas, mm²",
+                    "setting", "dB beside truth", "dB beside converged", "µs a frame", "mJ", "cells, mm²",
                 ], points.iter().zip(found.get("frame_us").all()).map(|(own, us)| vec![
                     html! { (own.get("knob").text()) " " (own.get("setting").text()) },
                     db(&own.get("truth")),
                     db(&own.get("converged")),
                     us.number(Form::Short),
                     own.get("energy_mj").number(Form::Short),
-                    own.get("area_mm2").number(Form::Small),
+                    html! {
+                        @if own.get("is_estimated").is_true() && !own.get("area_mm2").is_null() { "~" }
+                        (own.get("area_mm2").number(Form::Small))
+                    },
                 ]).collect()))
                 @for own in found.get("refused").all() {
                     p { (own.get("knob").text()) " " (own.get("setting").text()) " is left out: " (own.get("why").text()) }

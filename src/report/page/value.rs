@@ -115,6 +115,10 @@ impl<'a> Place<'a> {
         self.json().is_null()
     }
 
+    pub(super) fn is_true(&self) -> bool {
+        self.json().as_bool() == Some(true)
+    }
+
     /// Why a value is not there, if it says so.
     pub(super) fn unknown(&self) -> Option<&'a str> {
         self.json()["unknown"].as_str()

@@ -7,7 +7,7 @@ use potamoi_formats::config::{Config, Layer};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
 use potamoi_system::system_model::work::{Counted, FrameWork, PathOptions, PathParts};
-use potamoi_system::system_model::{Clock, Frames, Gathering, Model, Scenario, Variant};
+use potamoi_system::system_model::{ClockOrigin, Frames, Gathering, Model, Scenario, Variant};
 use potamoi_warp::Profile;
 
 use super::image_quality::{ImageQuality, PixelError};
@@ -16,6 +16,7 @@ use super::local_search::Paths;
 use super::pareto_front::CostQuality;
 use super::point::{Point, priced};
 use super::price::Price;
+use super::pricing::{Priced, Pricing};
 use super::references::References;
 use super::units::{UnitErrorCache, UnitErrors};
 use crate::rendering::whole_float;
@@ -32,10 +33,9 @@ struct Tried {
     work: FrameWork,
     truth: Option<ImageQuality>,
     converged: ImageQuality,
-    clock: Clock,
-    frame_ns: f64,
-    energy_mj: Option<f64>,
-    area_mm2: Option<f64>,
+    clock: (f64, ClockOrigin),
+    is_estimated: bool,
+    price: Priced,
 }
 
 /// A scene on which settings are tried.
@@ -47,6 +47,7 @@ pub struct Bench {
     /// The picture in floating point, which error bounds are derived beside.
     float: Picture,
     frames: u32,
+    pricing: Pricing,
     known: UnitErrorCache,
     /// Results of path variants that were tried alone.
     alone: RefCell<Vec<(PathVariant, Moved)>>,
@@ -63,6 +64,7 @@ impl Bench {
             references: References::of(&setup.scene)?,
             float: whole_float(&setup.scene)?.picture,
             frames,
+            pricing: Pricing::new(frames),
             known: UnitErrorCache::default(),
             alone: RefCell::default(),
             setup,
@@ -101,7 +103,8 @@ impl Bench {
         price: Price,
     ) -> Result<Option<CostQuality>, ExploreError> {
         let tried = self.tried(settings, paths)?;
-        let costs = [Some(tried.frame_ns), tried.energy_mj, tried.area_mm2];
+        let own = &tried.price;
+        let costs = [Some(own.frame_ns), own.energy_mj, own.area_mm2];
         Ok(priced(tried.converged, tried.truth, costs, price))
     }
 
@@ -138,11 +141,12 @@ impl Bench {
             gather_cycles: total.gather_cycles,
             vector_cycles: total.vector_cycles,
             array_cycles: total.array_cycles,
-            clock_ghz: tried.clock.ghz,
-            clock_origin: tried.clock.origin,
-            frame_ns: tried.frame_ns,
-            energy_mj: tried.energy_mj,
-            area_mm2: tried.area_mm2,
+            clock_ghz: tried.clock.0,
+            clock_origin: tried.clock.1,
+            frame_ns: tried.price.frame_ns,
+            energy_mj: tried.price.energy_mj,
+            area_mm2: tried.price.area_mm2,
+            is_estimated: tried.is_estimated,
         })
     }
 
@@ -165,18 +169,16 @@ impl Bench {
         let mut twins = ReferenceUnits::new(&config);
         let Counted { work, rendered, .. } =
             FrameWork::rendered(&scene, &config, array, cache, None, &mut twins)?;
-        let costs = self.setup.costs_of(&scene, &config)?;
-        let model = self.setup.model_of(&costs);
-        let run = model.frame(&work, Gathering::Unit)?;
+        let basis = self.pricing.basis(&self.setup, &scene, &config)?;
+        let price = self.pricing.price(&self.setup, &basis, &work)?;
         let mut tried = Tried {
             truth: self.references.truth(&rendered.picture),
             converged: self.references.converged(&rendered.picture),
             picture: rendered.picture,
             work,
-            clock: costs.clock.clone(),
-            frame_ns: run.span_ns().mid(),
-            energy_mj: run.total_mj().map(|mj| mj.mid()),
-            area_mm2: costs.area_mm2,
+            clock: (basis.clock_ghz, basis.clock_origin),
+            is_estimated: basis.is_estimated,
+            price,
             config,
             scene,
         };
@@ -189,7 +191,7 @@ impl Bench {
                 .map(|own| own.1);
             let moved = match known.filter(|_| paths == Paths::AsAlone) {
                 Some(moved) => moved,
-                None => self.moved(&tried, way, &model)?,
+                None => self.moved(&tried, way, &basis.model(&self.setup))?,
             };
             if settings.len() == 1 && known.is_none() {
                 self.alone.borrow_mut().push((way, moved));
@@ -291,7 +293,8 @@ impl Tried {
         let [way, full] = moved.truth;
         self.converged = ImageQuality::path(moved.full, self.converged);
         self.truth = self.truth.map(|frame| frame.moved(way, full));
-        self.frame_ns *= moved.time;
-        self.energy_mj = self.energy_mj.zip(moved.energy).map(|(own, by)| own * by);
+        let price = &mut self.price;
+        price.frame_ns *= moved.time;
+        price.energy_mj = price.energy_mj.zip(moved.energy).map(|(own, by)| own * by);
     }
 }

@@ -7,6 +7,7 @@ mod local_search;
 mod pareto_front;
 mod point;
 mod price;
+mod pricing;
 mod proof;
 mod references;
 mod settings_search;

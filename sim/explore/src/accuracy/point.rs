@@ -37,13 +37,15 @@ pub struct Point {
     pub clock_ghz: f64,
     /// Origin of that clock.
     pub clock_origin: ClockOrigin,
-    /// Nanoseconds of a frame; for a path variant the mean.
+    /// Nanoseconds of a frame among many like it; for a path variant the mean.
     pub frame_ns: f64,
     /// Millijoules of a frame; `None` where no formulas cover the units.
     pub energy_mj: Option<f64>,
-    /// Cell area of both units at 12 nm by formulas, in square millimetres; `None` where no
-    /// formulas cover them.
+    /// Cell area of the units at 12 nm, in square millimetres; `None` where no formulas cover them.
     pub area_mm2: Option<f64>,
+    /// Whether settings change a unit, so that area, energy and clock are the default's with the change that
+    /// formulas give.
+    pub is_estimated: bool,
 }
 
 impl Point {

@@ -390,7 +390,8 @@ pub(crate) fn differing(a: &Config, b: &Config, unit: UnitKind) -> Vec<String> {
 }
 
 /// Whether a unit is equal in two configurations.
-pub(crate) fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
+#[must_use]
+pub fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
     differing(&in_effect(a), &in_effect(b), unit).is_empty()
 }
 

@@ -5,5 +5,6 @@ mod data_set;
 mod design;
 
 pub use data_set::{Grid, GridActivity, GridEnergy, GridModule, GridPoint};
+pub use design::is_same_unit;
 pub use design::{Differences, Family, Point, design, forms};
-pub(crate) use design::{differing, is_exponential, is_same_unit};
+pub(crate) use design::{differing, is_exponential};

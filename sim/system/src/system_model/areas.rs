@@ -54,7 +54,11 @@ impl Area {
         system: &SynthReport,
         around: &System,
     ) -> Self {
-        let known = Known { fit, reports };
+        let known = Known {
+            fit,
+            reports,
+            estimated: &[],
+        };
         let mut units = vec![
             unit(config, &known, UnitKind::Gathering, 1),
             unit(config, &known, UnitKind::Vector, 1),

@@ -108,6 +108,7 @@ mod tests {
         let known = Known {
             fit: &Fit::checked_in().unwrap(),
             reports: &reports,
+            estimated: &[],
         };
         let periods = Periods {
             known: &known,

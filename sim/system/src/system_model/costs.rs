@@ -113,6 +113,9 @@ pub struct Parameters<'a> {
     pub given: Option<&'a SynthReport>,
     /// Synthesised units, of any configuration; the first that has a unit counts.
     pub reports: &'a [Synthesised],
+    /// Units whose own synthesis does not count, so that two configurations of a unit are compared by
+    /// one method.
+    pub estimated: &'a [UnitKind],
     /// The paper's gathering unit, run with splat records.
     pub records: &'a SynthReport,
     /// The memories around the units, and the unit of the array.
@@ -194,6 +197,7 @@ impl Costs {
         let known = Known {
             fit: &fit,
             reports: parameters.reports,
+            estimated: parameters.estimated,
         };
         let mut unknown = vec![];
         let mut note = |block, why: String| unknown.push(Unknown { block, why });

@@ -3,12 +3,43 @@
 use super::compose::Composer;
 use super::error::ModelError;
 use super::job_scheduler::JobId;
-use super::variant::{Frames, Scenario, Variant};
+use super::variant::{Frames, Gathering, Scenario, Variant};
 use super::work::{FrameWork, PathWork};
 use crate::frame_scheduler::{FrameScheduler, Job, REFERENCE_SLOTS, Reference, Windows, unroll};
 
 /// Independent frames under way at the same time: as many as there are buffers for references.
 const FRAMES_IN_FLIGHT: usize = REFERENCE_SLOTS;
+
+/// Last jobs of frames under way. A frame begins when the one two before it is shown, as far as units and
+/// the feature buffer are free: references of warped paths overlap likewise.
+#[derive(Default)]
+struct Shown {
+    last: [Vec<JobId>; FRAMES_IN_FLIGHT],
+    frames: usize,
+}
+
+impl Shown {
+    /// The next frame, which begins after the given jobs and returns its last.
+    fn next(&mut self, frame: impl FnOnce(&[JobId]) -> JobId) {
+        let own = &mut self.last[self.frames % FRAMES_IN_FLIGHT];
+        *own = vec![frame(own)];
+        self.frames += 1;
+    }
+}
+
+/// The jobs of a frame that is rendered again and again, as those of [`Frames::Full`].
+pub(super) fn repeated<'a>(
+    mut composer: Composer<'a>,
+    (work, gathering): (&FrameWork, Gathering),
+    frames: usize,
+) -> Composer<'a> {
+    composer.in_order();
+    let mut shown = Shown::default();
+    for rank in 0..frames as u64 {
+        shown.next(|before| composer.frame(work, gathering, before, rank));
+    }
+    composer
+}
 
 /// Builds the jobs of a path on a variant.
 pub(super) struct FrameJobs<'a> {
@@ -82,25 +113,25 @@ impl<'a> FrameJobs<'a> {
         }
     }
 
-    /// Each frame rendered independently. A frame begins when the one two before it is shown, as
-    /// far as units and the feature buffer are free: references of warped paths overlap likewise.
+    /// Each frame rendered independently.
     fn single(&mut self) {
         let path = self.path;
         self.composer.in_order();
-        let mut shown: [Vec<JobId>; FRAMES_IN_FLIGHT] = Default::default();
+        let mut shown = Shown::default();
         for number in 0..path.targets.len() {
             let (half, rank) = (self.variant.frames == Frames::Half, number as u64);
             let work = match half {
                 true => path.half(number),
                 false => path.full(number),
             };
-            let before = std::mem::take(&mut shown[number % FRAMES_IN_FLIGHT]);
-            let mut last = self.full(work, false, &before, rank);
-            if half {
+            shown.next(|before| {
+                let last = self.full(work, false, before, rank);
+                if !half {
+                    return last;
+                }
                 let pixels = u64::from(path.size[0]) * u64::from(path.size[1]);
-                last = self.composer.scale(pixels, &[last], rank);
-            }
-            shown[number % FRAMES_IN_FLIGHT] = vec![last];
+                self.composer.scale(pixels, &[last], rank)
+            });
         }
     }
 

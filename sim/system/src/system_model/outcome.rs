@@ -11,7 +11,7 @@ use super::buffers;
 use super::compose::Composer;
 use super::costs::Costs;
 use super::error::ModelError;
-use super::frame_jobs::FrameJobs;
+use super::frame_jobs::{self, FrameJobs};
 use super::job_scheduler::{self, Job, Resource, Shared, Times};
 use super::memory::Memory;
 use super::parts::{EnergyByPart, StageTime};
@@ -187,6 +187,28 @@ impl Model<'_> {
             let mut composer = self.composer(overlap);
             composer.frame(work, gathering, &[], 0);
             Ok(self.done(composer, 1)?.0)
+        };
+        Ok(AtBounds {
+            max: at(Overlap::Whole)?,
+            sum: at(Overlap::None)?,
+        })
+    }
+
+    /// Models a frame that is rendered again and again, `frames` times, at both bounds: a path in which the
+    /// camera stands still.
+    ///
+    /// # Errors
+    /// As [`Model::run`].
+    pub fn repeated(
+        &self,
+        work: &FrameWork,
+        gathering: Gathering,
+        frames: usize,
+    ) -> Result<AtBounds<Run>, ModelError> {
+        let at = |overlap| -> Result<Run, ModelError> {
+            let composer = self.composer(overlap);
+            let composer = frame_jobs::repeated(composer, (work, gathering), frames);
+            Ok(self.done(composer, frames)?.0)
         };
         Ok(AtBounds {
             max: at(Overlap::Whole)?,

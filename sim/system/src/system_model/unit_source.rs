@@ -10,6 +10,8 @@ pub(super) struct Known<'a> {
     pub(super) fit: &'a Fit,
     /// Synthesised units, of any configuration; the first that has a unit counts.
     pub(super) reports: &'a [Synthesised],
+    /// Units whose own synthesis does not count, see [`super::Parameters::estimated`].
+    pub(super) estimated: &'a [UnitKind],
 }
 
 /// Source of a unit's figures, the best that is known.
@@ -37,7 +39,8 @@ impl<'a> Known<'a> {
     /// The best source of a unit: its own synthesis, formulas, a synthesised unit and formulas for
     /// the numbers in which it differs, or the paper's unit and the parts in which it differs.
     pub(super) fn source(&self, config: &Config, unit: UnitKind) -> UnitSource<'a> {
-        if let Some(own) = self.reports.iter().find(|own| own.has(config, unit)) {
+        let mut own = self.reports.iter().filter(|own| own.has(config, unit));
+        if let (Some(own), false) = (own.next(), self.estimated.contains(&unit)) {
             return UnitSource::Synthesised(own);
         }
         let at_rest = potamoi_synth::fit::Work {

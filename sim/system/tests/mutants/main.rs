@@ -39,6 +39,7 @@ fn costs() -> &'static Costs {
             given: None,
             system: &reports[0].report,
             reports: &reports,
+            estimated: &[],
             records: &records,
             wire_margin: 0.0,
         };

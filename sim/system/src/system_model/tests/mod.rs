@@ -33,6 +33,7 @@ pub(in crate::system_model) fn costs(program: Program) -> &'static Costs {
             given: None,
             system: &reports[0].report,
             reports: &reports,
+            estimated: &[],
             records: &records,
             wire_margin: 0.0,
         };
@@ -214,4 +215,32 @@ fn some_work() -> FrameWork {
             ..Batch::default()
         }],
     }
+}
+
+/// A path in which the camera stands still is the same frame again and again, and frames that overlap take
+/// less time than frames alone.
+#[test]
+fn a_frame_again_and_again_is_a_path_of_full_frames() {
+    let (system, work) = (System::default(), some_work());
+    let model = Model {
+        system: &system,
+        memory: memory(4),
+        costs: costs(Program::Fields),
+        clock_ghz: 1.0,
+        weight_bytes: 0,
+        replay: None,
+    };
+    let variant = Variant {
+        name: "",
+        frames: Frames::Full,
+        gathering: Gathering::Unit,
+    };
+    let path = path(&work, &work);
+    let (whole, _) = model.run(&path, variant, Scenario::Local).unwrap();
+    let own = model.repeated(&work, Gathering::Unit, path.targets.len());
+    let own = own.unwrap();
+    assert_eq!(own, whole.run);
+    let alone = model.frame(&work, Gathering::Unit).unwrap();
+    assert!(own.max.span_ns < 6.0 * alone.max.span_ns);
+    assert!(own.max.span_ns >= alone.max.span_ns);
 }

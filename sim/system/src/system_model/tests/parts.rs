@@ -115,6 +115,7 @@ fn costs_of(config: &Config, given: Option<&SynthReport>, reports: &[Synthesised
     let parameters = Parameters {
         given,
         reports,
+        estimated: &[],
         records: &SynthReport::of_records().unwrap(),
         system: &Synthesised::checked_in().unwrap()[0].report,
         wire_margin: 0.0,
