@@ -55,6 +55,24 @@ pub(super) fn table(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
     table
 }
 
+/// Frames a second if hardware beside the GPU did a part of its work in no time, and over those of the
+/// variant as it is.
+pub(super) fn moved(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
+    let first = "frames/s if the GPU had no".to_owned();
+    let parts = found.moved.iter().map(|part| part.work.to_owned());
+    let mut table = tables::plain(std::iter::once(first).chain(parts).collect::<Vec<_>>());
+    for (at, o) in own.iter().enumerate() {
+        let rates = found.moved.iter().map(|part| {
+            let rate = &part.frames_per_second[at];
+            let by = rate.over(&o.run.frames_per_second());
+            format!("{}, x {}", range(rate), ratio(&by))
+        });
+        let name = std::iter::once(clock::marked(o.variant.name, &found.clock));
+        table.add_row(name.chain(rates).collect::<Vec<_>>());
+    }
+    table
+}
+
 /// Whether the GPU alone, with its own memory and the fused program, is faster than a variant.
 const fn faster(over: &AtBounds<f64>) -> &'static str {
     match (over.decides(), over.low() < 1.0) {

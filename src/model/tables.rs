@@ -135,6 +135,9 @@ pub(super) fn print(found: &Modelled, system: &System) {
         let own: Vec<&Outcome> = outcomes.filter(|o| o.scenario == scenario).collect();
         say!("\n{}\n{}", scenario.heading(), shown(&speed(found, &own)));
         say!("\n{}", shown(&limits::table(found, &own)));
+        if scenario == Scenario::Local {
+            say!("\n{}", shown(&limits::moved(found, &own)));
+        }
         for (bound, at) in [("overlap wholly", true), ("do not overlap", false)] {
             let of = |o: &&Outcome| {
                 if at {

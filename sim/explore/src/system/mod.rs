@@ -7,6 +7,7 @@ mod counted_scene;
 mod fidelity;
 mod merging;
 mod modelled;
+mod moved;
 mod paper;
 mod sensitivity;
 
@@ -16,5 +17,6 @@ pub use counted_scene::CountedScene;
 pub use fidelity::{Fidelity, Rung, rungs};
 pub use merging::{Merging, Side};
 pub use modelled::{Modelled, PathPairs};
+pub use moved::Moved;
 pub use paper::{BY_TRAFFIC, Paper, frames_per_second, gathering_speed_up};
 pub use sensitivity::{Mean, Sensitivity, SensitivityRow, with_free_gpu};

@@ -12,6 +12,7 @@ use potamoi_system::system_model::{
 };
 use serde::Serialize;
 
+use super::moved::Moved;
 use crate::{ExploreError, Setup};
 
 /// A scene's path in each variant of a system.
@@ -55,6 +56,9 @@ pub struct Modelled {
     pub gpu_only: GpuOnly,
     /// Results, the baseline first.
     pub outcomes: Vec<Outcome>,
+    /// What moving parts of the GPU's work to other hardware would give; none where nothing is rendered
+    /// locally.
+    pub moved: Vec<Moved>,
     /// Why all (tile, Gaussian) pairs are listed although the configuration asks for fewer; `None` where
     /// it does not ask, or pairs are left out.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -86,6 +90,10 @@ impl Modelled {
                 last = Some(timeline);
             }
         }
+        let moved = match scenarios.contains(&Scenario::Local) {
+            true => Moved::all(setup, path, variants)?,
+            false => vec![],
+        };
         let found = Self {
             scene: path.scene.clone(),
             algorithm: path.algorithm.clone(),
@@ -106,6 +114,7 @@ impl Modelled {
             gathered: model.gathered(path.full(0))?,
             gpu_only: GpuOnly::of(&setup.system.gpu.device, path),
             outcomes,
+            moved,
             keeps_all_pairs: setup.scene.keeps_all_pairs(&setup.config),
             not_checked: setup.scene.left_open_along(cameras),
         };

@@ -15,6 +15,9 @@ pub struct Gpu {
     /// Whether its memory is the system's. Bytes then go through that, and the energy of each is
     /// the memory's. Otherwise its own memory's rate holds, and the energy is part of its watts.
     pub shares_memory: bool,
+    /// Kernels that other hardware does in no time, for questions of the kind "what if"; their bytes still
+    /// move. No description has any.
+    pub moved: &'static [&'static str],
     /// Name or file, as given.
     given: String,
 }
@@ -36,6 +39,7 @@ impl TryFrom<Written> for Gpu {
             device: device(&own.device).map_err(|e| e.to_string())?,
             idle_watts: own.idle_watts,
             shares_memory: own.shares_memory,
+            moved: &[],
             given: own.device,
         })
     }
@@ -78,6 +82,7 @@ impl Gpu {
             device,
             idle_watts,
             shares_memory,
+            moved: &[],
             given: name.to_owned(),
         }
     }

@@ -88,6 +88,15 @@ impl GpuWork {
 
     /// Nanoseconds of its own on a system's GPU.
     pub(super) fn own_ns(&self, gpu: &Gpu, overlap: Overlap, launched: bool) -> f64 {
-        self.ns(&gpu.device, overlap, !gpu.shares_memory, launched)
+        let ns = |own: &Self| own.ns(&gpu.device, overlap, !gpu.shares_memory, launched);
+        if gpu.moved.is_empty() {
+            return ns(self);
+        }
+        let mut left = self.clone();
+        left.kernels.retain(|own| !gpu.moved.contains(&own.name));
+        match left.kernels.is_empty() {
+            true => 0.0,
+            false => ns(&left),
+        }
     }
 }
