@@ -179,6 +179,8 @@ mod tests {
         assert_eq!(config, Config::paper());
         let system = System::from_toml(&toml::to_string(&system).unwrap(), "init").unwrap();
         assert_eq!(system, System::default());
+        assert_eq!(fields::word_of_source(&text), None);
+        assert_eq!(fields::word_of_source(PLAN_TEXT), None);
         assert!(
             text.lines().all(|line| line.chars().count() <= 124),
             "{text}"

@@ -43,7 +43,7 @@ pub enum OpCode {
     /// `1 / (1 + exp(-a))`, a signed 32-bit `a` with the fraction bits of the
     /// exponential's input. Ignores `b`, shift and rounding.
     Sigmoid,
-    /// `ln(1 + exp(a))`, `a` as for [`OpCode::Sigmoid`]; the result has the
+    /// `ln(1 + exp(a))`, `a` as for sigmoid; the result has the
     /// exponential's `output_bits` fraction bits and is held within signed 32
     /// bits. Ignores `b`, shift and rounding.
     Softplus,

@@ -334,6 +334,19 @@ pub(crate) fn all() -> Vec<Explained> {
     [of_configuration(), of_system(), of_scenes(), of_machines()].concat()
 }
 
+/// Words of the program's source text, which say nothing to the user of a file, in a text.
+#[cfg(test)]
+pub(crate) fn word_of_source(text: &str) -> Option<&str> {
+    const WORDS: [&str; 20] = [
+        "None", "Some", "Option", "Vec", "Self", "self", "enum", "struct", "bool", "u8", "u16",
+        "u32", "u64", "usize", "i32", "i64", "f32", "f64", "MHz", "mhz",
+    ];
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let own = text.split(|c| !is_part(c)).find(|own| WORDS.contains(own));
+    let marks = ["::", "[`", "`]", "]("];
+    own.or_else(|| marks.into_iter().find(|own| text.contains(own)))
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -380,6 +393,28 @@ mod tests {
             "workload.frames",
         ] {
             assert!(known.contains(&path), "{path}");
+        }
+    }
+
+    /// Meanings come from comments of the source text, and ranges from errors: both are for users of files.
+    #[test]
+    fn no_field_is_told_in_words_of_the_source() {
+        for own in all() {
+            let values = own
+                .values
+                .iter()
+                .flat_map(|(value, meaning)| [value, meaning]);
+            let more = [&own.kind, &own.range, &own.default].into_iter().flatten();
+            let texts = values.chain(more).chain([&own.meaning]);
+            for text in texts {
+                assert_eq!(word_of_source(text), None, "{}: {text}", own.field);
+            }
+        }
+        for wrong in ["`None`: all", "see [`Gu::lag`]", "a u32", "500 MHz"] {
+            assert!(word_of_source(wrong).is_some(), "{wrong}");
+        }
+        for right in ["nonessential [0, 1)", "no source: `u` is the operand"] {
+            assert_eq!(word_of_source(right), None);
         }
     }
 

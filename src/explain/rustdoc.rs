@@ -24,9 +24,15 @@ fn defined<'a>(line: &'a str, keyword: &str) -> Option<&'a str> {
     Some(rest.trim())
 }
 
-/// Documentation in plain words: links are what they name.
+/// Documentation in plain words: links are what they name. What follows an empty line is for readers of
+/// the source text alone.
 fn plain(lines: &[&str]) -> String {
-    let text = lines.join(" ");
+    let paragraph: Vec<&str> = lines
+        .iter()
+        .copied()
+        .take_while(|own| !own.is_empty())
+        .collect();
+    let text = paragraph.join(" ");
     let mut out = String::with_capacity(text.len());
     let mut rest = &*text;
     // `[`name`]`, and `[name](place)`.
@@ -125,7 +131,7 @@ mod tests {
         let mut found = Definitions::default();
         found.read(
             "/// A unit.\npub struct Unit {\n    /// Lanes, see [`Other::lanes`] and [a page](b.md).\n    \
-             /// Two lines [0, 1].\n    #[serde(default)]\n    pub lanes: Option<u32>,\n    hidden: u32,\n}\n\n\
+             /// Two lines [0, 1].\n    ///\n    /// `None` here.\n    #[serde(default)]\n    pub lanes: Option<u32>,\n    hidden: u32,\n}\n\n\
              pub enum Kind {\n    /// First.\n    OneOfThem,\n    Two,\n}\n\
              impl Unit {\n    /// No field.\n    fn lanes(&self) {}\n}\n",
         );

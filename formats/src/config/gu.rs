@@ -148,7 +148,9 @@ pub enum WeightTrust {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Organisation {
-    /// Chosen by the channel count: [`Config::organisation`](super::Config::organisation).
+    /// Chosen by the channel count.
+    ///
+    /// [`Config::organisation`](super::Config::organisation) chooses.
     #[default]
     Auto,
     /// Bank `b` holds channel `b` of every row: no bank conflicts.

@@ -16,11 +16,12 @@ pub struct VuConfig {
     pub ops: Vec<OpCode>,
     /// Capacity of the output FIFO in results.
     pub fifo_depth: u32,
-    /// Whether operations have register stages between: a faster clock, results some cycles later
-    /// ([`VuConfig::lag`]).
+    /// Whether operations have register stages between: a faster clock, results some cycles later.
+    ///
+    /// [`VuConfig::lag`] counts them.
     #[serde(skip_serializing_if = "is_false")]
     pub registered: bool,
-    /// Widths of the operands of multiplications; `None`: all 32 bits.
+    /// Widths of the operands of multiplications; left out: all 32 bits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operands: Option<OperandWidths>,
     /// The exponential engine.
