@@ -4,6 +4,8 @@ use std::fmt::Arguments;
 use std::io::{Error, ErrorKind, Write as _};
 use std::sync::{Mutex, PoisonError};
 
+use potamoi_base::files::without_number;
+
 /// Prints a line. A reader may close the pipe (`| head`): the command continues, and reports are
 /// still written.
 macro_rules! say {
@@ -27,7 +29,7 @@ pub(crate) fn error(text: Arguments<'_>) {
     let _ = writeln!(
         std::io::stderr().lock(),
         "error: {}",
-        harmless(&shortened(&text.to_string()))
+        harmless(&shortened(&without_number(&text.to_string())))
     );
 }
 
@@ -47,6 +49,11 @@ fn harmless(text: &str) -> String {
 /// Prints a remark on standard error, which may be closed.
 pub(crate) fn remark(text: Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "note: {text}");
+}
+
+/// Prints a line of progress on standard error, which may be closed.
+pub(crate) fn progress(text: Arguments<'_>) {
+    let _ = writeln!(std::io::stderr().lock(), "progress: {text}");
 }
 
 /// Lengths of the start and the end of a long error that are printed, in characters.

@@ -4,7 +4,7 @@
 //! refused in the same words, and nothing waits for a pipe that nobody writes.
 
 use std::fs::{File, FileType};
-use std::io::{Error, Read, Result};
+use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
 /// Opens a regular file.
@@ -13,11 +13,46 @@ use std::path::Path;
 /// The file cannot be read, or it is no regular file: pipes and devices have no end, and opening
 /// one may wait for ever or act on hardware, so that neither is opened.
 pub fn open(path: &Path) -> Result<File> {
-    check(std::fs::metadata(path)?.file_type())?;
-    let file = File::open(path)?;
+    check(std::fs::metadata(path).map_err(in_words)?.file_type())?;
+    let file = File::open(path).map_err(in_words)?;
     // What is opened may have been put there since.
     check(file.metadata()?.file_type())?;
     Ok(file)
+}
+
+/// An error of the operating system in a user's words, without its number; its kind stays. Other errors
+/// stay as they are.
+#[must_use]
+pub fn in_words(error: Error) -> Error {
+    if error.raw_os_error().is_none() {
+        return error;
+    }
+    let kind = error.kind();
+    let words = match kind {
+        ErrorKind::NotFound => "there is no file or folder of that name",
+        ErrorKind::PermissionDenied => "its permissions do not allow it",
+        ErrorKind::IsADirectory => "it is a folder",
+        ErrorKind::NotADirectory => "a part of its path is a file, not a folder",
+        ErrorKind::AlreadyExists => "a file of that name is there",
+        ErrorKind::StorageFull => "the disk is full",
+        ErrorKind::QuotaExceeded => "the user's share of the disk is full",
+        ErrorKind::ReadOnlyFilesystem => "its disk can only be read",
+        ErrorKind::InvalidFilename => "its name is too long for the disk",
+        _ => return Error::new(kind, without_number(&error.to_string())),
+    };
+    Error::new(kind, words)
+}
+
+/// The text of an error of the operating system without its number, as in `Text file busy (os error 26)`.
+#[must_use]
+pub fn without_number(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once(" (os error ") {
+        out.push_str(before);
+        rest = after.split_once(')').map_or("", |(_, rest)| rest);
+    }
+    out + rest
 }
 
 /// Contents of a file; `None` if it exceeds `most` bytes.
@@ -41,7 +76,9 @@ fn read_of(file: impl Read, length: u64, most: u64) -> Result<Option<Vec<u8>>> {
     bytes
         .try_reserve_exact(room)
         .map_err(|_| too_much(length))?;
-    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    file.take(most.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(in_words)?;
     Ok((bytes.len() as u64 <= most).then_some(bytes))
 }
 
@@ -65,9 +102,7 @@ pub fn read_text(path: &Path, most: u64) -> Result<String> {
 pub fn check(kind: FileType) -> Result<()> {
     match name_of(kind) {
         None => Ok(()),
-        Some(name) => Err(Error::other(format!(
-            "{name} and not a regular file: name a file"
-        ))),
+        Some(name) => Err(Error::other(format!("it is {name} and not a regular file"))),
     }
 }
 
@@ -145,15 +180,31 @@ mod tests {
     }
 
     #[test]
+    fn errors_of_the_operating_system_have_no_number() {
+        let error = open(Path::new("/no/such/file")).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::NotFound);
+        assert_eq!(error.to_string(), "there is no file or folder of that name");
+        // Of 133 on, Linux has no errors.
+        for number in 1..133 {
+            let said = in_words(Error::from_raw_os_error(number)).to_string();
+            assert!(!said.is_empty() && !said.contains("os error"), "{said}");
+        }
+        let own = in_words(Error::other("more than 3 bytes")).to_string();
+        assert_eq!(own, "more than 3 bytes");
+        let two = "a: b (os error 2); c (os error 13)";
+        assert_eq!(without_number(two), "a: b; c");
+    }
+
+    #[test]
     fn what_is_no_regular_file_is_refused_by_name() {
         let said = |path: &Path| read(path, 1000).unwrap_err().to_string();
         assert_eq!(
             said(&std::env::temp_dir()),
-            "a folder and not a regular file: name a file"
+            "it is a folder and not a regular file"
         );
         #[cfg(unix)]
         {
-            let device = "a device and not a regular file: name a file";
+            let device = "it is a device and not a regular file";
             assert_eq!(said(Path::new("/dev/zero")), device);
             let folder = std::env::temp_dir();
             let pipe = folder.join(format!("potamoi-fifo-{}", std::process::id()));
@@ -166,7 +217,7 @@ mod tests {
             let found = told.recv_timeout(std::time::Duration::from_secs(20));
             std::fs::remove_file(&pipe).unwrap();
             let error = found.expect("the pipe was opened").unwrap_err();
-            assert_eq!(error, "a FIFO and not a regular file: name a file");
+            assert_eq!(error, "it is a FIFO and not a regular file");
         }
     }
 }

@@ -10,6 +10,7 @@ mod exponential;
 mod gu;
 mod identity;
 mod overlay;
+mod places;
 pub mod rules;
 mod su;
 mod vu;
@@ -64,8 +65,10 @@ const LIMIT: u64 = 1 << 20;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
-    /// Assumed clock in MHz, which converts cycles to time; `clock_ghz`, in GHz, in files. `None`:
-    /// the clock that synthesis reaches. The paper states none. No hardware depends on it.
+    /// Assumed clock in GHz, a multiple of 0.001, which converts cycles to time. Left out: the clock
+    /// that synthesis reaches. The paper states none. No hardware depends on it.
+    ///
+    /// In MHz here; `clock_ghz` in files.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clock_mhz: Option<u32>,
     /// The MVoxel that the gathering unit holds.
@@ -96,7 +99,7 @@ pub enum ConfigError {
         source: std::io::Error,
     },
     /// The text is not TOML, has an unknown field, or a value of the wrong type.
-    #[error("{origin}: field `{field}`: {message}")]
+    #[error("{origin}: {}{message}", place(field))]
     Parse {
         /// The file, or the preset's name.
         origin: String,
@@ -118,14 +121,34 @@ pub enum ConfigError {
 impl ConfigError {
     fn parse(origin: &str, wrong: &document::Wrong) -> Self {
         let field = match wrong.field() {
-            field if field.is_empty() => "(the file)".to_owned(),
+            field if field.is_empty() => WHOLE.to_owned(),
             field => field,
+        };
+        let place = match wrong.is_unknown_key() {
+            true => places::clause(&field),
+            false => String::new(),
+        };
+        // Its own place is surer than a key that is written like it.
+        let problem = match place.is_empty() {
+            true => wrong.problem(),
+            false => wrong.without_suggestion(),
         };
         Self::Parse {
             origin: origin.to_owned(),
             field,
-            message: wrong.problem().to_owned(),
+            message: format!("{problem}{place}"),
         }
+    }
+}
+
+/// Name of the whole file in place of a field's path.
+const WHOLE: &str = "(the file)";
+
+/// The place of an error, for messages.
+fn place(field: &str) -> String {
+    match field {
+        WHOLE => String::new(),
+        field => format!("field `{field}`: "),
     }
 }
 

@@ -4,13 +4,13 @@
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
     /// No device has that name.
-    #[error("no {kind} is called `{name}`{suggestion}; the {kind}s are {known}")]
+    #[error("no {kind} is called `{name}`; the {kind}s are {known}{suggestion}")]
     Unknown {
         /// The kind of device.
         kind: &'static str,
         /// The name asked for.
         name: String,
-        /// `: did you mean ...?`, or nothing.
+        /// `; did you mean ...?`, or nothing.
         suggestion: String,
         /// All names.
         known: String,

@@ -110,7 +110,7 @@ impl Kind {
         DeviceError::Unknown {
             kind: self.name,
             name: name.to_owned(),
-            suggestion: near.map_or_else(String::new, |n| format!(": did you mean `{n}`?")),
+            suggestion: near.map_or_else(String::new, |n| format!("; did you mean `{n}`?")),
             known: names.join(", "),
         }
     }

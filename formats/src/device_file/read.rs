@@ -4,6 +4,7 @@ use toml::{Table, Value};
 
 use super::error::nearest;
 use super::{Contents, DeviceError, Figure, Kind, Origin};
+use crate::document::foreign;
 
 /// The expected form of a figure.
 const FORM: &str = "`{ value = 1.0, source = \"...\" }` or `{ value = 1.0, assumed = \"why\" }`";
@@ -15,7 +16,7 @@ pub(super) fn contents(
     figures: &[Figure],
 ) -> Result<Contents, DeviceError> {
     let table: Table = text.parse().map_err(|e: toml::de::Error| {
-        let message = e.message().to_owned();
+        let message = foreign(&e.message().replace('\n', ", "));
         let file = file.to_owned();
         DeviceError::Syntax { file, message }
     })?;

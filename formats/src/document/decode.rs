@@ -16,14 +16,27 @@ fn wrong(value: &Value, expected: &str) -> Wrong {
     Wrong::found(value.shown(), expected)
 }
 
+/// What is expected in place of a value that is no whole number, or one beyond its ends.
+fn whole_number(found: &Value, [low, high]: [i128; 2]) -> String {
+    match (found, found.whole()) {
+        (_, Some(own)) if own < low => format!("a whole number, {low} or more"),
+        (_, Some(_)) => format!("a whole number, {high} at most"),
+        (Value::Float(own), _) if own.abs() > 1e18 => format!("a whole number, {high} at most"),
+        (Value::Text(text), _) if text.trim().parse::<f64>().is_ok() => {
+            "a whole number, without quotation marks".to_owned()
+        }
+        _ => "a whole number".to_owned(),
+    }
+}
+
 macro_rules! whole {
     ($($method:ident, $visit:ident, $type:ty;)*) => {$(
         fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
             match self.whole().and_then(|whole| <$type>::try_from(whole).ok()) {
                 Some(whole) => visitor.$visit(whole),
                 None => {
-                    let (low, high) = (<$type>::MIN, <$type>::MAX);
-                    Err(wrong(self, &format!("a whole number from {low} to {high}")))
+                    let ends = [i128::from(<$type>::MIN), i128::from(<$type>::MAX)];
+                    Err(wrong(self, &whole_number(self, ends)))
                 }
             }
         }
@@ -60,6 +73,9 @@ impl<'de> Deserializer<'de> for &'de Value {
     fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
         match self {
             Value::Bool(value) => visitor.visit_bool(*value),
+            Value::Text(text) if ["true", "false"].contains(&&**text) => {
+                Err(wrong(self, "true or false, without quotation marks"))
+            }
             _ => Err(wrong(self, "true or false")),
         }
     }
@@ -77,7 +93,13 @@ impl<'de> Deserializer<'de> for &'de Value {
     fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
         match self.number() {
             Some(value) => visitor.visit_f64(value),
-            None => Err(wrong(self, "a number")),
+            None => match self
+                .text()
+                .is_some_and(|own| own.trim().parse::<f64>().is_ok())
+            {
+                true => Err(wrong(self, "a number, without quotation marks")),
+                false => Err(wrong(self, "a number")),
+            },
         }
     }
 

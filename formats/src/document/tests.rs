@@ -58,8 +58,7 @@ fn numbers_are_read_however_they_are_written() {
         ("true", "true"),
         ("[1]", "[1]"),
     ] {
-        let expected =
-            format!("field `width`: found {found}, expected a whole number from 0 to 4294967295");
+        let expected = format!("field `width`: found {found}, expected a whole number");
         let error = of_json(&format!("{{\"width\": {text}}}")).unwrap_err();
         assert_eq!(error, expected);
     }
@@ -127,7 +126,7 @@ fn variants_are_read_by_name() {
         ("7", "field `kind`: found 7, expected one of plain, sized"),
         (
             r#"{"sized": {"side": 300}}"#,
-            "field `kind.sized.side`: found 300, expected a whole number from 0 to 255",
+            "field `kind.sized.side`: found 300, expected a whole number, 255 at most",
         ),
     ] {
         assert_eq!(kind(text).unwrap_err(), expected);

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::de::{Error, Expected, Unexpected};
 
+use crate::device_file::nearest;
+
 /// A step from a value to a part of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Step {
@@ -22,6 +24,10 @@ pub struct Wrong {
 /// Longest quoted problem, and longest key, in characters.
 const TOLD: usize = 300;
 const TOLD_KEY: usize = 60;
+/// How the problem of an unknown key begins.
+const NO_FIELD: &str = "no such field here";
+/// How a suggestion begins.
+const MEANT: &str = "; did you mean `";
 
 impl Wrong {
     /// An error of a value as a whole.
@@ -40,6 +46,55 @@ impl Wrong {
         Self::new(format!("found {found}, expected {expected}"))
     }
 
+    /// A text that is none of some names.
+    #[must_use]
+    pub fn unknown_value(found: &str, known: &[&str]) -> Self {
+        let cut: String = found.chars().take(TOLD_KEY).collect();
+        // A list of known names is never cut.
+        Self {
+            steps: vec![],
+            problem: format!(
+                "found \"{cut}\", expected {}{}",
+                listed(known),
+                meant(found, known)
+            ),
+        }
+    }
+
+    /// A key that is none of some names.
+    #[must_use]
+    pub fn unknown_key(found: &str, known: &[&str]) -> Self {
+        let own = Self {
+            steps: vec![],
+            problem: format!(
+                "{NO_FIELD}: expected {}{}",
+                listed(known),
+                meant(found, known)
+            ),
+        };
+        own.under(found)
+    }
+
+    /// The error of an unknown key, where more keys are known than those that it lists. Other errors stay as
+    /// they are.
+    #[must_use]
+    pub fn with_known(self, more: &[&str]) -> Self {
+        let list = self.problem.strip_prefix(NO_FIELD);
+        let list = list.and_then(|own| own.strip_prefix(": expected "));
+        let (Some(list), Some(Step::Key(key))) = (list, self.steps.first()) else {
+            return self;
+        };
+        let list = list.split(MEANT).next().unwrap_or_default();
+        let list = list.strip_prefix("one of ").unwrap_or(list);
+        let own = list.split(", ").map(|own| own.trim_matches('`'));
+        let known: Vec<&str> = own
+            .filter(|own| *own != "none")
+            .chain(more.iter().copied())
+            .collect();
+        let problem = Self::unknown_key(key, &known).problem;
+        Self { problem, ..self }
+    }
+
     /// The error seen from the map that holds its value under `key`.
     #[must_use]
     pub fn under(mut self, key: &str) -> Self {
@@ -53,6 +108,12 @@ impl Wrong {
     pub fn at(mut self, index: usize) -> Self {
         self.steps.push(Step::Index(index));
         self
+    }
+
+    /// The problem without the name that may have been meant.
+    #[must_use]
+    pub fn without_suggestion(&self) -> &str {
+        self.problem.split(MEANT).next().unwrap_or_default()
     }
 
     /// The error with one word of its problem replaced, where a type's name of a key is not that of
@@ -77,6 +138,12 @@ impl Wrong {
         text
     }
 
+    /// Whether the value's key is not of its type.
+    #[must_use]
+    pub fn is_unknown_key(&self) -> bool {
+        self.problem.starts_with(NO_FIELD)
+    }
+
     /// The problem.
     #[must_use]
     pub fn problem(&self) -> &str {
@@ -94,6 +161,11 @@ impl fmt::Display for Wrong {
 }
 
 impl std::error::Error for Wrong {}
+
+/// A clause with the known name that is nearest to a misspelt one; empty where none is near.
+fn meant(found: &str, known: &[&str]) -> String {
+    nearest(found, known).map_or_else(String::new, |near| format!("{MEANT}{near}`?"))
+}
 
 fn listed(names: &[&str]) -> String {
     match names {
@@ -127,11 +199,11 @@ impl Error for Wrong {
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
-        Self::found(format_args!("\"{variant}\""), listed(expected))
+        Self::unknown_value(variant, expected)
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
-        Self::new(format!("no such field here: expected {}", listed(expected))).under(field)
+        Self::unknown_key(field, expected)
     }
 
     fn missing_field(field: &'static str) -> Self {
@@ -198,6 +270,19 @@ pub fn foreign(said: &str) -> String {
         ("depth limit", "it is nested too deeply"),
         ("recursion", "it is nested too deeply"),
         ("recurse", "it is nested too deeply"),
+        ("duplicate key", "a key stands twice: expected once"),
+        (
+            "string values must be quoted",
+            "a value is missing, or a text stands without quotation marks",
+        ),
+        (
+            "invalid key-value pair",
+            "the line is none of TOML's: expected `key = value` or `[section]`",
+        ),
+        (
+            "unexpected key or value",
+            "something follows a value: expected the end of the line",
+        ),
         (
             "key with no value",
             "a key has no value: expected `key = value`",
@@ -238,6 +323,26 @@ fn plain(kind: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_misspelt_key_is_led_to_the_nearest() {
+        let wrong = Wrong::unknown_key("bnks", &["banks", "ports"]);
+        let said = "no such field here: expected one of banks, ports; did you mean `banks`?";
+        assert_eq!(wrong.problem(), said);
+        let more = wrong.under("gu").with_known(&["bnk"]);
+        let said = "field `gu.bnks`: no such field here: expected one of banks, ports, bnk; did you mean \
+                    `bnk`?";
+        assert_eq!(more.to_string(), said);
+        let one = Wrong::unknown_key("x", &["banks"]).with_known(&["ports"]);
+        assert_eq!(
+            one.problem(),
+            "no such field here: expected one of banks, ports"
+        );
+        let value = Wrong::unknown_value("radix4", &["radix-4", "literal"]);
+        let said = "found \"radix4\", expected one of radix-4, literal; did you mean `radix-4`?";
+        assert_eq!(value.problem(), said);
+        assert_eq!(value.clone().with_known(&["x"]), value);
+    }
 
     #[test]
     fn words_of_other_readers_are_put_into_ours() {

@@ -13,7 +13,7 @@ use std::io::{Error, ErrorKind, Read as _, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-pub use potamoi_formats::files::{check, name_of, open, read, read_text};
+pub use potamoi_formats::files::{check, in_words, name_of, open, read, read_text, without_number};
 use rustix::fs::{FlockOperation, Mode, OFlags};
 use tempfile::NamedTempFile;
 
@@ -82,7 +82,7 @@ pub fn place(path: &Path) -> Result<Option<PathBuf>> {
         Err(error) => return Err(error),
     };
     if found.is_dir() {
-        return Err(ErrorKind::IsADirectory.into());
+        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder"));
     }
     // Renaming over a file that is open would cut off whoever has it open.
     if is_stream(found) || (found.is_file() && leads_to_open_file(path)) {

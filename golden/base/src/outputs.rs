@@ -1,6 +1,7 @@
 //! Output files of a command: each is checked before any work, named once, and written atomically.
 
 use std::collections::BTreeSet;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -22,10 +23,16 @@ impl FileError {
     /// The error of a file or folder.
     #[must_use]
     pub fn new(path: &Path, source: std::io::Error) -> Self {
+        let remedy = match source.kind() {
+            ErrorKind::IsADirectory => "name a file",
+            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "name a folder",
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "make room, or name another disk",
+            _ => "name a folder that can be written",
+        };
         Self {
             path: path.to_owned(),
-            source,
-            remedy: "name a folder that can be written",
+            source: files::in_words(source),
+            remedy,
         }
     }
 }

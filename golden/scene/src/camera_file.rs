@@ -291,6 +291,18 @@ impl Entry {
     }
 }
 
+/// The indices of a file's cameras, for messages.
+pub(super) fn indices(count: usize, file: &Path) -> String {
+    match count {
+        1 => format!("0, the one camera of {}", file.display()),
+        count => format!(
+            "0 to {}, as {} has",
+            count.saturating_sub(1),
+            file.display()
+        ),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]

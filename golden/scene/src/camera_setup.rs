@@ -189,7 +189,7 @@ impl Scene {
         file: &Path,
     ) -> Result<(), SceneError> {
         let Some(camera) = cameras.get(index).copied() else {
-            let expected = format!("0 to {}, as {} has", cameras.len() - 1, file.display());
+            let expected = camera_file::indices(cameras.len(), file);
             return Err(self.value("camera.index", index.to_string(), &expected));
         };
         self.motion = None;

@@ -119,7 +119,7 @@ impl Scene {
         self.notes.extend(notes.of_file(&path));
         let index = own.index.unwrap_or(0);
         let Some(camera) = cameras.get(index) else {
-            let expected = format!("0 to {}, as {} has", cameras.len() - 1, path.display());
+            let expected = camera_file::indices(cameras.len(), &path);
             return Err(self.value("camera.index", index.to_string(), &expected));
         };
         // Cameras are of the file's world, the model from its own origin on.

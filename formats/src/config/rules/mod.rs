@@ -13,14 +13,20 @@ mod vector;
 #[must_use]
 pub fn check(config: &Config) -> RuleBreaches {
     let mut out = RuleBreaches::default();
+    let ghz = config.clock_ghz().unwrap_or_default();
+    // A clock in MHz, as in the version before.
+    let hint = match ghz > 10.0 && ghz <= 10_000.0 {
+        true => format!(" ({ghz} MHz are {})", ghz / 1e3),
+        false => String::new(),
+    };
     out.require(
         config
             .clock_mhz
             .is_none_or(|mhz| (1..=10_000).contains(&mhz)),
         "clock",
         "clock_ghz",
-        config.clock_ghz().unwrap_or_default(),
-        "0.001 to 10: it converts cycles to time",
+        ghz,
+        format!("0.001 to 10 GHz{hint}: it converts cycles to time"),
     );
     gathering(config, &mut out);
     organisation::organisation(config, &mut out);

@@ -154,8 +154,14 @@ impl Description {
             let unknown = entries.iter().find(|(key, _)| !known.contains(&&**key));
             if let Some((key, _)) = unknown {
                 let all = known.join(", ");
+                let place = match ["gu", "vu", "su", "rit", "mvoxel", "system", "preset"]
+                    .contains(&&**key)
+                {
+                    true => "; that is of a machine's file, which --config takes",
+                    false => "",
+                };
                 return Err(format!(
-                    "field `{}`: no such section: expected some of {all}",
+                    "field `{}`: no such section: expected some of {all}{place}",
                     told(key)
                 ));
             }
@@ -179,13 +185,7 @@ impl Description {
 impl RenderDescription {
     pub(super) fn of(value: &Value) -> Result<Self, String> {
         let numbers: Vec<_> = NUMBERS.iter().map(Number::name).collect();
-        let wrong = |e: Wrong| {
-            let more = match e.problem().starts_with("no such field") {
-                true => format!(", {}", numbers.join(", ")),
-                false => String::new(),
-            };
-            format!("{}{more}", e.under("render"))
-        };
+        let wrong = |e: Wrong| e.with_known(&numbers).under("render").to_string();
         let Value::Map(entries) = value else {
             return value.read().map_err(wrong);
         };

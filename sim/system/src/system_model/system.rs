@@ -41,7 +41,9 @@ pub struct System {
     /// Bytes of the weight buffer, with one port of 48 bytes. Weights that fit are loaded once per
     /// path.
     pub weight_buffer_bytes: u64,
-    /// The memory: the name of a device ([`MemoryDevice::names`]), or the path of a device file.
+    /// The memory: the name of a device, or the path of a device file.
+    ///
+    /// [`MemoryDevice::names`] are the names.
     pub memory: MemoryDevice,
     /// Channels of the memory, in one or more packages.
     pub memory_channels: u32,
@@ -117,7 +119,7 @@ pub enum SystemError {
         problem: String,
     },
     /// The file cannot be read, or is too large.
-    #[error("--system {}: {problem}", path.display())]
+    #[error("cannot read system {}: {problem}; name a description in TOML, or a GPU", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -125,7 +127,7 @@ pub enum SystemError {
         problem: String,
     },
     /// No device has that name.
-    #[error("--system: {0}")]
+    #[error("system: {0}")]
     Device(String),
     /// A field of an earlier model.
     #[error("{name}: `{field}` is gone; {instead}")]
