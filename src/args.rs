@@ -10,6 +10,7 @@ use potamoi_machines::machine::Section;
 use potamoi_scene::Scene;
 
 use crate::failure::Failure;
+use crate::refusals;
 
 /// What a command uses that names none.
 const DEFAULT_PRESET: &str = "paper";
@@ -102,8 +103,9 @@ impl Common {
     pub(crate) fn check(&self, command: &str) -> Result<(), Failure> {
         match &self.config {
             Some(path) if WITHOUT_CONFIGURATION.contains(&command) => Err(Failure::Usage(format!(
-                "--config {}: {command} uses no configuration: leave it out",
-                path.display()
+                "--config {}: {}",
+                path.display(),
+                refusals::no_configuration(command)
             ))),
             None => Ok(()),
             Some(_) => self.remark_unused(command),

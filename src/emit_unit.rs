@@ -3,6 +3,8 @@
 use clap::ValueEnum;
 use potamoi_formats::config::ExpForm;
 
+use crate::suggest;
+
 /// Units to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EmitUnit {
@@ -31,6 +33,7 @@ pub(crate) fn form(name: &str) -> Result<ExpForm, String> {
         .copied()
         .ok_or_else(|| {
             let names: Vec<_> = ExpForm::ALL.iter().map(|form| form.name()).collect();
-            format!("expected one of {}", names.join(", "))
+            let expected = format!("expected one of {}", names.join(", "));
+            suggest::with_nearest(expected, name, names)
         })
 }

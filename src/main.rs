@@ -29,6 +29,7 @@ mod model;
 mod mutate;
 mod progress;
 mod prove;
+mod refusals;
 mod renamed;
 mod render;
 mod report;
@@ -68,6 +69,9 @@ fn parting(failure: &Failure) -> ExitCode {
 
 /// Prints clap's answer: an error, help or a version.
 fn answer(error: &clap::Error) -> ExitCode {
+    if let Some(message) = refusals::of_value(error) {
+        return parting(&Failure::Usage(message));
+    }
     let printed = error.print().and_then(|()| std::io::stdout().flush());
     match printed {
         Err(why) if why.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -86,7 +90,7 @@ fn main() -> ExitCode {
         };
     }
     let arguments = renamed::with_values(std::env::args_os());
-    let parsed = renamed::accept(cli::Cli::command())
+    let parsed = refusals::prepared(renamed::accept(cli::Cli::command()))
         .try_get_matches_from(&arguments)
         .and_then(|matches| Ok((cli::Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
@@ -152,10 +156,10 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Init(args) => init::run(args),
         cli::Command::System(args) => system::run(args),
         cli::Command::Completions(args) => {
-            shell_files::completions(args, cli::Cli::command());
+            shell_files::completions(args, refusals::prepared(cli::Cli::command()));
             Ok(())
         }
-        cli::Command::Man(args) => shell_files::man(args, cli::Cli::command()),
+        cli::Command::Man(args) => shell_files::man(args, refusals::prepared(cli::Cli::command())),
         cli::Command::Cache(args) => cache::run(args),
         cli::Command::Doctor(args) => doctor::run(args.json.as_deref()),
     }

@@ -7,7 +7,7 @@ use potamoi_explore::ExploreError;
 use potamoi_formats::config::{ConfigError, PRESETS};
 use potamoi_machines::MachineError;
 use potamoi_machines::sweep::SweepError;
-use potamoi_scene::{BUILTIN, SceneError};
+use potamoi_scene::{BUILTIN, Representation, SceneError};
 
 use crate::failure::Failure;
 
@@ -48,6 +48,14 @@ fn of_scene(error: &SceneError) -> Option<&'static str> {
     match error {
         // The model of a ready scene follows a colon.
         SceneError::Unknown { name, .. } => nearest(name.split(':').next()?, BUILTIN),
+        SceneError::Value {
+            field: "representation",
+            value,
+            ..
+        } => {
+            let all = Representation::ALL.iter().chain(&Representation::FULL_SIZE);
+            nearest(value, all.map(|own| own.name()))
+        }
         _ => None,
     }
 }
@@ -77,17 +85,22 @@ fn of_machine(error: &MachineError) -> Option<&'static str> {
     }
 }
 
+fn of_sweep(error: &SweepError) -> Option<&'static str> {
+    match error {
+        SweepError::Machine(error) => of_machine(error),
+        SweepError::Scene(error) => of_scene(error),
+        SweepError::Within { source, .. } => of_sweep(source),
+        _ => None,
+    }
+}
+
 /// The name that a failure's misspelt scene, preset or effect may have meant. Errors of
 /// devices and of the command line name theirs themselves.
 pub(crate) fn of(failure: &Failure) -> Option<String> {
     let name = match failure {
         Failure::Explore(error) => of_study(error),
         Failure::Machine(error) => of_machine(error),
-        Failure::Sweep(error) => match &**error {
-            SweepError::Machine(error) => of_machine(error),
-            SweepError::Scene(error) => of_scene(error),
-            _ => None,
-        },
+        Failure::Sweep(error) => of_sweep(error),
         Failure::Effect(error) => {
             let message = error.to_string();
             let names = Effect::ALL.map(|effect| effect.to_string());

@@ -11,7 +11,8 @@ use clap_complete::Shell;
 
 use crate::args::WITHOUT_CONFIGURATION;
 use crate::cli::Cli;
-use crate::{renamed, roles};
+use crate::explain::fields::word_of_source;
+use crate::{refusals, renamed, roles};
 
 /// Value placeholders in help, with their meanings. A list is written `NAME,...`.
 const VALUES: &[(&str, &str)] = &[
@@ -24,7 +25,7 @@ const VALUES: &[(&str, &str)] = &[
     ("EFFECT", "name"),
     ("FIELD=VALUES", "a field and its values"),
     ("FILE", "file"),
-    ("FPS", "frames per second"),
+    ("FPS", "frames a second"),
     ("GHZ", "GHz"),
     ("MJ", "millijoules"),
     ("MM2", "square millimetres"),
@@ -321,6 +322,25 @@ fn with_table(page: &str, name: &str, table: &str) -> String {
 fn every_flag_has_one_meaning_one_unit_and_a_default() {
     let faults = faults(&Cli::command());
     assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// Refusals name the unit of every number that has one.
+#[test]
+fn every_unit_is_known_to_refusals() {
+    let own = VALUES.iter().filter(|(name, _)| !UNITLESS.contains(name));
+    let units: Vec<_> = own.filter(|(name, _)| *name != "SHARE").copied().collect();
+    assert_eq!(units, refusals::UNITS);
+}
+
+#[test]
+fn no_help_has_words_of_the_source() {
+    let cli = Cli::command();
+    for own in cli.get_subcommands() {
+        let mut own = own.clone();
+        let name = own.get_name().to_owned();
+        let text = own.render_long_help().to_string();
+        assert_eq!(word_of_source(&text), None, "{name}: {text}");
+    }
 }
 
 #[test]

@@ -32,6 +32,7 @@ use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{SceneArgs, say_not_checked};
+use crate::suggest;
 use crate::warp::RulesOf;
 use report::Report;
 
@@ -243,8 +244,10 @@ impl ModelArgs {
         for name in &self.variants {
             let Some(variant) = Variant::named(name) else {
                 let known = Variant::ALL.map(|v| v.name).join(", ");
-                return Err(Failure::Usage(format!(
-                    "--variants {name}: expected some of {known}"
+                return Err(Failure::Usage(suggest::with_nearest(
+                    format!("--variants {name}: expected some of {known}"),
+                    name,
+                    Variant::ALL.map(|v| v.name),
                 )));
             };
             if !all.contains(&variant) {

@@ -66,6 +66,10 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
         for value in own.get_raw(id.as_str()).into_iter().flatten() {
             let name = id.as_str().replace('_', "-");
             let flag = renamed::as_given(command, &name, arguments);
+            let flag = match is_flag(&flag, arguments) {
+                true => flag,
+                false => POSITIONAL.to_owned(),
+            };
             let list = match role {
                 Role::Input => &mut inputs,
                 Role::Output => &mut outputs,
@@ -116,6 +120,17 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// How an argument without a flag is named.
+const POSITIONAL: &str = "the argument";
+
+/// Whether a flag stands on the command line, or is one that has a default; an argument that has no flag is
+/// named by its place.
+fn is_flag(flag: &str, arguments: &[OsString]) -> bool {
+    let words = || arguments.iter().map(|own| own.to_string_lossy());
+    let is_given = words().any(|own| own == flag || own.starts_with(&format!("{flag}=")));
+    is_given || ["--found", "--out"].contains(&flag)
 }
 
 /// Whether a file of this name may be written into an output folder: frames, streams, Verilog, and

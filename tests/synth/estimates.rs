@@ -116,7 +116,10 @@ fn units_are_estimated_without_synthesis() {
         ),
         (&["--busy", "1.5"], "--busy 1.5: expected a share, 0 to 1"),
         (&["--busy", "NaN"], "--busy NaN: expected"),
-        (&["--channels", "0"], "0 is not in 1..=4096"),
+        (
+            &["--channels", "0"],
+            "--channels 0: expected a whole number, 1 to 4096",
+        ),
         (&["--scale-to", "5"], "--scale-to 5: no factors from 7 nm"),
         (&["--fit-to", "gone.json"], "gone.json"),
         (&["--fit-to", "grid.json"], "format_version 9, expected 3"),

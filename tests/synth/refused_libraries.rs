@@ -36,7 +36,10 @@ fn what_cannot_be_used_is_named_and_nothing_is_written() {
             "values.lib, line 6: expected values, numbers in the cell_rise `scalar` of the cell `NAND`, found `0.0l`",
         ),
         (&["--clock", "0"], "--clock 0: expected"),
-        (&["--jobs", "0"], "0 is not in 1..=64"),
+        (
+            &["--jobs", "0"],
+            "--jobs 0: expected a whole number, 1 to 64",
+        ),
         (
             &["--liberty", "tiny.lib", "--activity", "nowhere"],
             "nowhere",
