@@ -323,7 +323,7 @@ fn a_sweep_of_refused_points_alone_fails() {
         2,
         &["sweep", "plan.toml", "--work-dir", "out"],
     );
-    assert!(text.contains("none of the 1 points has figures"), "{text}");
+    assert!(text.contains("no point has figures"), "{text}");
     let rows = fs::read_to_string(folder.path().join("out/rows.csv")).unwrap();
     assert!(rows.contains("relu"), "{rows}");
 }
@@ -362,7 +362,50 @@ fn mistakes_of_a_plan_are_refused_before_any_work() {
     }
     fs::write(folder.path().join("plan.toml"), "").unwrap();
     let arguments = ["sweep", "plan.toml", "--work-dir", "out", "--front", "fsp"];
-    assert!(expect(folder.path(), 2, &arguments).contains("fsp"));
+    let text = expect(folder.path(), 2, &arguments);
+    assert!(
+        text.contains("--front fsp") && text.contains("did you mean `fps`?"),
+        "{text}"
+    );
+}
+
+/// Another plan in a used folder takes the place of its rows, which are named; a finished folder lacks
+/// nothing; and a figure that no row has is on no front.
+#[test]
+fn what_a_used_folder_has_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = |name: &str, lanes: &str| {
+        let text = format!(
+            "width = 8\n[workload]\nframes = 2\nquality = false\n[vary]\n\"vu.lanes\" = [{lanes}]\n"
+        );
+        fs::write(folder.path().join(name), text).unwrap();
+    };
+    plan("a.toml", "3, 6");
+    plan("b.toml", "6, 12");
+    let sweep = |plan: &str, more: &[&str]| {
+        let all = [&["sweep", plan, "--work-dir", "w"][..], more].concat();
+        expect(folder.path(), 0, &all)
+    };
+    let rows = || fs::read_to_string(folder.path().join("w/rows.csv")).unwrap();
+    sweep("a.toml", &[]);
+    let first = rows();
+    let text = sweep("a.toml", &["--missing"]);
+    assert!(text.contains("note: w lacks no point of a.toml"), "{text}");
+    assert!(sweep("b.toml", &["--missing"]).contains("\"number\":1"));
+    assert!(!sweep("a.toml", &[]).contains("another plan"));
+    let text = sweep("b.toml", &["--front", "psnr_db,fps"]);
+    assert!(
+        text.contains("note: w/rows.csv had 1 row of another plan"),
+        "{text}"
+    );
+    assert!(text.contains("0 of 2 rows"), "{text}");
+    assert!(
+        text.contains("psnr_db is not known for 2 of 2 rows"),
+        "{text}"
+    );
+    assert!(text.contains("quality = false"), "{text}");
+    sweep("a.toml", &[]);
+    assert_eq!(rows(), first);
 }
 
 #[test]

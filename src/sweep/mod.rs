@@ -3,6 +3,7 @@
 mod dask;
 mod table;
 
+use std::collections::HashSet;
 use std::io::Write as _;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
@@ -13,14 +14,17 @@ use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_machines::Workload;
 use potamoi_machines::cells::COLUMNS;
-use potamoi_machines::sweep::{Plan, Rows, Swept, better, changes, front, program, setting};
+use potamoi_machines::sweep::{
+    Plan, Rows, SweepError, SweepRow, Swept, better, changes, front, program, setting,
+};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{left_open_of_files, note, say_not_checked};
-use crate::stdout::say;
+use crate::stdout::{self, say};
+use crate::suggest;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -85,6 +89,13 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
+    if let Some(folder) = args.work_dir.as_ref().filter(|own| own.is_file()) {
+        return Err(Failure::Usage(format!(
+            "--work-dir {}: it is a file: name a folder for the rows; the plan stands before it, as in potamoi \
+             sweep PLAN --work-dir DIR",
+            folder.display()
+        )));
+    }
     match &args.work_dir {
         None => evaluate(&Plan::read(&args.plan)?, &args.points),
         Some(folder) if args.missing => missing(&Plan::read(&args.plan)?, folder),
@@ -95,7 +106,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
 fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     files::prepare([args.json.as_ref()])?;
     for name in &args.front {
-        better(name)?;
+        better(name).map_err(|error| misspelt(error, name))?;
     }
     let before = args
         .beside
@@ -103,6 +114,8 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
         .map(|folder| Rows::read(&folder.join(ROWS)));
     let before = before.transpose()?;
     let plan = Plan::read(&args.plan)?;
+    let path = folder.join(ROWS);
+    let earlier = earlier(&path)?;
     plan.scenes.iter().for_each(note);
     let begun = Instant::now();
     let bar = progress::bar(0, "sweeping");
@@ -114,7 +127,9 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     };
     bar.finish_and_clear();
     let rows = &swept.rows;
-    let path = folder.join(ROWS);
+    if let Some(earlier) = &earlier {
+        remark_replaced(&path, earlier, rows);
+    }
     let text = rows.csv();
     let text = text.map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
     files::write(&path, &text)?;
@@ -123,6 +138,7 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     let on = on_front(rows, &args.front)?;
     if let Some(on) = &on {
         table::front(rows, on, &args.front);
+        say_unknown(rows, &args.front, &plan.workload);
     }
     if let Some(before) = &before {
         table::changes(&changes(rows, before));
@@ -142,11 +158,20 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     }
     match rows.rows.iter().all(|row| row.refused.is_some()) {
         true => Err(Failure::Usage(format!(
-            "{}: none of the {} points has figures: change the plan as the reasons above say",
-            args.plan.display(),
-            rows.rows.len()
+            "{}: no point has figures: change the plan as the reasons above say",
+            args.plan.display()
         ))),
         false => Ok(()),
+    }
+}
+
+/// The refusal of a column, with the nearest one.
+fn misspelt(error: SweepError, name: &str) -> Failure {
+    match suggest::nearest(name, COLUMNS.iter().map(|own| own.name)) {
+        Some(near) if better(near).is_ok() => {
+            Failure::Usage(format!("{error}; did you mean `{near}`?"))
+        }
+        _ => error.into(),
     }
 }
 
@@ -155,9 +180,72 @@ const SCHEDULER: &str =
     "--engine dask: expected --scheduler tls://HOST:PORT or tcp://127.0.0.1:PORT";
 const ENGINE: &str = "--scheduler: expected --engine dask beside it; threads need no scheduler";
 
+/// The rows that a folder has from before.
+///
+/// # Errors
+/// The file is no table of a sweep, which would be lost.
+fn earlier(path: &Path) -> Result<Option<Rows>, Failure> {
+    if path.symlink_metadata().is_err() {
+        return Ok(None);
+    }
+    let path = path.to_owned();
+    Ok(Some(
+        Rows::read(&path).map_err(|_| SweepError::Taken { path })?,
+    ))
+}
+
+/// Says that the rows of another plan go, and where they still are.
+fn remark_replaced(path: &Path, earlier: &Rows, rows: &Rows) {
+    let own: HashSet<&str> = rows.rows.iter().map(|row| &*row.key).collect();
+    let gone = earlier.rows.iter().filter(|row| !own.contains(&*row.key));
+    let gone = gone.count();
+    if gone > 0 {
+        stdout::remark(format_args!(
+            "{} had {gone} row{} of another plan, and now has this one's; the journal beside it keeps both: \
+             the same command with the other plan writes its rows again",
+            path.display(),
+            if gone == 1 { "" } else { "s" }
+        ));
+    }
+}
+
+/// Says why columns of a front keep rows off it: an unknown figure is on no front.
+fn say_unknown(rows: &Rows, names: &[String], workload: &Workload) {
+    let figured: Vec<_> = rows
+        .rows
+        .iter()
+        .filter(|row| row.refused.is_none())
+        .collect();
+    for name in names {
+        let at = COLUMNS.iter().position(|own| own.name == name);
+        let is_unknown = |row: &&&SweepRow| at.and_then(|at| row.cells.get(at)?.number()).is_none();
+        let count = figured.iter().filter(is_unknown).count();
+        let why = match name.as_str() {
+            "psnr_db" if !workload.quality => {
+                ": the plan has `quality = false` in [workload], so that no picture is rendered for it"
+            }
+            _ => "",
+        };
+        if count > 0 {
+            say!(
+                "  {name} is not known for {count} of {} rows, which are on no front of it{why}",
+                figured.len()
+            );
+        }
+    }
+}
+
 /// Prints what a folder lacks.
 fn missing(plan: &Plan, folder: &Path) -> Result<(), Failure> {
-    for point in plan.session(folder)?.missing() {
+    let missing = plan.session(folder)?.missing();
+    if missing.is_empty() {
+        stdout::remark(format_args!(
+            "{} lacks no point of {}: nothing is to be evaluated",
+            folder.display(),
+            plan.name
+        ));
+    }
+    for point in missing {
         let text = serde_json::to_string(&point);
         say!(
             "{}",
@@ -186,9 +274,10 @@ fn summary(swept: &Swept, seconds: f64) {
         count => format!(", {:.2} ms each", 1e3 * seconds / count as f64),
     };
     say!(
-        "{} points: {} evaluated now in {seconds:.1} s{each}, {} read from the journal, {refused} without \
+        "{} point{}: {} evaluated now in {seconds:.1} s{each}, {} read from the journal, {refused} without \
          figures",
         rows.len(),
+        if rows.len() == 1 { "" } else { "s" },
         swept.evaluated,
         swept.resumed
     );

@@ -35,6 +35,8 @@ impl Axis {
         let values = match (range_of(values), list_of(values)) {
             (Some(range), _) => range.map_err(|why| format!("{text}: {why}; {expected}"))?,
             (_, Some(list)) => list,
+            // A range without its step.
+            _ if is_bounds(values) => return Err(format!("{text}: {expected}")),
             _ => values.split(',').map(|own| value(own.trim())).collect(),
         };
         if field.trim().is_empty() || values.is_empty() {
@@ -102,6 +104,16 @@ fn range_of(text: &str) -> Option<Result<Vec<Value>, String>> {
         range(number(from)?, number(to)?, by)
     };
     Some(read())
+}
+
+/// Whether a text is a range without the step or factor that it needs.
+fn is_bounds(text: &str) -> bool {
+    let bounds = text.split_once("..");
+    bounds.is_some_and(|(from, to)| {
+        [from, to]
+            .iter()
+            .all(|own| own.trim().parse::<f64>().is_ok())
+    })
 }
 
 /// The values of a list in TOML, if the text is one.
@@ -310,6 +322,7 @@ mod tests {
         assert_eq!(values("render.step=0.1..0.3:+0.1")[2], "0.3");
         for wrong in [
             "vu.lanes=1..1e9:+1",
+            "vu.lanes=1..9",
             "vu.lanes",
             "=3",
             "a=1..2:3",

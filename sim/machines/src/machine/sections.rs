@@ -91,6 +91,20 @@ fn preset(name: &str, given: &Value) -> Result<Value, MachineError> {
     Err(MachineError::wrong(name, &wrong))
 }
 
+/// A list of the configuration's keys, with those beside it and the nearest of them.
+fn with_keys(field: &str, message: String) -> String {
+    let start = format!("one of {CLOCK}");
+    let own = [PRESET, SYSTEM, RENDER, PATH];
+    if !message.contains(&start) {
+        return message;
+    }
+    let all = message.replacen(&start, &format!("one of {}, {CLOCK}", own.join(", ")), 1);
+    match nearest(field, &own).filter(|_| !message.contains("did you mean")) {
+        Some(near) => format!("{all}; did you mean `{near}`?"),
+        None => all,
+    }
+}
+
 /// An error of the configuration, in which the keys beside it are known too.
 pub(super) fn with_sections(error: ConfigError) -> ConfigError {
     match error {
@@ -100,11 +114,7 @@ pub(super) fn with_sections(error: ConfigError) -> ConfigError {
             message,
         } => ConfigError::Parse {
             origin,
-            message: message.replacen(
-                &format!("one of {CLOCK}"),
-                &format!("one of {PRESET}, {SYSTEM}, {RENDER}, {PATH}, {CLOCK}"),
-                1,
-            ),
+            message: with_keys(&field, message),
             field,
         },
         other => other,

@@ -28,6 +28,16 @@ pub enum SweepError {
         /// The problem, with its field.
         problem: String,
     },
+    /// A part of a plan names what is no machine, scene, field or value.
+    #[error("{name}: {part}: {source}")]
+    Within {
+        /// The plan.
+        name: String,
+        /// The key or section.
+        part: &'static str,
+        /// The problem.
+        source: Box<SweepError>,
+    },
     /// Its fields vary as no machine's do.
     #[error(transparent)]
     Space(#[from] SpaceError),
@@ -107,6 +117,14 @@ pub enum SweepError {
         /// The problem.
         problem: String,
     },
+    /// A file that is no table of a sweep stands where its rows are written.
+    #[error(
+        "{path} is no table of this program's sweeps, and stays as it is: name another folder in --work-dir, or move it away"
+    )]
+    Taken {
+        /// The file.
+        path: PathBuf,
+    },
 }
 
 impl SweepError {
@@ -115,6 +133,7 @@ impl SweepError {
     pub fn cause(&self) -> Cause {
         match self {
             Self::Machine(error) | Self::Space(SpaceError::Machine(error)) => error.cause(),
+            Self::Within { source, .. } => source.cause(),
             Self::Line { .. } | Self::Lacking { .. } => Cause::Tool,
             _ => Cause::Input,
         }

@@ -6,6 +6,7 @@ use std::io::{BufRead as _, BufReader, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use potamoi_base::files::in_words;
 use serde::{Deserialize, Serialize};
 
 use super::SweepError;
@@ -42,9 +43,12 @@ impl Journal {
         let path = folder.join("journal.jsonl");
         let fail = |source| SweepError::Journal {
             path: path.clone(),
-            source,
+            source: in_words(source),
         };
-        std::fs::create_dir_all(folder).map_err(fail)?;
+        std::fs::create_dir_all(folder).map_err(|source| SweepError::Journal {
+            path: folder.to_owned(),
+            source: in_words(source),
+        })?;
         let mut file = OpenOptions::new()
             .read(true)
             .append(true)
@@ -89,7 +93,7 @@ impl Journal {
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         write(&mut file, line).map_err(|source| SweepError::Journal {
             path: self.path.clone(),
-            source,
+            source: in_words(source),
         })
     }
 }
@@ -117,7 +121,7 @@ fn alone(file: &File, path: &Path) -> Result<(), SweepError> {
         Err(TryLockError::Error(source)) if source.kind() == ErrorKind::Unsupported => Ok(()),
         Err(TryLockError::Error(source)) => Err(SweepError::Journal {
             path: path.to_owned(),
-            source,
+            source: in_words(source),
         }),
     }
 }

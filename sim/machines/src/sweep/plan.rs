@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use potamoi_formats::document::{self, Value, Wrong};
 use potamoi_scene::files_read::paths_of;
-use potamoi_scene::{BUILTIN, Scene, scenes_named};
+use potamoi_scene::{BUILTIN, Scene, SceneError, scenes_named};
 use serde::Deserialize;
 
 use super::SweepError;
@@ -18,6 +18,10 @@ const LIMIT: u64 = 1 << 20;
 /// Sections with the fields that vary.
 const VARY: &str = "vary";
 const TOGETHER: &str = "together";
+/// Keys of a plan.
+const KEYS: [&str; 7] = [
+    "machines", "scenes", "width", "height", "workload", VARY, TOGETHER,
+];
 
 /// A plan: machines, fields that vary, scenes, and what is measured.
 #[derive(Debug, Clone)]
@@ -74,7 +78,15 @@ impl Plan {
             name: name.to_owned(),
             problem: wrong.to_string(),
         };
+        let within = |part: &'static str| {
+            move |source: SweepError| SweepError::Within {
+                name: name.to_owned(),
+                part,
+                source: Box::new(source),
+            }
+        };
         let given = document::toml(bytes).map_err(wrong)?;
+        known_keys(&given).map_err(wrong)?;
         let mut axes = vec![];
         if let Some(own) = given.get(VARY) {
             axes.extend(varied(own).map_err(|of| wrong(of.under(VARY)))?);
@@ -109,8 +121,10 @@ impl Plan {
         let mut inputs: Vec<PathBuf> = machine_files.filter(|own| own.is_file()).collect();
         let spaces = machines.iter().map(|own| {
             // Named as in the plan, so that rows are the same wherever the plan lies.
-            let base = Machine::named(&beside(own))?.renamed(own);
-            Ok::<_, SweepError>(Space::new(base, axes.clone())?)
+            let base = Machine::named(&beside(own))
+                .map_err(|error| within("machines")(error.into()))?
+                .renamed(own);
+            Space::new(base, axes.clone()).map_err(|error| within("[vary]")(error.into()))
         });
         let spaces = spaces.collect::<Result<Vec<_>, _>>()?;
         let names: Vec<String> = default(written.scenes, "garden")
@@ -118,9 +132,12 @@ impl Plan {
             .map(beside)
             .collect();
         let scenes = scenes_named(&names).into_iter().map(|name| {
-            let mut scene = Scene::open(&name)?;
-            scene.set_size(written.width, written.height)?;
-            Ok::<_, SweepError>(scene)
+            let open = || {
+                let mut scene = Scene::open(&name)?;
+                scene.set_size(written.width, written.height)?;
+                Ok(scene)
+            };
+            open().map_err(|error: SceneError| within("scenes")(error.into()))
         });
         let is_input = |own: &&String| {
             let path = Path::new(own);
@@ -186,6 +203,31 @@ impl Plan {
         }
         found
     }
+}
+
+/// Refuses a key that no plan has.
+fn known_keys(given: &Value) -> Result<(), Wrong> {
+    let Value::Map(entries) = given else {
+        return Ok(());
+    };
+    let unknown = entries.iter().find(|(key, _)| !KEYS.contains(&&**key));
+    let Some((key, _)) = unknown else {
+        return Ok(());
+    };
+    // A field of a machine that stands beside [vary], not in it.
+    let is_section = [
+        "gu", "vu", "su", "rit", "mvoxel", "system", "render", "path",
+    ];
+    let first = key.split('.').next().unwrap_or_default();
+    Err(match is_section.contains(&first) {
+        true => Wrong::new(format!(
+            "a plan has no field of a machine outside [vary]: write its values there, or the field into \
+             the machine's file; the keys of a plan are {}",
+            KEYS.join(", ")
+        ))
+        .under(key),
+        false => Wrong::unknown_key(key, &KEYS),
+    })
 }
 
 /// Fields that vary one by one.

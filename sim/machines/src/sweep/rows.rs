@@ -81,7 +81,8 @@ impl Rows {
             path: path.to_owned(),
             problem,
         };
-        let mut csv = csv::Reader::from_path(path).map_err(|error| fail(error.to_string()))?;
+        let file = potamoi_base::files::open(path).map_err(|error| fail(error.to_string()))?;
+        let mut csv = csv::Reader::from_reader(file);
         let header = csv
             .headers()
             .map_err(|error| fail(error.to_string()))?
