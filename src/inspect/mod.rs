@@ -2,15 +2,16 @@
 
 mod tables;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use potamoi_base::outputs as files;
 use potamoi_explore::inspection::{Beside, Inspected};
+use potamoi_machines::machine::Section;
 use potamoi_scene::Scene;
 use serde::Serialize;
 
-use crate::args::Common;
+use crate::args::{Common, quoted};
 use crate::failure::Failure;
 use crate::progress;
 
@@ -18,6 +19,8 @@ use crate::progress;
 const FORMAT_VERSION: u32 = 1;
 /// Default width of the pictures in pixels.
 const WIDTH: u32 = 200;
+/// Default number of cameras.
+const CAMERAS: u32 = 4;
 
 #[derive(Debug, Args)]
 pub(crate) struct InspectArgs {
@@ -28,14 +31,13 @@ pub(crate) struct InspectArgs {
     #[arg(value_name = "OTHER")]
     other: Option<String>,
     /// Camera file in the OpenCV convention [default: cameras around the model]
-    #[arg(long, value_name = "FILE", requires = "other")]
+    #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
-    /// Number of cameras: the first of the camera file or of the model's description, else around the model
-    #[arg(long, value_name = "N", default_value_t = 4, requires = "other",
-          value_parser = clap::value_parser!(u32).range(1..))]
-    cameras: u32,
+    /// Number of cameras: the first of the camera file or of the model's description, else around the model [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    cameras: Option<u32>,
     /// Width of the picture [default: 200]
-    #[arg(long, value_name = "PIXELS", requires = "other")]
+    #[arg(long, value_name = "PIXELS")]
     width: Option<u32>,
     /// Write the report as JSON; several scenes or frames share one report
     #[arg(long, value_name = "FILE")]
@@ -60,8 +62,14 @@ struct Report {
 }
 
 pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
+    if args.other.is_none() {
+        refuse_pictures(common, args)?;
+    }
     files::prepare([args.json.as_ref()])?;
     let mut scene = opened(common, &args.model)?;
+    // Nothing is printed where one of both cannot be read.
+    let other = args.other.as_ref().map(|name| opened(common, name));
+    let other = other.transpose()?;
     let mut report = Report {
         format_version: FORMAT_VERSION,
         command: "inspect",
@@ -71,8 +79,7 @@ pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
         configuration: None,
     };
     tables::print(&report.model);
-    if let Some(name) = &args.other {
-        let other = opened(common, name)?;
+    if let Some(other) = other {
         let found = Inspected::of(&other);
         tables::print(&found);
         report.other = Some(found);
@@ -81,7 +88,7 @@ pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
         }
         scene.set_size(Some(args.width.unwrap_or(WIDTH)), None)?;
         let config = common.chosen_for(&scene)?.config;
-        let cameras = scene.standard_cameras(args.cameras)?;
+        let cameras = scene.standard_cameras(args.cameras.unwrap_or(CAMERAS))?;
         let spinner = progress::spinner("rendering both");
         let beside = Beside::of(&scene, &other, &cameras, &config)?;
         spinner.finish_and_clear();
@@ -93,6 +100,33 @@ pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
         files::write_json(path, &report)?;
     }
     Ok(())
+}
+
+/// Refuses what pictures of one model alone would take: none are made of it.
+fn refuse_pictures(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
+    let of_pictures = [
+        ("--camera", args.camera.is_some()),
+        ("--cameras", args.cameras.is_some()),
+        ("--width", args.width.is_some()),
+    ];
+    let beside = "name another model behind it, beside whose pictures its own are put";
+    if let Some((flag, _)) = of_pictures.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(Failure::Usage(format!(
+            "{flag}: one model alone is inspected without pictures: {beside}, or make one with potamoi \
+             render --scene {}",
+            quoted(Path::new(&args.model))
+        )));
+    }
+    match &common.config {
+        Some(given) if !common.machine()?.sections().contains(&Section::Render) => {
+            Err(Failure::Usage(format!(
+                "--config {}: one model alone is inspected without hardware, and the file has no [render]: \
+                 {beside}, or leave --config out",
+                given.display()
+            )))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn opened(common: &Common, name: &str) -> Result<Scene, Failure> {

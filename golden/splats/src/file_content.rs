@@ -150,6 +150,9 @@ impl Raw {
                 self.cloud.len()
             ));
         }
+        for sentence in self.cloud.implausible() {
+            self.notes.assume(sentence);
+        }
         let vector = |v: DVec3| DVec3::from(axes.point(v.to_array()));
         Loaded {
             cloud: self.cloud.turned(axes),

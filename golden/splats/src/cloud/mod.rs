@@ -1,5 +1,6 @@
 //! The Gaussians of a scene as trained and stored.
 
+mod plausible;
 mod turn;
 
 pub(crate) use turn::Placement;

@@ -4,7 +4,7 @@
 //! another, then extensions. Version 4 has 32 bytes of header, extensions, a table with the packed
 //! and unpacked size of each stream, and a ZSTD stream for each array that is not empty.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 
 use flate2::bufread::GzDecoder;
 use rayon::prelude::*;
@@ -70,7 +70,10 @@ impl Header {
         }
         let (count, degree, fraction_bits) = (word(8) as usize, bytes[12], bytes[13]);
         if !(1..=packed).contains(&count) {
-            let expected = format!("1 to {packed}: a byte of the file for each at the least");
+            let expected = format!(
+                "1 to {packed}: a byte of the file for each at the least, and it has {packed} bytes; a \
+                 file with fewer than it names is cut off"
+            );
             return Err(name.field("number of Gaussians", count, expected));
         }
         if usize::from(degree) > sh::MAX_DEGREE {
@@ -155,14 +158,16 @@ fn gzip(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
 
 /// Header, arrays and extensions of a file of `file` bytes, up to version 3.
 fn body(reader: &mut impl Read, file: usize, name: Origin<'_>) -> Result<Arrays, FileError> {
-    let wrong = |_| {
-        name.part(
-            "gzip stream",
-            "it is no gzip stream, or ends early, or its data or checksum is wrong",
-        )
-    };
     let mut head = [0; HEADER];
-    reader.read_exact(&mut head).map_err(wrong)?;
+    reader.read_exact(&mut head).map_err(|error| {
+        let problem = match error.kind() {
+            ErrorKind::UnexpectedEof => {
+                format!("it ends early: the {file} bytes of the file unpack to less than a header of {HEADER}")
+            }
+            _ => format!("the {file} bytes of the file are no gzip stream, or its data is wrong"),
+        };
+        name.part("gzip stream", problem)
+    })?;
     let header = Header::read(&head, file, name)?;
     if header.version == 4 {
         return Err(name.field("version", 4, "1, 2 or 3 in a gzip stream"));
@@ -171,9 +176,18 @@ fn body(reader: &mut impl Read, file: usize, name: Origin<'_>) -> Result<Arrays,
     let needed: usize = lengths.iter().sum();
     let mut body = vec![];
     // To the end, where the checksum is.
-    (reader.take((needed + EXTRA + 1) as u64))
-        .read_to_end(&mut body)
-        .map_err(wrong)?;
+    let unpacked = reader
+        .take((needed + EXTRA + 1) as u64)
+        .read_to_end(&mut body);
+    unpacked.map_err(|_| {
+        let problem = format!(
+            "it ends early, or its data or checksum is wrong: the {file} bytes of the file unpack to {} after \
+             the header, and its {} Gaussians take {needed}",
+            body.len(),
+            header.count
+        );
+        name.part("gzip stream", problem)
+    })?;
     if !(needed..=needed + EXTRA).contains(&body.len()) {
         let expected = format!("{needed}, and at most {EXTRA} of extensions");
         return Err(name.field("bytes after the header", body.len(), expected));
@@ -257,7 +271,10 @@ fn streams(bytes: &[u8], name: Origin<'_>) -> Result<Arrays, FileError> {
             .and_then(|n| packed.split_at_checked(n))
         else {
             let field = format!("packed bytes of `{}`", NAMES[index]);
-            let expected = format!("at most {}, which the file has left", packed.len());
+            let expected = format!(
+                "at most {}, which the file has left; it is cut off or damaged",
+                packed.len()
+            );
             return Err(name.field(field, found, expected));
         };
         (*part, packed) = (this, rest);

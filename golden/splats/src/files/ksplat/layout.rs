@@ -80,8 +80,16 @@ impl Header {
         }
         let [room, written, places, count] = [4, 8, 12, 16].map(|at| u32(head, at) as usize);
         let most = (bytes.len() - HEADER) / SECTION;
-        if !(1..=most).contains(&room) {
-            let expected = format!("1 to {most}: {SECTION} bytes of the file for each");
+        if room == 0 {
+            return Err(name.field("number of sections", room, "1 or more"));
+        }
+        if room > most {
+            let needed = HEADER as u64 + room as u64 * SECTION as u64;
+            let expected = format!(
+                "fewer, or a whole file: their headers end at byte {needed}, and the file has {} bytes; \
+                 it is cut off or damaged",
+                bytes.len()
+            );
             return Err(name.field("number of sections", room, expected));
         }
         if written > room {
@@ -95,8 +103,14 @@ impl Header {
         } else {
             places
         };
-        if count == 0 || count > places {
-            let expected = format!("1 to {places}, for which there is room");
+        if count == 0 {
+            return Err(name.field("number of Gaussians", count, "1 or more"));
+        }
+        if count > places {
+            let expected = format!(
+                "at most {places}, for which there is room; the file of {} bytes is cut off or damaged",
+                bytes.len()
+            );
             return Err(name.field("number of Gaussians", count, expected));
         }
         let level = u16(head, 20);

@@ -172,6 +172,11 @@ fn each_defect_is_told() {
             "Gaussian 0: mean[0] is NaN",
         ),
         (
+            fixture("cloud.0.ksplat")[..4096].to_vec(),
+            "number of sections is 2: expected fewer, or a whole file: their headers end at byte 6144, and the \
+             file has 4096 bytes; it is cut off or damaged",
+        ),
+        (
             fixture("cloud.0.ksplat")[..4000].to_vec(),
             "length in bytes is 4000",
         ),
