@@ -96,7 +96,8 @@ impl ManyScenes {
         let side = sides.iter().find(|(_, side)| side.is_some());
         if let (true, Some((name, _))) = (self.scene.is_empty(), side) {
             return Err(Failure::Usage(format!(
-                "--{name}: expected a --scene to add: the sizes of the frozen inputs are fixed"
+                "--{name}: with --rivals, expected with --scene: the inputs of --rivals have fixed sizes, and \
+                 --scene adds one of this size"
             )));
         }
         self.open_named(&self.scene)
@@ -238,6 +239,18 @@ impl SceneArgs {
     /// Whether a camera or a size other than the scene's own is requested.
     pub(crate) const fn looks_otherwise(&self) -> bool {
         self.camera.is_some() || self.width.is_some() || self.height.is_some()
+    }
+
+    /// The first flag that asks for another camera or size, if there is one.
+    pub(crate) fn looks_otherwise_by(&self) -> Option<&'static str> {
+        let all = [
+            ("--camera", self.camera.is_some()),
+            ("--width", self.width.is_some()),
+            ("--height", self.height.is_some()),
+        ];
+        all.into_iter()
+            .find(|(_, is_given)| *is_given)
+            .map(|(flag, _)| flag)
     }
 
     /// Axes that override a file's.

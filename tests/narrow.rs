@@ -76,7 +76,7 @@ fn all_columns_are_printed_on_request() {
     let text = expect(folder.path(), 0, &own);
     let answer = text.lines().next().unwrap();
     assert!(
-        answer.ends_with("% of the frame") && answer.contains("iteration"),
+        answer.ends_with("% of the frame's time") && answer.contains("iteration"),
         "{text}"
     );
     assert!(

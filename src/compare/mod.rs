@@ -23,6 +23,12 @@ use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
 const FORMAT_VERSION: u32 = 1;
 
 #[derive(Debug, Args)]
+#[command(mut_arg("width", |width| width.help(
+    "Width of the picture [default: the scene's; with --rivals, of --scene alone]"
+)))]
+#[command(mut_arg("height", |height| height.help(
+    "Height of the picture [default: in proportion to the width; with --rivals, of --scene alone]"
+)))]
 pub(crate) struct CompareArgs {
     /// Machines: presets, configuration files, files that `cost` and `explore` write; ratios are over
     /// the first
@@ -43,8 +49,8 @@ pub(crate) struct CompareArgs {
     frames: u32,
     #[command(flatten)]
     clock: ClockArgs,
-    /// Write the results as CSV: one line for each machine on a scene, each hard case, each point of a
-    /// scene, each form of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
+    /// Write the results as CSV: a line of names, and one for each machine, case, setting, form or input
+    /// that the command measures
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Write a plot of the result as SVG

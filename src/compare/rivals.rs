@@ -5,7 +5,7 @@ use std::path::Path;
 use potamoi_base::outputs as files;
 use potamoi_machines::fair_bench::{BenchScene, Checked, FrozenInputs, Input, RivalRow};
 use potamoi_machines::{FairBench, Machine, Row};
-use potamoi_rivals::{Origin, Overlap, Verdict};
+use potamoi_rivals::{Origin, Overlap, Rival, Verdict};
 use serde::Serialize;
 
 use super::CompareArgs;
@@ -45,7 +45,31 @@ struct Report<'a> {
     not_checked: Vec<String>,
 }
 
+/// Refuses a rival among the machines: those are all compared, and none is chosen.
+fn refuse_rivals(machines: &[String]) -> Result<(), Failure> {
+    let rivals = Rival::all().map_err(|error| Failure::Usage(error.to_string()))?;
+    let names: Vec<&str> = rivals.iter().map(|own| own.name.as_str()).collect();
+    let is_rival = |given: &&String| {
+        let given = given.to_lowercase();
+        // NeuRex, of which there are two sizes, is one name.
+        !given.is_empty() && names.iter().any(|own| own.starts_with(&given))
+    };
+    match machines
+        .iter()
+        .filter(|own| !Path::new(own).exists())
+        .find(is_rival)
+    {
+        Some(given) => Err(Failure::Usage(format!(
+            "{given}: --rivals compares with all published accelerators ({}), and the names beside it are \
+             machines, presets or files: leave {given} out",
+            names.join(", ")
+        ))),
+        None => Ok(()),
+    }
+}
+
 pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
+    refuse_rivals(&args.machines)?;
     let machines = match args.machines.is_empty() {
         false => args.machines()?,
         true => args.machines_named(&MACHINES.map(str::to_owned))?,

@@ -55,14 +55,14 @@ pub(super) fn answers(report: &Sweep, knobs: &[Knob], iterations: u32) -> Vec<St
             own => own,
         };
         format!(
-            "{}: {db} dB, {:.0} % of the frame",
+            "{}: {db} dB, saves {:.0} % of the frame's time",
             words(point, iterations),
             100.0 * saved
         )
     };
     let lines: Vec<String> = best.iter().take(MOST).map(line).collect();
     match lines.is_empty() {
-        true => vec!["no setting alone saves half a percent of the frame".to_owned()],
+        true => vec!["no setting alone saves half a percent of the frame's time".to_owned()],
         false => lines,
     }
 }

@@ -70,8 +70,8 @@ pub(crate) struct CostArgs {
     /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,
-    /// Write the results as CSV: one line for each machine on a scene, each hard case, each point of a
-    /// scene, each form of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
+    /// Write the results as CSV: a line of names, and one for each machine, case, setting, form or input
+    /// that the command measures
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Write the prices of `--study methods` as CSV: one line for each exponential by itself

@@ -101,6 +101,9 @@ fn print_origins(found: &Effects) {
     }
     let text = format!("cycles: {}", found.all_saved.cycles.origin);
     say!("{}", tables::broken_at_words(&text, "  ", "    "));
+    say!(
+        "  blank: called for, so that leaving it out saves nothing; -: not known, for the reasons above"
+    );
 }
 
 /// Evidence for each decision, and what the effect takes.

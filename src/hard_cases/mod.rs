@@ -33,8 +33,8 @@ pub(crate) struct HardCasesArgs {
     /// Write a labelled contact sheet of the pictures as PNG
     #[arg(long, value_name = "FILE", value_parser = png)]
     picture: Option<PathBuf>,
-    /// Write the results as CSV: one line for each machine on a scene, each hard case, each point of a
-    /// scene, each form of `--study methods`, or each input of `--study exp` (u_code, y_code, cycles)
+    /// Write the results as CSV: a line of names, and one for each machine, case, setting, form or input
+    /// that the command measures
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Write the report as JSON; several scenes or frames share one report
@@ -53,12 +53,10 @@ fn png(given: &str) -> Result<PathBuf, String> {
 
 pub(crate) fn run(common: &Common, args: &HardCasesArgs) -> Result<(), Failure> {
     files::prepare([&args.picture, &args.csv, &args.json].map(Option::as_ref))?;
-    if args.scene.scene.is_none() && args.scene.looks_otherwise() {
-        return Err(Failure::Usage(
-            "--camera, --width and --height: expected with --scene; without one the cases have their \
-             own pictures"
-                .to_owned(),
-        ));
+    if let (None, Some(flag)) = (&args.scene.scene, args.scene.looks_otherwise_by()) {
+        return Err(Failure::Usage(format!(
+            "{flag}: expected with --scene: without one the cases have pictures of their own, 33 x 25"
+        )));
     }
     let begun = Instant::now();
     let scene = match args.scene.scene {
@@ -72,10 +70,17 @@ pub(crate) fn run(common: &Common, args: &HardCasesArgs) -> Result<(), Failure> 
         }
         None => (common.read_config()?, common.preset()),
     };
-    let spinner = progress::spinner("measuring both forms");
-    let cases = measure(&config);
-    spinner.set_message("rendering the hard scenes");
+    let spinner = progress::spinner("rendering the hard scenes");
     let pictures = Pictures::of(&config);
+    if let (Some(file), Some(reason), None) = (&args.picture, &pictures.none, &scene) {
+        return Err(Failure::Usage(format!(
+            "--picture {}: there is nothing to draw, as {reason}: leave it out, or add --scene",
+            file.display()
+        )));
+    }
+    let named = named(common, preset, &config, scene.as_ref());
+    spinner.set_message("measuring both forms");
+    let cases = measure(&config);
     let found = match &scene {
         Some(scene) => {
             spinner.set_message("looking at the scene");
@@ -86,7 +91,7 @@ pub(crate) fn run(common: &Common, args: &HardCasesArgs) -> Result<(), Failure> 
     spinner.finish_and_clear();
     let failed = failed(&cases, &pictures, found.as_ref());
     let report = Report::new(
-        (&config, preset),
+        (&config, preset, &named),
         &cases,
         &pictures,
         scene.as_ref().zip(found.as_ref()),
@@ -101,7 +106,7 @@ pub(crate) fn run(common: &Common, args: &HardCasesArgs) -> Result<(), Failure> 
         files::write_json(file, &report)?;
     }
     if let Some(file) = &args.picture {
-        draw(file, &config, &pictures, scene.as_ref().zip(found.as_ref()))?;
+        draw(file, &named, &pictures, scene.as_ref().zip(found.as_ref()))?;
     }
     match failed.is_empty() {
         true => Ok(()),
@@ -121,6 +126,19 @@ fn opened(common: &Common, args: &HardCasesArgs) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
+/// How the configuration is named: as it was given, otherwise as the scene needs it.
+fn named(common: &Common, preset: Option<&str>, config: &Config, scene: Option<&Scene>) -> String {
+    match (&common.config, preset, scene) {
+        (Some(given), Some(preset), _) if given.as_os_str() == preset => preset.to_owned(),
+        (Some(given), ..) => format!("{} ({})", given.display(), config.hash()),
+        (None, Some(preset), Some(scene)) if common.preset() != Some(preset) => {
+            format!("{preset}, which scene {} needs", scene.name())
+        }
+        (None, Some(preset), _) => preset.to_owned(),
+        (None, None, _) => config.hash(),
+    }
+}
+
 /// Names of what fails.
 fn failed(cases: &[HardCase], pictures: &Pictures, scene: Option<&SceneCases>) -> Vec<String> {
     let cases = cases.iter().filter(|own| own.fails()).map(|own| own.name);
@@ -135,18 +153,13 @@ fn failed(cases: &[HardCase], pictures: &Pictures, scene: Option<&SceneCases>) -
 
 fn draw(
     file: &Path,
-    config: &Config,
+    named: &str,
     pictures: &Pictures,
     scene: Option<(&Scene, &SceneCases)>,
 ) -> Result<(), Failure> {
     let mut rows: Vec<sheet::Row> = pictures.shown.iter().map(sheet::Row::of_case).collect();
     rows.extend(scene.map(|(scene, found)| sheet::Row::of_scene(scene.name(), found)));
-    if let (true, Some(reason)) = (rows.is_empty(), &pictures.none) {
-        return Err(Failure::Usage(format!(
-            "--picture: there is nothing to draw, as {reason}"
-        )));
-    }
-    let title = format!("hard cases, configuration {}", config.hash());
+    let title = format!("hard cases, configuration {named}");
     sheet::sheet(&title, &rows).write_png(file)?;
     Ok(())
 }

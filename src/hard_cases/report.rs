@@ -49,6 +49,9 @@ pub(super) struct Report<'a> {
     command: &'static str,
     /// Hash of the configuration.
     configuration: String,
+    /// How it is named in print.
+    #[serde(skip)]
+    named: &'a str,
     preset: Option<&'static str>,
     /// Names of what fails.
     failed: Vec<String>,
@@ -131,7 +134,7 @@ fn check_lines(check: &SceneCheck) -> Vec<String> {
 
 impl<'a> Report<'a> {
     pub(super) fn new(
-        (config, preset): (&Config, Option<&'static str>),
+        (config, preset, named): (&Config, Option<&'static str>, &'a str),
         cases: &'a [HardCase],
         pictures: &'a Pictures,
         scene: Option<(&'a Scene, &'a SceneCases)>,
@@ -142,6 +145,7 @@ impl<'a> Report<'a> {
             format_version: FORMAT_VERSION,
             command: "hard-cases",
             configuration: config.hash(),
+            named,
             preset,
             failed,
             cases,
@@ -171,7 +175,7 @@ impl<'a> Report<'a> {
             + checks()
                 .filter(|own| own.state == CheckState::DoesNotApply)
                 .count();
-        let (name, applied) = (self.preset.unwrap_or(&self.configuration), all - out);
+        let (name, applied) = (self.named, all - out);
         let rest = match out {
             0 => String::new(),
             out => format!("; {out} do not apply"),

@@ -120,6 +120,23 @@ fn a_scene_s_own_gaussians_are_checked() {
     );
 }
 
+/// The verdict names the configuration as it was given, or as the scene needs it.
+#[test]
+fn the_configuration_is_named_as_it_was_given() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("mine.toml"), "[vu]\nlanes = 12\n").unwrap();
+    let verdict = |arguments: &[&str]| {
+        let all = [&["hard-cases"][..], arguments].concat();
+        let text = expect(folder.path(), 0, &all);
+        text.lines().next().unwrap().to_owned()
+    };
+    let own = verdict(&["--config", "mine.toml"]);
+    assert!(own.contains("with configuration mine.toml ("), "{own}");
+    let switched = verdict(&["--scene", "cairn:dvgo", "--width", "8"]);
+    let said = "with configuration fields, which scene cairn:dvgo needs";
+    assert!(switched.contains(said), "{switched}");
+}
+
 #[test]
 fn options_that_nothing_uses_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -128,7 +145,19 @@ fn options_that_nothing_uses_are_refused() {
         assert_eq!(done.status.code(), Some(2));
         stderr(&done)
     };
-    assert!(said(&["hard-cases", "--width", "32"]).contains("expected with --scene"));
+    let told = said(&["hard-cases", "--width", "32"]);
+    assert!(told.contains("--width: expected with --scene"), "{told}");
+    let twelve = "[gu]\nfeature_bits = 12\n";
+    fs::write(folder.path().join("twelve.toml"), twelve).unwrap();
+    let drawn = [
+        "hard-cases",
+        "--config",
+        "twelve.toml",
+        "--picture",
+        "a.png",
+    ];
+    assert!(said(&drawn).contains("--picture a.png: there is nothing to draw"));
+    assert_eq!(stdout(&run(folder.path(), &drawn)), "");
     assert!(said(&["hard-cases", "--picture", "a.svg"]).contains(".png"));
     assert!(said(&["hard-cases", "--scene", "gardn"]).contains("did you mean `garden`?"));
 }

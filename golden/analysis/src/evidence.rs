@@ -163,8 +163,10 @@ impl EvidenceInputs<'_> {
         let (hashed, all) = (self.facts.hashed_tables(), self.facts.tables.len());
         let rows = self.facts.tables.iter().filter(|table| table.is_hashed);
         let rows: usize = rows.map(|table| table.rows).sum();
-        let evidence = match hashed {
-            0 => format!("vertices share rows in none of {all} tables"),
+        let evidence = match (hashed, all) {
+            (0, 0) => "the model has no table of vertices".to_owned(),
+            (0, 1) => "each vertex has a row of its own".to_owned(),
+            (0, all) => format!("each vertex has a row of its own in all {all} tables"),
             _ => format!("vertices share {rows} rows in {hashed} of {all} tables"),
         };
         (hashed > 0, evidence)
@@ -218,9 +220,9 @@ impl EvidenceInputs<'_> {
             )
         } else {
             format!(
-                "the largest optical depth of a ray is {:.2}, a transmittance of {:.2e}; rays stop below {:.0e}",
+                "the largest optical depth of a ray is {:.2}, a transmittance of {}; rays stop below {:.0e}",
                 own.depth,
-                own.least_left(),
+                transmittance(own.least_left()),
                 own.stop
             )
         };
@@ -243,7 +245,7 @@ impl EvidenceInputs<'_> {
         (
             true,
             format!(
-                "the camera moves in {} of {} steps, by {:.3e} and {:.3} degrees at most from the \
+                "the camera moves in {} of {} steps, by {:.4} scene units and {:.3} degrees at most from the \
                  first",
                 self.seen.moves,
                 self.seen.frames - 1,
@@ -268,7 +270,7 @@ impl EvidenceInputs<'_> {
             true => (
                 true,
                 format!(
-                    "the camera moves by {:.3e} at most: hidden surfaces can become visible",
+                    "the camera moves by {:.4} scene units at most: hidden surfaces can become visible",
                     self.seen.distance
                 ),
             ),
@@ -330,6 +332,14 @@ impl EvidenceInputs<'_> {
             });
         }
         (hashed > 0 || fetched > 0, evidence.join("; "))
+    }
+}
+
+/// A transmittance; one that floating point rounds to nothing is none.
+fn transmittance(own: f64) -> String {
+    match own == 0.0 {
+        true => "0".to_owned(),
+        false => format!("{own:.2e}"),
     }
 }
 
