@@ -22,7 +22,7 @@ pub struct SplatPairs {
 }
 
 /// A part of the unit without which it computes the same pixels, with more work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplatPart {
     /// Rows and spans: without them the power of every live pixel of the tile is computed.

@@ -55,7 +55,7 @@ fn root() -> PathBuf {
 }
 
 /// A Python with NumPy, that of `tools/setup` first.
-fn python() -> Command {
+pub(crate) fn python() -> Command {
     let own = root().join(".tools/bin/python3-numpy");
     let has_numpy = |program: &&PathBuf| {
         let asked = Command::new(program).args(["-c", "import numpy"]).output();
@@ -71,7 +71,7 @@ fn python() -> Command {
     command
 }
 
-fn run(command: &mut Command) {
+pub(crate) fn run(command: &mut Command) {
     let output = command.output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{command:?}: {said}");
@@ -85,7 +85,7 @@ fn ask(folder: &Path, i: usize, body: &str, operands: &[i32]) {
 }
 
 /// An empty folder.
-fn empty(name: &str) -> PathBuf {
+pub(crate) fn empty(name: &str) -> PathBuf {
     let folder = folder(name);
     std::fs::remove_dir_all(&folder).unwrap();
     crate::engines::folder(name)
