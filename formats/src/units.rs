@@ -1,5 +1,6 @@
 //! Names of the hardware units, the vector unit's operations and their codes.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::fixed::Rounding;
@@ -19,7 +20,9 @@ pub const ARRAY_MAC: &str = "array_mac";
 ///
 /// All operations but the exponentials compute an exact integer, shift it right by the operation's
 /// `shift` with its rounding, and saturate to a signed 32-bit result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum OpCode {
     /// `a`.

@@ -1,5 +1,6 @@
 //! Configuration of the gathering unit.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::rit::{MAX_VERTICES, Vertices};
@@ -56,7 +57,7 @@ impl MvoxelConfig {
 }
 
 /// Content of a structured RIT entry.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EntryKind {
     /// An id and a weight for every vertex: 6 V bytes.
@@ -145,7 +146,7 @@ pub enum WeightTrust {
 }
 
 /// Organisation of features in the banks of the MFT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Organisation {
     /// Chosen by the channel count.
@@ -176,7 +177,7 @@ pub enum Sums {
 }
 
 /// How more than two ports read a bank of the MFT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExtraPorts {
     /// From copies of the bank with equal contents: no port ever waits.

@@ -6,6 +6,7 @@ use potamoi_formats::config::{Config, EntryKind, Modes, Organisation, rules};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_formats::units::OpCode;
+use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -26,7 +27,7 @@ pub struct Hardware {
 }
 
 /// A part of the hardware that the scene does not use.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LeftOut {
     /// The field of the configuration, or the unit.
     pub field: &'static str,

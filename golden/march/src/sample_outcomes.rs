@@ -1,9 +1,10 @@
 //! What gathered samples change in a picture.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Gathered samples by what they change in the picture; each counts once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SampleOutcomes {
     /// Samples with a weight: their colour is computed and added.
     pub composited: u64,

@@ -3,6 +3,7 @@
 use potamoi_formats::config::{Config, EntryKind, RitPath};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use potamoi_reference::GatherTask;
@@ -20,7 +21,7 @@ const RECORD: u64 = RECORD_CHANNELS as u64 * CODE;
 const TILE: u64 = 2;
 
 /// Bytes of a frame by stream.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Streams {
     /// Records of Gaussians, each written once by the GPU.
     pub records_written: u64,

@@ -7,6 +7,7 @@ use potamoi_base::picture::Picture;
 use potamoi_base::precision::Precision;
 use potamoi_fields::{self as fields, Field, FloatOptions, WithEarlyTermination};
 use potamoi_splats::{self as splats, Cloud, Order, Profile, Work};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::model_facts::Cache;
@@ -37,7 +38,7 @@ pub struct Converged {
 }
 
 /// Halvings of a sampling step, until the picture changes by less than a bound.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Halvings {
     /// Step of the picture, in voxel edges.
     pub step: f64,

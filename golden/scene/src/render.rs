@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use potamoi_formats::units::OpCode;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Kind, Model, Scene, SceneError};
@@ -19,7 +20,7 @@ use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, PairTest, 
 const MAX_PIXELS: u64 = 1 << 26;
 
 /// Work of the units for a frame, as the renderer counts it.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FrameCounts {
     /// Rays of fields; pixels of splats.
     pub rays: u64,
@@ -48,7 +49,7 @@ pub struct FrameCounts {
 }
 
 /// Statistics of splats: sorting, compositing, reorder buffer and saturation.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SplatCounts {
     /// Number of Gaussians in the model.
     pub gaussians: u64,

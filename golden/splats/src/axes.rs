@@ -12,7 +12,7 @@ use potamoi_base::sh;
 const WORDS: [[&str; 2]; 3] = [["right", "left"], ["down", "up"], ["front", "back"]];
 
 /// The direction of one file axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, schemars::JsonSchema)]
 struct AxisDirection {
     /// Right, down or front: 0, 1 or 2.
     along: u8,
@@ -22,7 +22,7 @@ struct AxisDirection {
 
 /// The directions of a file's x, y and z axes. Those of a cloud point right, down and front, as in
 /// 3D Gaussian splatting.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, schemars::JsonSchema)]
 pub struct Axes([AxisDirection; 3]);
 
 /// A text that does not name [`Axes`].

@@ -12,7 +12,7 @@ use potamoi_base::sh;
 const SAME_ORDER: f64 = 1e-3;
 
 /// Differences of a property over all pairs of Gaussians.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Difference {
     /// The property.
     pub what: &'static str,
@@ -25,7 +25,7 @@ pub struct Difference {
 }
 
 /// How Gaussians were paired.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pairing {
     /// By their order in both clouds.
@@ -35,7 +35,7 @@ pub enum Pairing {
 }
 
 /// Differences of two clouds.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Differences {
     /// How Gaussians were paired.
     pub pairing: Pairing,

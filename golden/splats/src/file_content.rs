@@ -7,7 +7,7 @@ use super::cloud::Cloud;
 use potamoi_base::file_keys::{Format, Notes};
 
 /// What a file says of itself beside its Gaussians.
-#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Facts {
     /// The format's name.
     pub format: &'static str,
@@ -28,7 +28,7 @@ pub struct Facts {
 }
 
 /// Who says where a file's axes point.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum AxesFrom {
     /// Nobody: those that files of the format usually have.

@@ -10,7 +10,9 @@ use super::transmittance::TRANSMITTANCE;
 use potamoi_base::precision::Precision;
 
 /// The renderer whose rules are followed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, schemars::JsonSchema,
+)]
 pub enum Profile {
     /// The reference rasteriser of 3D Gaussian splatting.
     #[default]

@@ -141,7 +141,7 @@ pub struct Schedule {
 }
 
 /// (tile, Gaussian) pairs that were tested, in tiles that are wanted.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct PairTest {
     /// Pairs of the profile's list.
     pub pairs: u64,

@@ -1,5 +1,6 @@
 //! Classification of a target frame's pixels: warped, void or rendered.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
@@ -49,7 +50,7 @@ impl Class {
 }
 
 /// Numbers of pixels by class.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Counts {
     /// Warped from the reference.
     pub warped: u64,
@@ -162,7 +163,7 @@ pub struct Rule {
 }
 
 /// Named sets of rules.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Profile {
     /// Bilinear sampling, filled cracks and rendered edges.

@@ -3,6 +3,7 @@
 use potamoi_formats::config::Config;
 use potamoi_formats::units::OpCode;
 use potamoi_reference::Product;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::mac_array::MacArray;
@@ -15,7 +16,7 @@ const OPERAND: u64 = 4;
 
 /// One step of a frame's pipeline: a gathering and the computation on its results. A batch begins
 /// with the first gather after a vector operation.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Batch {
     /// Runs of the gathering unit, each from reset.
     pub runs: u64,

@@ -4,6 +4,7 @@ use super::{ClosedVector, GatherWork, runs};
 use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
 use potamoi_reference::observer::{GatherCall, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::mac_array::MacArray;
@@ -11,7 +12,7 @@ use super::splat_unit::SplatRunner;
 
 /// Cycles of a frame. The cycle models count them, which equal the RTL with streams always ready;
 /// each run and each operation starts from reset.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct EffectCycles {
     /// Cycles of the gathering unit.
     pub gather: u64,

@@ -8,6 +8,7 @@ use potamoi_formats::rit::Vertices;
 use potamoi_reference::observer::{GatherCall, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, UnitError};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::GatherCycles;
@@ -18,7 +19,7 @@ use crate::gather_work::{GatherWork, runs};
 pub(crate) const DRAM_BYTES_PER_SECOND: f64 = 25.6e9;
 
 /// One organisation, with its counts so far.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Layout {
     /// The configuration's organisation.
     pub organisation: Organisation,

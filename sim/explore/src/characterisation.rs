@@ -5,6 +5,7 @@ use potamoi_scene::Scene;
 use potamoi_scene::characterise::{
     BANKS, Banks, LANES, Memory, SplatPairs, Stages, Traffic, Vectors,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
@@ -14,7 +15,7 @@ use crate::splat_unit_run::{SplatUnitRun, splat_unit_run};
 const BUFFER: u32 = 2 << 20;
 
 /// Characterisation of a scene.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Characterisation {
     /// The scene's name.
     pub scene: String,
@@ -63,7 +64,7 @@ pub struct Characterisation {
 }
 
 /// Effect of merging cells on the MVoxels of splats.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct Merging {
     /// Capacity of an MVoxel in Gaussians.
     pub rows: u32,
@@ -80,7 +81,7 @@ pub struct Merging {
 }
 
 /// Bank conflicts for a number of rays and banks.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct BankPoint {
     /// Rays that read their vertices at once.
     pub rays: usize,
@@ -94,7 +95,7 @@ pub struct BankPoint {
 
 /// The paper's figures (Secs. "Motivation", "Memory Optimizations"): of an algorithm where the
 /// paper names it, else of all. Rates are from 0 to 1.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct PaperMotivation {
     /// Range of bytes of its models' feature vectors.
     pub model_bytes: [u64; 2],

@@ -8,13 +8,14 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::{Kind, Scene};
 use potamoi_splats::{Cloud, Differences, Facts, differences, sigmoid};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
 use crate::accuracy::ImageQuality;
 
 /// A model as it was read.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Inspected {
     /// Name of the scene.
     pub name: String,
@@ -31,7 +32,7 @@ pub struct Inspected {
 }
 
 /// The Gaussians of a model.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Splats {
     /// How many there are.
     pub count: u64,
@@ -48,7 +49,7 @@ pub struct Splats {
 }
 
 /// The range of a property's values, after activation and in the axes of clouds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Range {
     /// The property.
     pub what: &'static str,
@@ -137,7 +138,7 @@ fn ranges(cloud: &Cloud) -> Vec<Range> {
 }
 
 /// What a model costs beside another.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Beside {
     /// Pictures of both through the same cameras, in floating point.
     pub pictures: Pictures,
@@ -151,7 +152,7 @@ pub struct Beside {
 }
 
 /// The quality of pictures against those of the other model.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Pictures {
     /// Width in pixels.
     pub width: u32,
@@ -164,7 +165,7 @@ pub struct Pictures {
 }
 
 /// Work of the units for a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FrameWork {
     /// Listed pairs of tile and Gaussian; `None` for fields.
     pub tile_pairs: Option<u64>,

@@ -6,13 +6,14 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_system::system_model::Clock;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
 use crate::setup::accelerator_clock;
 
 /// A frame's gathers in every organisation.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Organisations {
     /// Entries gathered.
     pub samples: u64,
@@ -25,7 +26,7 @@ pub struct Organisations {
 }
 
 /// A frame's gathers in one organisation.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct OrganisationRow {
     /// The organisation, with its counts.
     #[serde(flatten)]
@@ -43,7 +44,7 @@ pub struct OrganisationRow {
 }
 
 /// Conflict rates in the paper (Sec. "Motivation").
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct PaperConflicts {
     /// Mean over algorithms, 16 rays on 16 banks.
     pub rays_16_banks_16_average: f64,

@@ -7,12 +7,13 @@ use potamoi_formats::config::Config;
 use potamoi_reference::{ReferenceUnits, UnitCounts};
 use potamoi_rtl::{RtlCycles, RtlUnits};
 use potamoi_scene::{FrameCounts, Rendered, Scene};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
 
 /// Arithmetic that renders a picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Numerics {
     /// Ground truth: the analytic field that a built-in model was sampled from.

@@ -6,12 +6,13 @@ pub use potamoi_reference::splat_unit::SplatPart;
 use potamoi_reference::splat_unit::{SplatEntry, SplatJob, SplatSettings};
 use potamoi_scene::{Model, Scene};
 use potamoi_splats::{RenderError, Schedule, View, unit_entries, unit_settings};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
 
 /// A frame on the splat unit, with streams that never pause.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SplatUnitRun {
     /// Lanes of its exponential.
     pub lanes: u32,
@@ -37,7 +38,7 @@ pub struct SplatUnitRun {
 }
 
 /// A frame on splat units from which a part is left out.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct SplatPartLeftOut {
     /// The part.
     pub part: SplatPart,

@@ -8,6 +8,7 @@ use potamoi_explore::Progress;
 use potamoi_explore::synthesis::in_parallel;
 use potamoi_scene::Scene;
 use potamoi_system::system_model::AtBounds;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::cells::{COLUMNS, Cell};
@@ -17,7 +18,7 @@ use crate::workbench::Workbench;
 use crate::workload::Workload;
 
 /// A machine on a scene: figures, or why there are none.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Row {
     /// Its figures.
@@ -45,7 +46,7 @@ impl Row {
 }
 
 /// Machines on scenes, ratios over the first machine.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Comparison {
     /// What they do.
     pub workload: Workload,
@@ -175,7 +176,7 @@ impl Comparison {
 }
 
 /// Ratios of a machine over another, at both bounds of the GPU's kernels.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Ratios {
     /// Its frames a second over the other's.
     pub rate: AtBounds<f64>,

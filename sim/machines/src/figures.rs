@@ -1,13 +1,14 @@
 //! Figures of a machine on a scene.
 
 use potamoi_system::system_model::{AtBounds, ClockOrigin, Demand, GpuOnly, Outcome, Unknown};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::quality::PictureQuality;
 use crate::workload::Fidelity;
 
 /// What a machine does on a scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Figures {
     /// The machine's name.
     pub machine: String,

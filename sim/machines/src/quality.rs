@@ -12,10 +12,11 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
 use potamoi_system::system_model::work::{PathWork, Quality};
 use potamoi_system::system_model::{Frames, Variant};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Quality of a picture.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PictureQuality {
     /// The reference: the truth, or the converged picture where the truth is not known.
     pub beside: ReferenceKind,

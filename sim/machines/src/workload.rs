@@ -1,9 +1,12 @@
 //! What machines do on a scene, and how it is timed.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Method of times and energies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fidelity {
     /// The largest demand of a frame on any resource or channel: a bound, without a schedule. For
@@ -29,7 +32,7 @@ impl Fidelity {
 }
 
 /// What machines do on a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Workload {
     /// Frames of the scene's path.

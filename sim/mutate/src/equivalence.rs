@@ -12,6 +12,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use potamoi_verilated::child::{self, Fault};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::design::SELECT;
@@ -22,7 +23,7 @@ use crate::{Design, Mutant, MutateError, Tools};
 const LIMIT: Duration = Duration::from_secs(120);
 
 /// How a mutant is shown to be equivalent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Miter {
     /// From any state.

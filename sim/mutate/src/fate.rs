@@ -1,11 +1,12 @@
 //! What becomes of a mutant.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Miter;
 
 /// What becomes of a mutant.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "fate")]
 pub enum Fate {
     /// The bench finds it.

@@ -1,9 +1,12 @@
 //! The judges.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A judge, in the order in which they are asked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Judge {
     /// The standalone bench.

@@ -1,9 +1,10 @@
 //! One fault, as Yosys lists it.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// One fault in one cell.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Mutant {
     /// Its number in the build, from 1; 0 is none.
     pub number: usize,

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use potamoi_formats::config::Config;
 use potamoi_prove::Unit;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::all_operands::AllOperands;
@@ -37,7 +38,7 @@ pub type Verify<'a> =
     dyn Fn(&BTreeMap<String, String>) -> Result<Option<String>, MutateError> + Sync + 'a;
 
 /// A mutant and its fate.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Judged {
     /// The mutant.
     #[serde(flatten)]
@@ -48,7 +49,7 @@ pub struct Judged {
 }
 
 /// The score of a module.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Score {
     /// Mutants.
     pub mutants: usize,

@@ -18,10 +18,11 @@ pub use error::ProveError;
 pub use tools::Tools;
 pub use unit::{Options, Proof, Unit, top_as_built, units, units_as_built};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What is known of a property.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "outcome", content = "depth")]
 pub enum Outcome {
     /// It holds in all runs.
@@ -51,7 +52,7 @@ impl Outcome {
 }
 
 /// A property of a unit, and what is known of it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Property {
     /// Instances from the unit on, and its name, joined by dots.
     pub name: String,

@@ -12,6 +12,7 @@ use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::npu::npu_ext;
 use potamoi_units::splat_unit::packer;
 use potamoi_units::vector_unit::vector_unit;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::script::{Kept, load, script};
@@ -94,7 +95,7 @@ pub struct Options {
 }
 
 /// What is known of a unit.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Proof {
     /// The unit.
     pub unit: String,

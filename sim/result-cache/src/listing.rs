@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use potamoi_base::outputs::FileError;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ends_with_key;
@@ -18,7 +19,7 @@ pub const KINDS: [(&str, &str); 4] = [
 ];
 
 /// One kept result.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Entry {
     /// Its folder: one of [`KINDS`].
     pub kind: &'static str,

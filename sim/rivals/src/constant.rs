@@ -1,9 +1,10 @@
 //! Constants with their origins.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Where a constant comes from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
     /// The publication that states it, or that it follows from.
@@ -35,7 +36,7 @@ impl Origin {
 }
 
 /// A constant.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Constant {
     /// Its value; `None` where it is unknown.
     pub value: Option<f64>,

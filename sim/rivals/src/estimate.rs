@@ -2,6 +2,7 @@
 
 use potamoi_gpu::programs::{CountError, Counts, program};
 use potamoi_gpu::{Device, DeviceError, Frame, Overlap as OfKernels};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::constant::Constant;
@@ -34,7 +35,7 @@ pub enum EstimateError {
 }
 
 /// Seconds from the fewest to the most.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Seconds {
     /// Where work may be skipped, and demands of a GPU's kernel overlap.
     pub fewest: f64,
@@ -51,7 +52,7 @@ impl Seconds {
 }
 
 /// A rival on a trace.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     /// Seconds of a frame.
     pub frame: Seconds,

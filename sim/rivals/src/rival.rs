@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::constant::{Constant, Origin};
@@ -18,7 +19,7 @@ pub struct RivalError {
 }
 
 /// How the stages of a frame follow each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Overlap {
     /// All at the same time: a frame takes as long as its longest stage.
@@ -28,7 +29,7 @@ pub enum Overlap {
 }
 
 /// What a stage takes of a count.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Term {
     /// The count.
     pub count: String,
@@ -40,7 +41,7 @@ pub struct Term {
 }
 
 /// What a stage asks for.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Demand {
     /// Work of units, each of which does so much in a cycle.
@@ -73,7 +74,7 @@ pub enum Demand {
 }
 
 /// Where a program's count comes from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
     /// A count of the trace.
@@ -83,7 +84,7 @@ pub enum Source {
 }
 
 /// A stage.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Stage {
     /// Its name.
     pub name: String,
@@ -92,7 +93,7 @@ pub struct Stage {
 }
 
 /// A GPU that a speed-up is published over.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Beside {
     /// The device.
     pub device: String,
@@ -103,7 +104,7 @@ pub struct Beside {
 }
 
 /// A published figure, and the workload that is published for it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Figure {
     /// What it is.
     pub what: String,
@@ -120,7 +121,7 @@ pub struct Figure {
 }
 
 /// A published accelerator.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Rival {
     /// Its name, that of the file.
     pub name: String,

@@ -1,5 +1,6 @@
 //! Published figures, computed again on the workload that is published for them.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::constant::Origin;
@@ -11,7 +12,7 @@ use crate::trace::Trace;
 pub const WITHIN: f64 = 2.0;
 
 /// A figure computed again.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Check {
     /// What it is.
     pub what: String,
@@ -46,7 +47,7 @@ impl Check {
 }
 
 /// Whether a rival is validated.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// By this figure.

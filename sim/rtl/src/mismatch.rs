@@ -1,10 +1,11 @@
 //! First difference between hardware and prediction.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 
 /// The first difference of a run.
-#[derive(Debug, Clone, PartialEq, Eq, Error, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Error, Serialize, JsonSchema)]
 #[error("{module}, cycle {cycle}: {signal} is {found}, expected {expected} ({place})")]
 pub struct Mismatch {
     /// The unit.

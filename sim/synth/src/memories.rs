@@ -2,6 +2,7 @@
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::{MemoryMacro, Module};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::cacti::{self, Cacti, Figures, Settings, Shape};
@@ -11,7 +12,7 @@ use super::{FlopMemory, MemoryArea, SynthError, UnitKind, UnitReport};
 pub const SYSTEM: &str = "system";
 
 /// A memory of a unit or of the system around it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MemoryReport {
     /// Its module, or its name in the system.
     pub memory: String,
@@ -28,7 +29,7 @@ pub struct MemoryReport {
 }
 
 /// Memories at the node of their model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Memories {
     /// Settings of the model.
     pub origin: Settings,

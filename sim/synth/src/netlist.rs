@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use potamoi_netlist::MemoryMacro;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Library;
 
 /// A module's own cells, without those of its children.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModuleArea {
     /// Its name.
     pub module: String,
@@ -25,7 +26,7 @@ pub struct ModuleArea {
 }
 
 /// A memory macro.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MemoryArea {
     /// Module that it replaces.
     pub module: String,

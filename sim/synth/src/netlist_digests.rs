@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::Module;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{SynthError, UnitKind};
@@ -13,7 +14,7 @@ use crate::{SynthError, UnitKind};
 /// A module's digest depends on those of the modules below it, so that the top module's is that of
 /// the whole unit. Names of nodes and instances, comments and the printed text change none; see
 /// [`potamoi_netlist::Digest`].
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct NetlistDigests(BTreeMap<String, String>);
 

@@ -1,9 +1,10 @@
 //! Report of a unit's power.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Power of a unit, or the reason why it is missing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Power {
     /// Estimated from cells and the loads of their pins.
@@ -16,7 +17,7 @@ pub enum Power {
 }
 
 /// Power of a gate-level unit, without wires, clock tree and memories.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PowerReport {
     /// Clock for milliwatts, in gigahertz: the configuration's, or the one that the netlist reaches
     /// before wires if that is lower.
@@ -36,7 +37,7 @@ pub struct PowerReport {
 }
 
 /// Switching activity of a netlist, compared with golden values in every output bit and cycle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Activity {
     /// The scene.
     pub scene: String,
@@ -57,7 +58,7 @@ pub struct Activity {
 }
 
 /// Energy and power of the whole unit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Figures {
     /// Transitions of a net a cycle, as mean over all nets except the clock, in the largest
     /// simulated netlist.
@@ -79,7 +80,7 @@ pub struct Figures {
 }
 
 /// Energy of all modules of one kind.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModulePower {
     /// Its name.
     pub module: String,

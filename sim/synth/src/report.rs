@@ -1,6 +1,7 @@
 //! File of synthesised parameters.
 
 use potamoi_formats::config::Config;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -9,11 +10,11 @@ use super::scaling::{self, Factors};
 use super::{Figures, Library, Memories, Power, Tools, UnitKind, UnitReport};
 
 /// Version of the file.
-pub(super) const FORMAT_VERSION: u32 = 5;
+pub const FORMAT_VERSION: u32 = 5;
 pub(super) const COMMAND: &str = "synth";
 
 /// Parameters of a configuration's units, with their sources.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SynthReport {
     pub(super) format_version: u32,
@@ -33,7 +34,7 @@ pub struct SynthReport {
 }
 
 /// A cell library.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LibraryOrigin {
     /// Its own name.
     pub name: String,
@@ -46,7 +47,7 @@ pub struct LibraryOrigin {
 }
 
 /// Versions of the programs.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct ToolsOrigin {
     /// Yosys, as it reports it.
     pub yosys: String,
@@ -76,7 +77,7 @@ impl ToolsOrigin {
 }
 
 /// Limits of nets between modules.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 struct Flow {
     /// Fan-out.
     fan_out: usize,
@@ -85,7 +86,7 @@ struct Flow {
 }
 
 /// Figures at the nodes of their models.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Raw {
     /// The units, at the library's node.
@@ -95,7 +96,7 @@ pub struct Raw {
 }
 
 /// Figures at another node.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scaled {
     /// Node in nanometres.
@@ -107,7 +108,7 @@ pub struct Scaled {
 }
 
 /// Units at another node.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScaledLogic {
     /// Scaling factors.
@@ -117,7 +118,7 @@ pub struct ScaledLogic {
 }
 
 /// A unit at another node, without its memories.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScaledUnit {
     /// Its top module.
@@ -137,7 +138,7 @@ pub struct ScaledUnit {
 }
 
 /// Energy of a unit at another node, for the activity in [`Power`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScaledEnergy {
     /// Picojoules a cycle with zero delays.
@@ -173,7 +174,7 @@ pub(super) fn with_memories_ps(unit: &UnitReport, factors: &Factors) -> Option<f
 }
 
 /// Memories at another node.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScaledMemories {
     /// Scaling factors.
@@ -183,7 +184,7 @@ pub struct ScaledMemories {
 }
 
 /// A memory at another node.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ScaledMemory {
     /// Its name.
     pub memory: String,

@@ -1,9 +1,10 @@
 //! Scaling between technology nodes by published factors.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Scaling factors from one node to another.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Factors {
     /// Publication of the factors.
     pub table: String,

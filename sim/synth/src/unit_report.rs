@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::netlist::{MemoryArea, ModuleArea};
@@ -9,7 +10,7 @@ use super::netlist_digests::NetlistDigests;
 use super::power_report::Power;
 
 /// A gate-level unit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct UnitReport {
     /// Its top module.
     pub unit: String,
@@ -46,7 +47,7 @@ pub struct UnitReport {
 }
 
 /// The longest path of a unit, including paths from and to its memories.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WithMemories {
     /// Access time of each memory module in picoseconds, at the library's node.
     pub access_ps: BTreeMap<String, f64>,
@@ -61,7 +62,7 @@ pub struct WithMemories {
 }
 
 /// A memory made of flip-flops in its unit's netlist.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct FlopMemory {
     /// Its module.
     pub memory: String,

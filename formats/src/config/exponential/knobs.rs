@@ -1,12 +1,15 @@
 //! Knobs of the exponential engine.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::ExpForm;
 use crate::fixed::Format;
 
 /// Base of the operation `exp`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExpBase {
     /// `exp(-u)`.

@@ -11,6 +11,7 @@ mod radix4;
 mod recurrence;
 mod restoring;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::breaches::RuleBreaches;
@@ -28,7 +29,7 @@ use form::Form;
 macro_rules! registry {
     ($($form:ident, $name:literal, $own:expr;)*) => {
         /// Algorithm of exponentials, documented in the module of each form.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
         pub enum ExpForm {
             $(
                 #[doc = concat!("`vu.exp.form = \"", $name, "\"`.")]

@@ -36,12 +36,13 @@ use potamoi_formats::units::OpCode;
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Rendered, Scene, SceneError};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use scene::{CheckState, SceneCases, SceneCheck, of_scene};
 
 /// A hard case under a configuration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct HardCase {
     /// Name of the case.
     pub name: &'static str,
@@ -53,7 +54,7 @@ pub struct HardCase {
 }
 
 /// What was found of a case under a configuration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum Found {
     /// Both forms were measured.
@@ -71,7 +72,7 @@ pub enum Found {
 }
 
 /// Errors of the obvious form and of ours, in one unit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Measured {
     /// The obvious form.
     pub naive: String,

@@ -8,6 +8,7 @@ use potamoi_scene::{Model, Rendered, Scene, SceneError};
 use potamoi_splats::{
     Cloud, Footprint, Limits, Projected, RecordForm, Rules, Saturations, View, record, rotation,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::covariance::{DETERMINANT, determinant, in_32_bits};
@@ -18,7 +19,7 @@ use super::{Worst, in_pool_of_one};
 const MOST: usize = 300;
 
 /// A check of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SceneCheck {
     /// Its name.
     pub name: &'static str,
@@ -31,7 +32,7 @@ pub struct SceneCheck {
 }
 
 /// What a check found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CheckState {
     /// It holds.

@@ -18,6 +18,7 @@ mod tests;
 mod visit_order;
 
 use potamoi_formats::config::MvoxelConfig;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use potamoi_reference::weights::FRACTION_BITS;
@@ -25,7 +26,7 @@ use potamoi_reference::weights::FRACTION_BITS;
 pub use visit_order::position_code;
 
 /// Storage of the vertices that neighbouring MVoxels share.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Halo {
     /// Stored in both MVoxels.

@@ -1,6 +1,7 @@
 //! Reads of a frame, counted in one pass without storing them.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::banks::{BLOCK, Conflicts, conflicts};
@@ -16,7 +17,7 @@ const KEPT: usize = 1 << 16;
 const SECTOR: u32 = 32;
 
 /// Vectors of one size, consecutive in memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Vectors {
     /// Number of vectors.
     pub count: u32,

@@ -1,5 +1,6 @@
 //! Bank conflicts, for several numbers of lanes and banks at once.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::ratio;
@@ -15,7 +16,7 @@ pub(super) const BLOCK: usize = LANES[2];
 /// Bank statistics of a feature-major buffer. Vector `v` lies wholly in bank `v mod banks` (the
 /// layout that the paper argues against), and a bank serves one vector a round. Lanes that read
 /// the same vector share it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Banks {
     /// Number of reads.
     pub reads: u64,

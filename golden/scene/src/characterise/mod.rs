@@ -17,6 +17,7 @@ mod stages;
 mod tables;
 mod traffic;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use accesses::{Accesses, Vectors};
@@ -31,7 +32,7 @@ pub use tables::{colour_traffic, sized_traffic, table_traffic};
 pub use traffic::{Traffic, traffic};
 
 /// Statistics of an on-chip buffer with oracle replacement.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Memory {
     /// Number of reads.
     pub reads: u64,

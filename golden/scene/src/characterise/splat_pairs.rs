@@ -6,6 +6,7 @@ use potamoi_splats::{
     Cloud, FixedOptions, RenderError, Schedule, ScheduleOptions, TileLimits, View, unit_entries,
     unit_settings,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Fewest fraction bits of the exponential's input that spans are found with.
@@ -14,7 +15,7 @@ const LEAST_FRACTION: u32 = 12;
 const MOST_INPUT: u32 = 20;
 
 /// Pairs of a frame, each kind a part of the one before.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SplatPairs {
     /// (tile, Gaussian) pairs of the profile's list.
     pub tile_pairs: u64,

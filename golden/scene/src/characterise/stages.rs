@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use potamoi_base::camera::Camera;
@@ -15,7 +16,7 @@ const RAYS: u32 = 5_000;
 /// Time of the stages in seconds, measured on this machine. For a field: of one thread, on rays
 /// spread over the frame. For splats: of all threads, on the whole frame, with gathering and
 /// computation of a pixel as one stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Stages {
     /// Locating samples; for splats projection, sorting and tiling.
     pub indexing: f64,

@@ -6,6 +6,7 @@
 //! each, and partial sums are added. The count is that of a renderer whose rays stop where they
 //! are known to: an MVoxel is gathered to its end.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use potamoi_base::camera::Camera;
@@ -14,7 +15,7 @@ use potamoi_march::streams::Streams;
 use potamoi_march::tiling::Halo;
 
 /// Traffic of a frame for one size of ray groups.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Traffic {
     /// Side of a ray group in pixels.
     pub side: u32,

@@ -48,7 +48,7 @@ pub struct SplatOutputs {
 }
 
 /// Counters of the unit.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct SplatCounters {
     /// Cycles in which it was not idle.
     pub busy: u64,

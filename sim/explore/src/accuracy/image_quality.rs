@@ -2,10 +2,11 @@
 
 use potamoi_base::picture::Picture;
 use potamoi_base::ssim::ssim;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Quality of a picture against a reference picture.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ImageQuality {
     /// PSNR in dB, from the mean squared error over all pixels, peak 1; `None` where pictures are
     /// equal.
@@ -52,7 +53,7 @@ impl ImageQuality {
 
 /// Errors of pixels against the picture in floating point, with their bounds: those of the
 /// hardware's formats alone.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct PixelError {
     /// Largest error of a channel, peak 1.
     pub measured: f64,

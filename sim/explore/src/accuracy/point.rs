@@ -1,6 +1,7 @@
 //! Measurements of a setting.
 
 use potamoi_system::system_model::ClockOrigin;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::image_quality::{ImageQuality, PixelError};
@@ -9,7 +10,7 @@ use super::price::Price;
 use super::units::UnitErrors;
 
 /// Measurements of a setting.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
     /// Name of the knob; `default` and `found` belong to none.
     pub knob: String,

@@ -2,13 +2,14 @@
 
 use potamoi_base::picture::Picture;
 use potamoi_scene::{Converged, Halvings, Scene};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::image_quality::ImageQuality;
 use crate::ExploreError;
 
 /// The picture that quality, front, knee and goals of a search are measured against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceKind {
     /// The analytic field that the model was sampled from.
@@ -38,7 +39,7 @@ impl ReferenceKind {
 }
 
 /// Description of a scene's references for reports.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Reference {
     /// The one that counts: the truth where it is known.
     pub kind: ReferenceKind,
@@ -47,7 +48,7 @@ pub struct Reference {
 }
 
 /// How a converged picture was rendered.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Convergence {
     /// The rules, in words.
     pub how: &'static str,

@@ -1,5 +1,6 @@
 //! Sweep over every setting of every knob, one at a time.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::bench::Bench;
@@ -14,7 +15,7 @@ use crate::{ExploreError, Progress};
 const EQUAL_DB: f64 = 0.1;
 
 /// Measurements of a scene's knobs, one setting at a time.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Sweep {
     /// The scene's name.
     pub scene: String,
@@ -42,7 +43,7 @@ pub struct Sweep {
 }
 
 /// A setting that cannot be applied.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Refused {
     /// The knob's name.
     pub knob: &'static str,
@@ -53,7 +54,7 @@ pub struct Refused {
 }
 
 /// Result of a search.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SearchResult {
     /// Knobs and labels of its settings.
     pub settings: Vec<String>,

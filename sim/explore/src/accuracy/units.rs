@@ -15,6 +15,7 @@ use potamoi_reference::weights::{FRACTION_BITS, trilinear};
 use potamoi_reference::widths::budget;
 use potamoi_scene::Scene;
 use potamoi_units::vector_unit::error_bound;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Samples for operations with operands wider than 16 bits.
@@ -23,7 +24,7 @@ const SAMPLES: u32 = 1 << 16;
 const FEATURE_FRAC: i32 = 15;
 
 /// Error of a unit's operation, in units of the last place (ulp).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct UnitError {
     /// Largest magnitude.
     pub max_ulp: f64,
@@ -61,7 +62,7 @@ impl UnitError {
 }
 
 /// Errors of the operations that a scene is rendered with.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct UnitErrors {
     /// exp(-u), in ulp of the result, over all 16-bit operands.
     pub exponential: Option<UnitError>,

@@ -8,6 +8,7 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::{Rendered, Scene};
 use potamoi_system::call_digest::CallDigest;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::wall_time::{Pairs, Stopwatch};
@@ -40,7 +41,7 @@ impl Outcome {
 }
 
 /// A frame with effects forced, compared with the frame of required effects alone.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Forced {
     /// Forced effects.
     pub effects: Vec<String>,
@@ -123,7 +124,7 @@ impl Forced {
 }
 
 /// A frame without an effect, compared with the frame with it.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Without {
     /// Name of the effect.
     pub name: &'static str,

@@ -7,13 +7,14 @@ use potamoi_formats::config::{Config, Modes, rules};
 use potamoi_scene::Scene;
 use potamoi_synth::UnitKind;
 use potamoi_system::system_model::{Area, Costs, System};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
 use crate::setup::{costs_and_area, module_area};
 
 /// A figure with its origin, or the reason why it is not known.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Figure {
     /// The figure.
     pub value: Option<f64>,
@@ -39,7 +40,7 @@ impl Figure {
 }
 
 /// What leaving out the hardware of effects saves.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct HardwareSaving {
     /// Fields of the configuration that become smaller.
     pub fields: Vec<&'static str>,

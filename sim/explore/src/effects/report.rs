@@ -9,6 +9,7 @@ use potamoi_reference::observer::Observed;
 use potamoi_scene::Scene;
 use potamoi_system::system_model::System;
 use potamoi_system::system_model::work::{Counted, FrameWork};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::compare::{Forced, Without};
@@ -36,7 +37,7 @@ pub struct EffectsStudy<'a> {
 }
 
 /// Report of a study of effects.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Effects {
     /// The scene's name.
     pub scene: String,
@@ -168,7 +169,7 @@ impl EffectsStudy<'_> {
 }
 
 /// An effect with its cost.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FoundEffect {
     /// Its name.
     pub name: &'static str,
@@ -185,7 +186,7 @@ pub struct FoundEffect {
 }
 
 /// Cost of simulating an effect.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct EffectCost {
     /// Work by unit.
     #[serde(flatten)]
@@ -198,7 +199,7 @@ pub struct EffectCost {
 }
 
 /// Saving by leaving out an effect that is not called for.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct EffectSaving {
     /// Wall time of the simulator; 0 for an effect that is called for, as it is not left out, and
     /// where there is nothing to simulate. `None` without timing.
@@ -270,7 +271,7 @@ impl FoundEffect {
 }
 
 /// A unit, and its parts that are left out.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct UnitUse {
     /// Name of its top module.
     pub unit: &'static str,

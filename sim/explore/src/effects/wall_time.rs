@@ -10,6 +10,7 @@ use potamoi_reference::ReferenceUnits;
 use potamoi_rtl::{RtlCycles, RtlUnits};
 use potamoi_scene::Scene;
 use potamoi_warp::{Frame, Plan, PlanOptions, Profile, ReferenceFrom, Renderer, Sequence, Warper};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
@@ -27,7 +28,7 @@ pub(super) struct Stopwatch<'a> {
 }
 
 /// Wall time with and without an effect.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct Wall {
     /// What was timed.
     pub of: &'static str,
@@ -37,7 +38,7 @@ pub struct Wall {
 }
 
 /// Medians of interleaved runs, in milliseconds.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct Pairs {
     /// With the effect.
     pub with_ms: f64,
@@ -87,7 +88,7 @@ impl Pairs {
 }
 
 /// Wall time of the frame on the Verilated units.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct RtlWall {
     /// With the whole configuration and both units, and without the parts that the scene does not
     /// call for; `None` without timed pairs.

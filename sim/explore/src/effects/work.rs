@@ -3,10 +3,11 @@
 use potamoi_base::effects::Effect;
 use potamoi_cycles::effect_meter::EffectCycles;
 use potamoi_scene::{FrameCounts, Scene};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Work of an effect: the unit and the amount.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Work {
     /// The unit that does it.
     pub unit: &'static str,

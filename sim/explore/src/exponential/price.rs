@@ -10,6 +10,7 @@ use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_scene::Scene;
 use potamoi_synth::fit::{ExponentialFigures, Fit, Origin};
 use potamoi_units::exponential::alone;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
@@ -23,7 +24,7 @@ const SCENES: [&str; 2] = ["garden", "lantern"];
 const WIDTH: u32 = 128;
 
 /// A figure, or the reason why there is none.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Figure<T> {
     /// The figure.
@@ -54,7 +55,7 @@ impl<T> Figure<T> {
 }
 
 /// The price of an exponential by itself, as `emit --unit exp` writes it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ExponentialPrice {
     /// Form and settings.
     pub name: String,
@@ -73,7 +74,7 @@ pub struct ExponentialPrice {
 }
 
 /// Area, period and energy at one node, without wires.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ExponentialHardware {
     /// Node in nanometres.
     pub node_nm: u32,
@@ -92,7 +93,7 @@ pub struct ExponentialHardware {
 }
 
 /// Clocks over all operands.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Clocks {
     /// The mean.
     pub mean: f64,
@@ -101,7 +102,7 @@ pub struct Clocks {
 }
 
 /// Errors over all operands of the format, against values of 120 bits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct PowerError {
     /// Number of operands.
     pub operands: u32,
@@ -118,7 +119,7 @@ pub struct PowerError {
 }
 
 /// PSNR of a scene's picture in the hardware's formats beside floating point.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SceneQuality {
     /// The scene.
     pub scene: &'static str,

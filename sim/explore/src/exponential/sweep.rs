@@ -10,6 +10,7 @@ use potamoi_reference::exact_exponential::{ExactExponential, ExpError};
 use potamoi_reference::widths::{budget, straightness, truncation};
 use potamoi_rtl::{VectorBatch, VectorRun, VectorUnit};
 use potamoi_units::vector_unit::error_bound;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
@@ -77,7 +78,7 @@ impl ExponentialSweep {
 
 /// Errors and clocks of a configuration's exponential. Errors are in ulp of the result,
 /// `2^-output_bits`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ExponentialReport {
     /// Hash of the configuration, 12 hexadecimal digits.
     pub configuration: String,
@@ -137,7 +138,7 @@ pub struct ExponentialReport {
 }
 
 /// Parameters of the piecewise form.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PieceTable {
     /// Number of pieces.
     pub pieces: u32,

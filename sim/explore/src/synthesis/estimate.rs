@@ -4,6 +4,7 @@ use potamoi_formats::config::Config;
 use potamoi_synth::fit::{EnergiesOf, Estimate, Fit, Formula, LeftOut, ScaledEstimate, Work};
 use potamoi_synth::grid::Family;
 use potamoi_synth::{MemoryArea, SynthError, UnitKind, macros, scaling};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Operating point and target node of an estimate.
@@ -18,7 +19,7 @@ pub struct EstimateOf<'a> {
 }
 
 /// Estimated synthesis results of a unit.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct UnitEstimate {
     /// Name of its top module.
     pub unit: &'static str,

@@ -5,6 +5,7 @@ use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::{Config, Modes, Organisation};
 use potamoi_system::system_model::work::PathWork;
 use potamoi_system::system_model::{AtBounds, Clock, Gathering, Outcome, Scenario, Variant};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -14,7 +15,7 @@ pub const NEUREX_SIDE: u64 = 32;
 
 /// Speed-ups over the baseline on the same scene, at both bounds of the GPU's kernels: all have the
 /// same GPU.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Accelerators {
     /// Name of the scene, as requested.
     pub scene: String,

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use potamoi_gpu::rows::Measured;
 use potamoi_gpu::validate::{Check, Summary};
 use potamoi_system::system_model::{AtBounds, GpuOnly, Model, Scenario, System, Variant};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::counted_scene::CountedScene;
@@ -19,7 +20,7 @@ const WIRES: f64 = 0.25;
 const TIE: f64 = 0.005;
 
 /// An error of the model: its name, and what is changed.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ModelErrorNote {
     /// Name in a conclusion that it opens.
     pub name: &'static str,
@@ -86,7 +87,7 @@ impl ModelError {
 }
 
 /// A statement about a scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Conclusion {
     /// The scene.
     pub scene: String,

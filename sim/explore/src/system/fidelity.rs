@@ -6,12 +6,13 @@ use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_system::system_model::Gathering;
 use potamoi_system::system_model::work::{Counted, FrameWork, Replay};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{ExploreError, Progress, Setup};
 
 /// Cycles and time of a frame by one method.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Rung {
     /// Name of the method.
     pub way: &'static str,
@@ -28,7 +29,7 @@ pub struct Rung {
 }
 
 /// Fidelity of the cycle and memory models.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Fidelity {
     /// The scene's name.
     pub scene: String,

@@ -5,12 +5,13 @@ use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_formats::rit::Vertices;
 use potamoi_splats::{Cells, Octree};
 use potamoi_system::system_model::{Clock, Gathering};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
 
 /// A frame with or without merged cells.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Side {
     /// Whether cells are merged.
     pub merged: bool,
@@ -42,7 +43,7 @@ pub struct Side {
 }
 
 /// A scene's frame without and with merged cells.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Merging {
     /// Name of the scene, as requested.
     pub scene: String,

@@ -10,13 +10,14 @@ use potamoi_system::system_model::work::{
 use potamoi_system::system_model::{
     Alone, Area, AtBounds, Clock, Gathered, GpuOnly, Outcome, Scenario, Timeline, Unknown, Variant,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::moved::Moved;
 use crate::{ExploreError, Setup};
 
 /// A scene's path in each variant of a system.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Modelled {
     /// The scene's name.
     pub scene: String,
@@ -152,7 +153,7 @@ impl Modelled {
 }
 
 /// (pixel, Gaussian) pairs of a path, summed over its frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct PathPairs {
     /// Of the full frames at the references' poses.
     pub full: PixelPairs,

@@ -5,6 +5,7 @@ use potamoi_system::system_model::work::PathWork;
 use potamoi_system::system_model::{
     AtBounds, Clock, Gpu, Model, Outcome, Scenario, System, Variant,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::conclusions::{Conclusion, ModelErrorNote, conclusions};
@@ -131,7 +132,7 @@ pub fn with_free_gpu(
 }
 
 /// Speed-up and energy saving over the baseline of the same system, as means over scenes.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Mean {
     /// The variant's name.
     pub variant: &'static str,
@@ -145,7 +146,7 @@ pub struct Mean {
 }
 
 /// Results under one change.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SensitivityRow {
     /// Description of the change; the first row has none.
     pub change: &'static str,
@@ -154,7 +155,7 @@ pub struct SensitivityRow {
 }
 
 /// Speed-ups and energy savings under each change.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// Names of the scenes averaged over.
     pub scenes: Vec<String>,

@@ -5,6 +5,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_base::ssim::ssim;
 use potamoi_warp::{Counts, Frame, Shaded, is_void};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::source::Source;
@@ -107,7 +108,7 @@ impl Footage {
 }
 
 /// Quality of a picture or a sequence against another.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct ImageQuality {
     /// PSNR in dB from the mean squared error over all counted pixels, peak 1; `None` where they
     /// are equal.
@@ -160,7 +161,7 @@ fn decibels(mse: f64) -> f64 {
 }
 
 /// Quality of all pixels, or of the foreground: pixels where the model is not empty.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct Part {
     /// Pixels by origin.
     pub pixels: Counts,
@@ -171,7 +172,7 @@ pub struct Part {
 }
 
 /// Quality of one frame.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FrameQuality {
     /// Number of the frame, from 0.
     pub number: usize,

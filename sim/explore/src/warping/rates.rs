@@ -2,6 +2,7 @@
 
 use potamoi_base::camera::Camera;
 use potamoi_warp::{Counts, Plan, PlanOptions};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::timetable::{GivenTimes, Timetable, late_frames};
@@ -26,7 +27,7 @@ pub struct Pace<'a> {
 }
 
 /// Error of predicted reference poses against the camera's actual ones.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct PredictionError {
     /// References that count.
     pub references: usize,
@@ -74,7 +75,7 @@ fn turn(from: &Camera, to: &Camera) -> f64 {
 }
 
 /// A method on a path at a rate.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RateRow {
     /// The path: trajectory or orbit.
     pub path: &'static str,
@@ -104,7 +105,7 @@ pub struct RateRow {
 }
 
 /// Rows of one scene.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Rates {
     /// The scene's name.
     pub scene: String,

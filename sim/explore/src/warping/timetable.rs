@@ -9,6 +9,7 @@ use potamoi_system::path_schedule::{
     Schedule, live, schedule,
 };
 use potamoi_warp::{Counts, Frame, Plan, Shaded, WarpError, Warper};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::ExploreError;
@@ -65,7 +66,7 @@ impl References for Here<'_> {
 }
 
 /// Summary of a schedule.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Timing {
     /// Source of times: "given" or "measured".
     pub times: &'static str,

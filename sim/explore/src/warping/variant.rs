@@ -3,6 +3,7 @@
 use potamoi_base::camera::Camera;
 use potamoi_system::path_schedule::Schedule;
 use potamoi_warp::{Plan, PlanOptions, ReferenceFrom};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::method::{Method, MethodSettings};
@@ -10,7 +11,7 @@ use super::quality::{FrameQuality, ImageQuality, Measured, Part};
 use super::timetable::Timing;
 
 /// Results for one scene.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Warping {
     /// The scene's name.
     pub scene: String,
@@ -33,7 +34,7 @@ pub struct Warping {
 }
 
 /// Results of one method.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Variant {
     /// Label that tells it from the others.
     pub name: String,
@@ -69,7 +70,7 @@ pub struct Variant {
 }
 
 /// Error of predicted reference poses against the camera's actual ones.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Prediction {
     /// References that count.
     pub references: usize,

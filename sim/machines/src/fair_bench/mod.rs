@@ -13,6 +13,7 @@ use potamoi_gpu::Device;
 use potamoi_rivals::{Check, Estimate, Rival, Trace, Verdict};
 use potamoi_scene::Scene;
 use potamoi_system::system_model::{AtBounds, GpuOnly};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::comparison::Row;
@@ -27,7 +28,7 @@ pub use traced::Traced;
 const GPUS: [&str; 2] = ["xavier-nx", "3090"];
 
 /// A GPU alone.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct GpuRow {
     /// The device.
     pub device: String,
@@ -40,7 +41,7 @@ pub struct GpuRow {
 }
 
 /// A rival: its time, or why it has none.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RivalRow {
     /// Its name, that of its file.
     pub rival: String,
@@ -51,7 +52,7 @@ pub struct RivalRow {
 }
 
 /// All machines on an input.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Input {
     /// The scene.
     pub scene: String,
@@ -82,7 +83,7 @@ impl Input {
 }
 
 /// A rival with its checks.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Checked {
     /// The rival with all its constants.
     pub rival: Rival,
@@ -93,7 +94,7 @@ pub struct Checked {
 }
 
 /// The bench with its results.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FairBench {
     /// Frames of the path whose middle the frame is.
     pub frames: u32,

@@ -1,11 +1,12 @@
 //! What a search seeks: an objective, and limits that the machine keeps.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::cells::{COLUMNS, Cell};
 
 /// The figure that a search makes best.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Objective {
     /// Most frames a second.
@@ -32,7 +33,7 @@ impl Objective {
 }
 
 /// Objective and limits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Goal {
     /// The figure to make best; with several scenes its geometric mean.
     pub objective: Objective,

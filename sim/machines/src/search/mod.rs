@@ -8,6 +8,7 @@ use std::path::Path;
 
 use potamoi_explore::Progress;
 use potamoi_scene::Scene;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 pub use goal::{Goal, Objective, Standing};
@@ -42,7 +43,7 @@ pub struct Search<'a> {
 }
 
 /// How points were chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Every point of the space.
@@ -54,7 +55,7 @@ pub enum Method {
 }
 
 /// A point that was tried.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Tried {
     /// Values of the varied fields.
     pub setting: Setting,
@@ -69,7 +70,7 @@ pub struct Tried {
 }
 
 /// Points of one method.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Trials {
     /// The method.
     pub method: Method,
@@ -91,7 +92,7 @@ impl Trials {
 }
 
 /// Result of a search.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Searched {
     /// Points of the space.
     pub points: usize,

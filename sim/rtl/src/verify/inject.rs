@@ -5,10 +5,11 @@ use std::sync::Arc;
 use potamoi_formats::config::{Config, Modes, Organisation};
 use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_netlist::{Change, Fault, FaultError, Module};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A fault of a unit's netlist.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Injection {
     /// The reducers' accumulators get one bit inverted: the result's lowest bit.

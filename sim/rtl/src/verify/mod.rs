@@ -22,6 +22,7 @@ use potamoi_reference::vector_unit::ReferenceVectorUnit;
 use potamoi_reference::{GatherTask, Product, UnitError, Units};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -52,7 +53,7 @@ pub struct Settings {
 }
 
 /// A difference, with the conditions of its run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Failure {
     /// What differs.
     pub mismatch: Mismatch,
@@ -67,7 +68,7 @@ pub struct Failure {
 }
 
 /// A dump of the window around a mismatch.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Excerpt {
     /// VCD file.
     pub path: PathBuf,

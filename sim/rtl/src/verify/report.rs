@@ -1,9 +1,10 @@
 //! Counts of a verification.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Counts for the gathering unit. Cycles are those of runs without external stalls, unless noted.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct GatherReport {
     /// Runs from reset, each without stalls and again with them.
     pub runs: u64,
@@ -40,7 +41,7 @@ pub struct GatherReport {
 }
 
 /// Counts for the vector unit.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct VectorReport {
     /// Runs from reset, each without stalls and again with them.
     pub runs: u64,
@@ -65,7 +66,7 @@ pub struct VectorReport {
 }
 
 /// Counts for the splat unit.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SplatReport {
     /// Runs from reset, each without stalls and again with them.
     pub runs: u64,

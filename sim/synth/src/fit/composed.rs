@@ -2,6 +2,7 @@
 //! what formulas give for those numbers in a unit that they are of.
 
 use potamoi_formats::config::{Config, ExpForm};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -10,7 +11,7 @@ use crate::UnitKind;
 use crate::grid::{Family, differing, is_same_unit};
 
 /// Figures of a unit over those of another.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Ratio {
     /// Area.
     pub area: f64,

@@ -1,5 +1,6 @@
 //! Estimates of a unit by formulas.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::grid::{GridActivity, GridPoint};
@@ -9,7 +10,7 @@ use crate::scaling::Factors;
 const VOXELS: (&str, u32) = ("lantern", 8);
 
 /// Operating point of a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Work {
     /// Share of cycles in which it issues, 0 to 1.
     pub busy: f64,
@@ -27,7 +28,7 @@ impl Work {
 }
 
 /// Workload of the grid's energies, on which formulas do not depend.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct EnergiesOf {
     /// Scene whose work drove the netlists.
     pub scene: String,
@@ -47,7 +48,7 @@ impl EnergiesOf {
 }
 
 /// Estimate of a unit at the node of the grid, without memories.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     /// Area in square micrometres.
     pub area_um2: f64,
@@ -72,7 +73,7 @@ pub struct Estimate {
 }
 
 /// Estimate at another node. Leakage has no factor.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ScaledEstimate {
     /// Node in nanometres.
     pub node_nm: u32,
@@ -183,7 +184,7 @@ impl Estimate {
 }
 
 /// Estimate of all modules of one kind.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EstimatedModule {
     /// Its name.
     pub module: String,

@@ -1,6 +1,7 @@
 //! Figures of an exponential by itself: as it was synthesised, or from its nearest synthesised relative.
 
 use potamoi_formats::config::Config;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Estimate, Fit, Ratio, ScaledEstimate, Work};
@@ -14,7 +15,7 @@ const BUSY: Work = Work {
 };
 
 /// Where figures come from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Origin {
     /// This block was synthesised.

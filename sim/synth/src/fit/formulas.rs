@@ -1,6 +1,7 @@
 //! Formulas of one family.
 
 use potamoi_formats::config::Config;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::estimate::{Estimate, EstimatedModule, Work};
@@ -31,7 +32,7 @@ struct ModuleFormulas {
 }
 
 /// A formula for reports.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Formula {
     /// The module, or the end of paths.
     pub of: &'static str,

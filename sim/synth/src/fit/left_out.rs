@@ -1,5 +1,6 @@
 //! Cross-validation: errors at points left out of the fit.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::estimate::{Estimate, Work};
@@ -8,7 +9,7 @@ use crate::SynthError;
 use crate::grid::{Family, GridPoint};
 
 /// Relative errors of one figure over points left out one at a time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Spread {
     /// Number of points.
     pub points: usize,
@@ -19,7 +20,7 @@ pub struct Spread {
 }
 
 /// Relative errors at one point that was left out of the fit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PointErrors {
     /// Its differences from the defaults.
     pub point: String,
@@ -36,7 +37,7 @@ pub struct PointErrors {
 }
 
 /// Relative errors of a family.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LeftOut {
     /// Errors by point.
     pub points: Vec<PointErrors>,

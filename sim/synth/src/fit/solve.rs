@@ -1,6 +1,7 @@
 //! Least squares of relative errors.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::terms::{Numbers, Term};
@@ -15,7 +16,7 @@ pub(super) struct Value {
 }
 
 /// A term of a formula and its coefficient.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Addend {
     /// Term: `1`, or a product of numbers: banks B, ports M, feature bits f, weight bits w,
     /// depth of the FIFO d, banks with a channel a; lanes L, iterations n, bits of an

@@ -8,13 +8,14 @@ mod tests;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use catalogue::{TOOLS, Tool};
 use search::{locate, numbers, version};
 
 /// Whether a tool can be used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     /// It is there, in a version that works.
@@ -30,7 +31,7 @@ pub enum State {
 }
 
 /// State of one tool.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Finding {
     /// Its name.
     pub name: &'static str,

@@ -1,12 +1,13 @@
 //! A schedule: tasks, frames, buffer slots, resources and totals.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{FrameOrigin, Job, Nanos};
 use crate::frame_scheduler::Hold;
 
 /// A resource, which does one job at a time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resource {
     /// Local renderer of references and of full fallbacks.
@@ -45,7 +46,7 @@ impl Resource {
 }
 
 /// Waiting times in nanoseconds by cause.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Waits {
     /// Arrival of a pose.
     pub pose: Nanos,
@@ -86,7 +87,7 @@ impl Waits {
 }
 
 /// One job with its resource and its timestamps in nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Task {
     /// The job.
     pub job: Job,
@@ -107,7 +108,7 @@ pub struct Task {
 }
 
 /// Timestamps of a frame in nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FrameTime {
     /// Its number in the path.
     pub number: usize,
@@ -136,7 +137,7 @@ impl FrameTime {
 
 /// A slot of the reference buffer, held by a reference from its begin until its last target has
 /// read it. Times are nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SlotHold {
     /// The reference.
     pub reference: usize,
@@ -160,7 +161,7 @@ impl From<Hold<Nanos>> for SlotHold {
 }
 
 /// Time of a resource in nanoseconds: `busy`, all of `idle` and `after` sum to the span.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ResourceUse {
     /// The resource.
     pub resource: Resource,
@@ -173,7 +174,7 @@ pub struct ResourceUse {
 }
 
 /// Traffic on the link.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LinkUse {
     /// Bytes in both directions, those of lost and late references included.
     pub bytes: u64,
@@ -182,7 +183,7 @@ pub struct LinkUse {
 }
 
 /// Totals of a schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Totals {
     /// Span: nanoseconds until the last task has ended and the last frame is shown.
     pub span: Nanos,
@@ -205,7 +206,7 @@ pub struct Totals {
 }
 
 /// A schedule: all tasks and frames with their timestamps.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Schedule {
     /// Tasks, sorted by begin, then by end.
     pub tasks: Vec<Task>,

@@ -3,6 +3,7 @@
 use potamoi_formats::config::Config;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SYSTEM, SynthReport, Synthesised, UnitKind, scaling};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::logic::{Logic, NODE_NM};
@@ -10,7 +11,7 @@ use super::system::System;
 use super::unit_source::{Known, UnitSource};
 
 /// Area of the blocks of one kind, in square millimetres.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct BlockArea {
     /// Its name.
     pub block: String,
@@ -33,7 +34,7 @@ impl BlockArea {
 }
 
 /// Area of the blocks of the accelerator.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Area {
     /// The units, the MAC array and the buffers.
     pub blocks: Vec<BlockArea>,

@@ -1,10 +1,11 @@
 //! Figures at both bounds of the GPU's kernels.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A figure with the demands of each GPU kernel overlapped wholly (`max`), and one after the other
 /// (`sum`). The truth lies between; which of both is nearer is not known.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct AtBounds<T> {
     /// Demands overlap wholly: a kernel takes its largest one.
     pub max: T,

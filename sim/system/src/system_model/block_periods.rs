@@ -4,13 +4,14 @@
 use potamoi_formats::config::Config;
 use potamoi_synth::fit::{Ratio, Work};
 use potamoi_synth::{SYSTEM, SynthReport, Synthesised, UnitKind, scaling};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::logic::NODE_NM;
 use super::unit_source::{Base, Known, UnitSource};
 
 /// Period of a block at the system's node.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct BlockPeriod {
     /// Its name.
     pub block: String,

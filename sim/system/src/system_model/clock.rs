@@ -2,12 +2,13 @@
 
 use potamoi_formats::config::Config;
 use potamoi_synth::UnitKind;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::block_periods::{BlockPeriod, Periods};
 
 /// Clock of the accelerator, and the blocks that bound it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Clock {
     /// Gigahertz.
     pub ghz: f64,
@@ -23,7 +24,7 @@ pub struct Clock {
 }
 
 /// Origin of a clock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClockOrigin {
     /// The longest period is of a block that was synthesised, or of a memory.

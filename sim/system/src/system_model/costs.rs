@@ -7,6 +7,7 @@ use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_synth::fit::{Fit, Work};
 use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
+use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -45,7 +46,7 @@ pub enum CostError {
 }
 
 /// A block whose energy and area are not known.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Unknown {
     /// The block.
     pub block: &'static str,
@@ -125,7 +126,7 @@ pub struct Parameters<'a> {
 }
 
 /// Energy of a frame on chip by part, in picojoules; `None` where it is not known.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct OnChip {
     /// The gathering unit's logic.
     pub gathering_pj: Option<f64>,

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use potamoi_gpu::Overlap;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::at_bounds::AtBounds;
@@ -16,7 +17,7 @@ use super::work::FrameWork;
 /// A frame among many like it, where all resources and channels overlap wholly: its time is the
 /// largest demand. No schedule of such frames is faster; dependencies, fill and room in buffers are
 /// left out.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Demand {
     /// Nanoseconds of a frame.
     pub span_ns: f64,

@@ -1,5 +1,6 @@
 //! Gathering alone: on the GPU in pixel-centric order, and on the gathering unit in MVoxel order.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::at_bounds::AtBounds;
@@ -11,7 +12,7 @@ use super::variant::Gathering;
 use super::work::{FrameWork, PathReplay};
 
 /// Time of gathering a frame in both ways, and its memory energy.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Gathered {
     /// Nanoseconds on the GPU, waits for memory included.
     pub gpu_ns: AtBounds<f64>,
@@ -24,7 +25,7 @@ pub struct Gathered {
 /// Memory energy of gathering in picojoules, and its saving by cause (paper, Sec. "Memory Saving
 /// Contribution"): less traffic, at the former mean energy of a byte, and streaming, for the bytes
 /// that remain.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct MemorySaving {
     /// In pixel-centric order.
     pub before_pj: f64,

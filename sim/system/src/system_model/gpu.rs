@@ -2,10 +2,11 @@
 
 use potamoi_formats::device_file::is_file;
 use potamoi_gpu::Device;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A GPU in a system.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct Gpu {
     /// Its rates, and its watts at work in the same power mode.
@@ -23,8 +24,9 @@ pub struct Gpu {
 }
 
 /// A GPU in a description: the device is a name, or the path of a device file.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Gpu")]
 struct Written {
     device: String,
     idle_watts: f64,

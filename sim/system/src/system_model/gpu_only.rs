@@ -2,6 +2,7 @@
 
 use potamoi_gpu::programs::{DirectVoxGo, Program as _, TorchNgp, TorchTensorf};
 use potamoi_gpu::{Device, Frame, Launch, Overlap};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::at_bounds::AtBounds;
@@ -15,7 +16,7 @@ const HASHED: [f64; 2] = [8.0, 9.5];
 const CHANNEL_MAJOR: [f64; 2] = [13.5, 14.0];
 
 /// Frames of a path by one program on a GPU alone.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Alone {
     /// The program.
     pub program: &'static str,
@@ -24,7 +25,7 @@ pub struct Alone {
 }
 
 /// A path on the system's GPU without accelerator, with the memory that the device has itself.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct GpuOnly {
     /// Our own fused program: the conservative baseline.
     pub fused: Alone,

@@ -9,6 +9,7 @@ use potamoi_base::content_hash::hash_of;
 use potamoi_result_cache::{self as result_cache, Key};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::dram::{self, Access, Counts, Currents, Dram, Geometry, Interface, Timing};
@@ -21,7 +22,7 @@ const BURSTS: u64 = 20_000;
 const SPAN: u64 = 1 << 30;
 
 /// Time, energy and rows opened, each for a byte.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Rate {
     /// Nanoseconds.
     pub ns: f64,

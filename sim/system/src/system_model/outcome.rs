@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use potamoi_gpu::Overlap;
@@ -21,7 +22,7 @@ use super::variant::{Frames, Gathering, Scenario, Variant};
 use super::work::{FrameWork, PathParts, PathReplay, PathWork, Quality};
 
 /// Time and energy of jobs, for one frame or a path.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Run {
     /// Frames.
     pub frames: usize,
@@ -104,7 +105,7 @@ impl AtBounds<Run> {
 }
 
 /// Result of a path on a variant.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Outcome {
     /// The variant.
     pub variant: Variant,

@@ -1,11 +1,12 @@
 //! Parts of a frame's time and energy.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::job_scheduler::Shared;
 
 /// Nanoseconds of a stage, averaged over frames.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct StageTime {
     /// At work.
     pub own_ns: f64,
@@ -18,7 +19,7 @@ pub struct StageTime {
 }
 
 /// Nanoseconds that jobs waited for transfers, by the channel of the last transfer.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LastThrough {
     /// Memory.
     pub memory_ns: f64,
@@ -55,7 +56,7 @@ impl LastThrough {
 }
 
 /// Energy of the device by part, in millijoules a frame; `None` where it is not known.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct EnergyByPart {
     /// The GPU, at work and idle.
     pub gpu_mj: f64,

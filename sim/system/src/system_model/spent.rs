@@ -1,12 +1,13 @@
 //! Bytes, energy and work of jobs.
 
 use potamoi_cycles::batch::Batch;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::costs::OnChip;
 
 /// Bytes and energy of jobs.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Spent {
     /// Bytes read sequentially from memory.
     pub streamed_bytes: f64,
@@ -45,7 +46,7 @@ pub struct Spent {
 }
 
 /// Work of a GPU.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct GpuDone {
     /// Operations launched.
     pub launches: f64,

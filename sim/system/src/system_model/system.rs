@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use potamoi_base::content_hash::hash_of;
 use potamoi_formats::device_file::is_file;
 use potamoi_formats::document::{self, Value};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -20,7 +21,7 @@ const LARGEST: u64 = 1 << 20;
 
 /// The system around the units. Defaults are the paper's (Sec. "Experimental Setup") where it
 /// states them, and named assumptions elsewhere.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct System {
     /// Rows of the MAC array.

@@ -1,9 +1,10 @@
 //! Variants of the system: which frames are rendered in full, and how features are gathered.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// How the frames of a path are rendered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Frames {
     /// Each in full.
@@ -17,7 +18,7 @@ pub enum Frames {
 }
 
 /// Where features are gathered, and in which order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Gathering {
     /// On the GPU in pixel-centric order.
@@ -30,7 +31,7 @@ pub enum Gathering {
 
 /// A variant of the system (paper, Sec. "Variants"): each optimisation alone, and the baselines of
 /// the paper's quality comparison.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Variant {
     /// Name on the command line.
     pub name: &'static str,
@@ -69,7 +70,7 @@ impl Variant {
 }
 
 /// Where full frames are rendered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scenario {
     /// On the device.

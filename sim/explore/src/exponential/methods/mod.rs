@@ -5,6 +5,7 @@ mod forms;
 mod others;
 mod peers;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::price::{ExponentialPrice, Pricing};
@@ -18,7 +19,7 @@ const FAITHFUL: f64 = 1.0;
 
 /// Exponential methods, and the cheapest of the faithful ones: those with an error below an ulp.
 /// Only synthesised methods can be the cheapest.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Methods {
     /// Forms of the engine, and alternatives to it.
     pub methods: Vec<Method>,
@@ -35,7 +36,7 @@ pub struct Methods {
 }
 
 /// A form of the engine, or an alternative to it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Method {
     /// Description of the form.
     pub name: String,
@@ -63,7 +64,7 @@ pub struct Method {
 }
 
 /// A published method of others, measured on the same inputs and rounded to the same output.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Peer {
     /// Its name.
     pub name: &'static str,

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use potamoi_formats::device_file::{DeviceError, Kind, Origin, is_file};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::dram::{Currents, Geometry, Interface, Timing};
@@ -45,7 +46,7 @@ const BUILTIN: [(&str, &str); 4] = [
 ];
 
 /// A memory device: a package of DRAM dies. In a description it is a name, or the path of a file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
 pub struct MemoryDevice {
     /// Short name, that of the file.

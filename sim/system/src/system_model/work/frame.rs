@@ -9,6 +9,7 @@ use potamoi_reference::observer::Observed;
 use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_scene::characterise::{BANKS, LANES};
 use potamoi_scene::{Rendered, Scene, SceneError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use potamoi_cycles::batch::{Batch, BatchEvents, Pricing};
@@ -44,7 +45,7 @@ pub struct Reads {
 }
 
 /// (pixel, Gaussian) pairs of splats.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PixelPairs {
     /// Pairs that are evaluated, whether they count or not.
     pub pairs_evaluated: u64,

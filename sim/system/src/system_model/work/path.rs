@@ -6,6 +6,7 @@ use potamoi_cycles::batch::Batch;
 use potamoi_cycles::mac_array::MacArray;
 use potamoi_scene::{Scene, SceneError};
 use potamoi_warp::{Profile, Rule, WarpError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -26,7 +27,7 @@ pub enum PathError {
 }
 
 /// Parts of a path that are counted.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathParts {
     /// Frames in full, warped, chained and at half the resolution, and the quality of each.
@@ -37,7 +38,7 @@ pub enum PathParts {
 }
 
 /// Options of a counted path.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PathOptions {
     /// Frames of the path.
     pub frames: u32,
@@ -106,7 +107,7 @@ pub struct TargetWork<B = Batch> {
 /// Quality of a path's frames in floating point. PSNR in dB, from the mean squared error over all frames, peak 1;
 /// `None` where they are equal. SSIM, as mean over frames; `None` for frames smaller than 11 x 11
 /// pixels.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quality {
     /// PSNR against the scene's own full frames.
     pub full_db: Option<f64>,

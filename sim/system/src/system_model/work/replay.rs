@@ -8,6 +8,7 @@ use potamoi_formats::config::{Config, RitPath};
 use potamoi_reference::observer::{GatherCall, Observed, Observer, SplatCall, VectorCall};
 use potamoi_reference::{GatherTask, Product, ReferenceUnits, UnitError};
 use potamoi_scene::{Scene, SceneError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::dram::Access;
@@ -23,7 +24,7 @@ const TABLE: u64 = 1 << 30;
 const CODE: u64 = 2;
 
 /// A sequence of accesses, by pattern rates and as replayed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Replayed {
     /// Bytes requested.
     pub bytes: u64,
@@ -37,7 +38,7 @@ pub struct Replayed {
 }
 
 /// Access sequences of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Replay {
     /// Misses of the GPU's cache in pixel-centric order; `None` without misses.
     pub missed: Option<Replayed>,
@@ -47,7 +48,7 @@ pub struct Replay {
 }
 
 /// Access sequences of a path.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PathReplay {
     /// Those of its first full frame.
     pub full: Replay,
