@@ -16,7 +16,7 @@ use crate::refusals;
 const DEFAULT_PRESET: &str = "paper";
 
 /// Commands whose result no configuration changes.
-pub(crate) const WITHOUT_CONFIGURATION: [&str; 11] = [
+pub(crate) const WITHOUT_CONFIGURATION: [&str; 12] = [
     "warp",
     "compare",
     "sweep",
@@ -24,6 +24,7 @@ pub(crate) const WITHOUT_CONFIGURATION: [&str; 11] = [
     "explain",
     "init",
     "system",
+    "schema",
     "completions",
     "man",
     "cache",

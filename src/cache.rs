@@ -3,16 +3,25 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use potamoi_base::outputs as files;
 use potamoi_synth::SynthError;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::stdout::say;
 use potamoi_result_cache::listing::{Entry, KINDS, Listing};
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "cache",
+    version: FORMAT_VERSION,
+    shape: shape::<Report>,
+};
 #[derive(Debug, Args)]
 pub(crate) struct CacheArgs {
     /// List the kept results; the default
@@ -21,12 +30,11 @@ pub(crate) struct CacheArgs {
     /// Remove all kept results; they are computed again on demand
     #[arg(long)]
     clear: bool,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
     command: &'static str,
@@ -40,7 +48,7 @@ struct Report {
 }
 
 pub(crate) fn run(args: &CacheArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let root = potamoi_verilated::cache::root().map_err(SynthError::from)?;
     let mut found = Listing::default();
     if root.is_dir() {
@@ -60,10 +68,7 @@ pub(crate) fn run(args: &CacheArgs) -> Result<(), Failure> {
         not_kept_by_potamoi: found.foreign,
     };
     print(&report);
-    match &args.json {
-        Some(path) => Ok(files::write_json(path, &report)?),
-        None => Ok(()),
-    }
+    args.files.write(&report)
 }
 
 fn print(report: &Report) {

@@ -24,6 +24,8 @@ use crate::mutate::MutateArgs;
 use crate::prove::ProveArgs;
 use crate::render::RenderArgs;
 use crate::report::ReportArgs;
+use crate::report_files::ReportFiles;
+use crate::schemas::SchemaArgs;
 use crate::shell_files::{CompletionsArgs, ManArgs};
 use crate::sweep::SweepArgs;
 use crate::synth::SynthArgs;
@@ -93,6 +95,8 @@ pub(crate) enum Command {
     Init(InitArgs),
     /// Print a system as a description to start from
     System(SystemArgs),
+    /// Print the JSON schema of a command's report
+    Schema(SchemaArgs),
     /// Print the completions of a shell
     Completions(CompletionsArgs),
     /// Write manual pages of all commands
@@ -105,9 +109,8 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct DoctorArgs {
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: ReportFiles,
 }
 
 #[derive(Debug, Args)]
@@ -135,7 +138,6 @@ pub(crate) struct EmitArgs {
     /// configuration]
     #[arg(long, value_name = "SCENE")]
     pub(crate) for_scene: Option<String>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: ReportFiles,
 }

@@ -1,21 +1,29 @@
 //! `potamoi doctor`: the external tools installed, and the commands that lack one.
 
-use std::path::Path;
-
 use comfy_table::{Table, presets};
-use potamoi_base::outputs as files;
 use potamoi_synth::toolbox::{Finding, State, examine};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::stdout::say;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
 
-#[derive(Debug, Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "doctor",
+    version: FORMAT_VERSION,
+    shape: shape::<Report>,
+};
+
+#[derive(Debug, Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
+    command: &'static str,
     /// Whether every required tool is usable.
     complete: bool,
     tools: Vec<Finding>,
@@ -31,25 +39,24 @@ const fn words(state: State) -> &'static str {
     }
 }
 
-/// Prints a table of the tools on standard output, and writes the JSON report where asked for.
+/// Prints a table of the tools on standard output, and writes the report where asked for.
 ///
 /// # Errors
 /// [`Failure::Tools`] when a required tool cannot be used, [`Failure::File`] when the report cannot
 /// be written.
-pub(crate) fn run(json: Option<&Path>) -> Result<(), Failure> {
-    files::prepare([json.map(Path::to_path_buf).as_ref()])?;
+pub(crate) fn run(files: &ReportFiles) -> Result<(), Failure> {
+    files.prepare([])?;
     let tools = examine();
     let lacking: Vec<_> = tools.iter().filter(|tool| tool.is_lacking()).collect();
     let lacking: Vec<_> = lacking.iter().map(|tool| tool.name).collect();
     let report = Report {
         format_version: FORMAT_VERSION,
+        command: "doctor",
         complete: lacking.is_empty(),
         tools,
     };
     say!("{}", text(&report.tools).trim_end());
-    if let Some(path) = json {
-        files::write_json(path, &report)?;
-    }
+    files.write(&report)?;
     match report.complete {
         true => Ok(()),
         false => Err(Failure::Tools(format!(

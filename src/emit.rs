@@ -15,6 +15,7 @@ use potamoi_units::emit::emit;
 use potamoi_units::memory_list::{ListedMemory, memory_list};
 use potamoi_units::npu::REGISTERS;
 use potamoi_units::package::Package;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
@@ -22,6 +23,7 @@ use crate::cli::EmitArgs;
 use crate::emit_exponential;
 use crate::emit_unit::EmitUnit;
 use crate::failure::Failure;
+use crate::published::{Published, either};
 use crate::scene;
 use crate::stdout::say;
 
@@ -36,7 +38,14 @@ const MEMORIES: &str = "memory_list.json";
 /// Version of the JSON report and of the list of memories.
 const FORMAT_VERSION: u32 = 1;
 
-#[derive(Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "emit",
+    version: FORMAT_VERSION,
+    shape: either::<Report, emit_exponential::Report>,
+};
+
+#[derive(Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
     command: &'static str,
@@ -67,7 +76,7 @@ struct Memories<'a> {
 }
 
 pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let asked = common.read_config()?;
     let prefix = checked_prefix(args)?;
     if args.unit == EmitUnit::Exp {
@@ -149,9 +158,7 @@ pub(crate) fn run(common: &Common, args: &EmitArgs) -> Result<(), Failure> {
         not_checked: scene::left_open_of_files(),
     };
     print(&report, &made, &memories, &stale, args);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }
 

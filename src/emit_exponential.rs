@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use potamoi_base::file_set;
-use potamoi_base::outputs as files;
 use potamoi_explore::exponential::{ExponentialPrice, Pricing};
 use potamoi_formats::config::Config;
 use potamoi_reference::exponential::c_header;
 use potamoi_rtl::bench;
 use potamoi_units::emit::emit_exponential;
 use potamoi_units::exponential::EXPONENTIAL;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::{Common, quoted};
@@ -24,8 +24,8 @@ const FORMAT_VERSION: u32 = 1;
 /// File of the C function.
 const C_HEADER: &str = "potamoi_exp.h";
 
-#[derive(Serialize)]
-struct Report {
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Report {
     format_version: u32,
     command: &'static str,
     /// Hash of the configuration, 12 hexadecimal digits.
@@ -96,9 +96,7 @@ pub(crate) fn run(
         price,
     };
     print(&report, args);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }
 

@@ -3,21 +3,30 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use potamoi_base::outputs as files;
 use potamoi_explore::synthesis::{EstimateOf, UnitEstimate};
 use potamoi_synth::fit::{EnergiesOf, Fit, ScaledEstimate, Spread};
 use potamoi_synth::grid::Grid;
 use potamoi_synth::{LibraryOrigin, SynthReport, ToolsOrigin, UnitKind, scaling};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::stdout::say;
 use crate::synth::Units;
 use crate::tables;
 
 /// Version of the file that `--json` writes.
 const FORMAT_VERSION: u32 = 1;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "estimate",
+    version: FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct EstimateArgs {
@@ -38,13 +47,12 @@ pub(crate) struct EstimateArgs {
     /// Technology node that figures are scaled to
     #[arg(long, value_name = "NM", default_value_t = 12)]
     scale_to: u32,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 /// The JSON report.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
@@ -61,7 +69,7 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
         let expected = "expected a share, 0 to 1";
         return Err(Failure::Usage(format!("--busy {busy}: {expected}")));
     }
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let config = common.read_config()?;
     let fit = match &args.fit_to {
         Some(path) => Fit::new(Grid::read(path)?)?,
@@ -91,7 +99,7 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
     for own in &units {
         print(own, &fit);
     }
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "estimate",
@@ -101,7 +109,7 @@ pub(crate) fn run(common: &Common, args: &EstimateArgs) -> Result<(), Failure> {
             scaled_by: scaled_by.as_ref(),
             units,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     Ok(())
 }

@@ -1,18 +1,18 @@
 //! `potamoi layouts`: comparison of the bank organisations.
 
-use std::path::PathBuf;
-
 use clap::Args;
-use potamoi_base::outputs as files;
 use potamoi_cycles::layouts::Layout;
 use potamoi_explore::organisations::Organisations;
 use potamoi_formats::config::{EntryKind, ExtraPorts, Organisation};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::model::clock;
 use crate::progress;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
 use crate::tables;
@@ -21,15 +21,21 @@ use crate::tables;
 pub(crate) struct LayoutsArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
 
-#[derive(Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "layouts",
+    version: FORMAT_VERSION,
+    shape: shape::<Report>,
+};
+
+#[derive(Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
     command: &'static str,
@@ -45,7 +51,7 @@ struct Report {
 }
 
 pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let config = common.read_config()?;
     let scene = args.scene.open(common)?;
     let spinner = progress::spinner("gathering a frame in every organisation");
@@ -63,9 +69,7 @@ pub(crate) fn run(common: &Common, args: &LayoutsArgs) -> Result<(), Failure> {
     };
     print(&report);
     say_not_checked(&report.not_checked);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }
 

@@ -29,12 +29,15 @@ mod model;
 mod mutate;
 mod progress;
 mod prove;
+mod published;
 mod refusals;
 mod renamed;
 mod render;
 mod report;
+mod report_files;
 mod roles;
 mod scene;
+mod schemas;
 mod shell_files;
 mod stdout;
 mod suggest;
@@ -161,6 +164,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         }
         cli::Command::Man(args) => shell_files::man(args, refusals::prepared(cli::Cli::command())),
         cli::Command::Cache(args) => cache::run(args),
-        cli::Command::Doctor(args) => doctor::run(args.json.as_deref()),
+        cli::Command::Schema(args) => schemas::run(args),
+        cli::Command::Doctor(args) => doctor::run(&args.files),
     }
 }

@@ -1,11 +1,10 @@
 //! `potamoi mutate`: how many small faults in the Verilog the tests find.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use potamoi_base::content_hash;
-use potamoi_base::outputs as files;
 use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::NPU_EXT;
@@ -14,11 +13,14 @@ use potamoi_netlist::{Header, verilog};
 use potamoi_prove::{Unit, top_as_built, units_as_built};
 use potamoi_rtl::verify::{Settings, Verifier};
 use potamoi_rtl::{EngineKind, ForeignRtl};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::SceneArgs;
 use crate::stdout::say;
 use crate::tables;
@@ -42,9 +44,8 @@ pub(crate) struct MutateArgs {
     /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -88,12 +89,19 @@ impl From<JudgeArg> for Judge {
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "mutate",
+    version: FORMAT_VERSION,
+    shape: shape::<Report>,
+};
 /// Cycles of the runs in which the proofs look for a counterexample.
 const CYCLES: u32 = 4;
 /// Feature vectors and elements that the verification compares of a mutant.
 const WORK: [u64; 3] = [300, 1_000, 1];
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
     command: &'static str,
@@ -106,7 +114,7 @@ struct Report {
     units: Vec<UnitReport>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct UnitReport {
     unit: String,
     modules: BTreeMap<String, Score>,
@@ -115,7 +123,7 @@ struct UnitReport {
 }
 
 pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let config = common.read_config()?;
     let judges: BTreeSet<Judge> = args.judges.iter().map(|&judge| judge.into()).collect();
     let tools = Tools::find(&judges)?;
@@ -181,9 +189,7 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
         units,
     };
     print(&report);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }
 

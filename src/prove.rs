@@ -1,15 +1,15 @@
 //! `potamoi prove`: proofs of the checks in the emitted Verilog.
 
-use std::path::PathBuf;
-
 use clap::Args;
-use potamoi_base::outputs as files;
 use potamoi_prove::{Options, Outcome, Proof, Tools, units};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::stdout::say;
 use crate::tables;
 
@@ -25,15 +25,21 @@ pub(crate) struct ProveArgs {
     /// Prove of whole payloads what is else proven of their bit 0; takes minutes where they are wide
     #[arg(long)]
     all_bits: bool,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
 
-#[derive(Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "prove",
+    version: FORMAT_VERSION,
+    shape: shape::<Report>,
+};
+
+#[derive(Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
     command: &'static str,
@@ -45,7 +51,7 @@ struct Report {
 }
 
 pub(crate) fn run(common: &Common, args: &ProveArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let config = common.read_config()?;
     let tools = Tools::find()?;
     let options = Options {
@@ -70,9 +76,7 @@ pub(crate) fn run(common: &Common, args: &ProveArgs) -> Result<(), Failure> {
     for proof in &report.units {
         print(proof);
     }
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     let failed = failed(&report.units);
     match failed.is_empty() {
         true => Ok(()),

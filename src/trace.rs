@@ -8,11 +8,14 @@ use potamoi_base::outputs as files;
 use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::bench::readmemh;
 use potamoi_scene::trace::Trace;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
 
@@ -37,15 +40,21 @@ pub(crate) struct TraceArgs {
     /// Record the whole frame
     #[arg(long, conflicts_with_all = ["entries", "elements"])]
     all: bool,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
 
-#[derive(Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "trace",
+    version: FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
+
+#[derive(Serialize, JsonSchema)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
@@ -63,7 +72,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
-    files::prepare([Some(&args.out), args.json.as_ref()])?;
+    args.files.prepare([Some(&args.out)])?;
     let config = common.read_config()?;
     let scene = args.scene.open(common)?;
     let limits = if args.all {
@@ -117,8 +126,6 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
         );
     }
     say_not_checked(&report.not_checked);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }

@@ -25,6 +25,7 @@ mod render;
 mod report;
 mod rtl_out;
 mod rtl_tools;
+mod schemas;
 mod splat_unit;
 mod synth;
 mod verify;

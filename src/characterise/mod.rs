@@ -3,17 +3,17 @@
 mod paper;
 mod tables;
 
-use std::path::PathBuf;
-
 use clap::Args;
-use potamoi_base::outputs as files;
 use potamoi_explore::characterisation::Characterisation;
 use potamoi_scene::scenes_named;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, either};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_all_pairs, say_not_checked};
 use crate::stdout::say;
 
@@ -34,15 +34,21 @@ pub(crate) struct CharacteriseArgs {
     /// Count reads of tables in the size that the algorithm's authors use, with the model's samples
     #[arg(long)]
     full_size: bool,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 3;
 
-#[derive(Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "characterise",
+    version: FORMAT_VERSION,
+    shape: either::<Report, Reports>,
+};
+
+#[derive(Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
     command: &'static str,
@@ -50,7 +56,7 @@ struct Report {
     found: Characterisation,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Reports {
     format_version: u32,
     command: &'static str,
@@ -58,7 +64,7 @@ struct Reports {
 }
 
 pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let config = common.read_config()?;
     let command = "characterise";
     let format_version = FORMAT_VERSION;
@@ -76,10 +82,7 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
             command,
             found,
         };
-        return args
-            .json
-            .as_ref()
-            .map_or(Ok(()), |path| Ok(files::write_json(path, &report)?));
+        return args.files.write(&report);
     }
     let names = scenes_named(&args.scenes);
     let bar = progress::bar(names.len() as u64, "characterising");
@@ -104,7 +107,5 @@ pub(crate) fn run(common: &Common, args: &CharacteriseArgs) -> Result<(), Failur
         command,
         scenes,
     };
-    args.json
-        .as_ref()
-        .map_or(Ok(()), |path| Ok(files::write_json(path, &report)?))
+    args.files.write(&report)
 }

@@ -11,12 +11,15 @@ use potamoi_base::outputs as files;
 use potamoi_machines::machine::Section;
 use potamoi_machines::{Comparison, Machine, Ratios, Workload};
 use potamoi_system::system_model::System;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::ClockArgs;
 use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
 
 /// Version of the JSON report.
@@ -56,12 +59,25 @@ pub(crate) struct CompareArgs {
     /// Write a plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
-#[derive(Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "compare",
+    version: FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
+
+/// The report of `--rivals --json`.
+pub(crate) const RIVALS: Published = Published {
+    command: "compare --rivals",
+    version: rivals::FORMAT_VERSION,
+    shape: shape::<rivals::Report<'_>>,
+};
+
+#[derive(Serialize, JsonSchema)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
@@ -74,7 +90,8 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
-    files::prepare([&args.json, &args.csv, &args.plot].map(Option::as_ref))?;
+    args.files
+        .prepare([&args.csv, &args.plot].map(Option::as_ref))?;
     if args.rivals {
         return rivals::run(args);
     }
@@ -98,7 +115,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         charts::write(path, &picture::spec(&found))?;
     }
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "compare",
@@ -112,7 +129,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
             found: &found,
             not_checked,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use potamoi_base::outputs as files;
 use potamoi_machines::fair_bench::{BenchScene, Checked, FrozenInputs, Input, RivalRow};
 use potamoi_machines::{FairBench, Machine, Row};
 use potamoi_rivals::{Origin, Overlap, Rival, Verdict};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::CompareArgs;
@@ -18,7 +19,7 @@ use crate::stdout::say;
 use crate::tables;
 
 /// Version of the JSON report.
-const FORMAT_VERSION: u32 = 1;
+pub(super) const FORMAT_VERSION: u32 = 1;
 /// Machines unless some are named.
 const MACHINES: [&str; 3] = ["paper", "lean-splats", "fields"];
 /// Longest name of a GPU and its program in the table, in characters.
@@ -35,8 +36,8 @@ const LEGEND: [&str; 8] = [
     "-: not known, or not of that algorithm",
 ];
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
     format_version: u32,
     command: &'static str,
     #[serde(flatten)]
@@ -94,14 +95,14 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.csv {
         files::write(path, &csv(&found, path)?)?;
     }
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "compare --rivals",
             found: &found,
             not_checked,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use potamoi_base::outputs as files;
 use potamoi_explore::ExploreError;
 use potamoi_explore::exponential::{ExponentialReport, ExponentialSweep};
 use potamoi_formats::config::{Config, ExpBase, ExpForm};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};
@@ -11,8 +12,8 @@ use crate::failure::Failure;
 use crate::progress;
 use crate::stdout::say;
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
     format_version: u32,
     command: &'static str,
     unit: &'static str,
@@ -31,14 +32,14 @@ pub(super) fn run(config: &Config, args: &CostArgs) -> Result<(), Failure> {
         files::write(path, &sweep.csv())?;
     }
     print(&sweep.report, args);
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "cost",
             unit: "exp",
             found: &sweep.report,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     Ok(())
 }

@@ -10,15 +10,23 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use potamoi_base::outputs as files;
 use potamoi_explore::accuracy::Price;
 
 use crate::args::{ClockArgs, Common};
 use crate::failure::Failure;
+use crate::published::{Published, one_of_three};
+use crate::report_files::ReportFiles;
 use crate::scene::SceneArgs;
 
 /// Version of the JSON reports.
 const FORMAT_VERSION: u32 = 2;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "cost",
+    version: FORMAT_VERSION,
+    shape: one_of_three::<scene::Report<'_>, exponential::Report<'_>, methods::Report<'_>>,
+};
 
 #[derive(Debug, Args)]
 #[command(mut_arg("width", |width| width.help("Width of the picture [default: 128]")))]
@@ -80,9 +88,8 @@ pub(crate) struct CostArgs {
     /// Write a plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -115,8 +122,8 @@ impl From<By> for Price {
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
-    let written = [&args.json, &args.csv, &args.prices, &args.plot];
-    files::prepare(written.map(Option::as_ref))?;
+    let written = [&args.csv, &args.prices, &args.plot];
+    args.files.prepare(written.map(Option::as_ref))?;
     for (name, goal) in [
         ("--target-psnr", args.target_psnr),
         ("--budget-ms", args.budget_ms),

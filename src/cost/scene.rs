@@ -4,6 +4,7 @@ use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
 use potamoi_explore::accuracy::knobs::{self, Knob, Setting};
 use potamoi_explore::accuracy::{Bench, Goal, Proof, Search, SearchResult, Sweep};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION, answers, pictures, tables};
@@ -20,8 +21,8 @@ const WIDTH: u32 = 128;
 /// Note in a file that a search writes before its result is verified.
 const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
     format_version: u32,
     command: &'static str,
     #[serde(flatten)]
@@ -74,14 +75,14 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
         Some(Err(failure)) => Err(failure),
         None => Ok(()),
     };
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "cost",
             found: &sweep,
             not_checked: left_open_of_files(),
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     end
 }

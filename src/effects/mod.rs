@@ -9,7 +9,6 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use potamoi_analysis::Surroundings;
 use potamoi_base::camera::Camera;
-use potamoi_base::outputs as files;
 use potamoi_explore::effects::EffectsStudy;
 use potamoi_scene::Scene;
 
@@ -17,9 +16,18 @@ use crate::args::Common;
 use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
 
 use report::{FORMAT_VERSION, Report};
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "effects",
+    version: FORMAT_VERSION,
+    shape: shape::<Report>,
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct EffectsArgs {
@@ -48,9 +56,8 @@ pub(crate) struct EffectsArgs {
     /// Write a plot of the result as SVG
     #[arg(long, value_name = "FILE", value_parser = crate::charts::svg)]
     plot: Option<PathBuf>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -62,7 +69,7 @@ enum Where {
 }
 
 pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
-    files::prepare([args.plot.as_ref(), args.json.as_ref()])?;
+    args.files.prepare([args.plot.as_ref()])?;
     let begun = Instant::now();
     if args.plot.is_some() && args.pairs == 0 {
         return Err(Failure::Usage(
@@ -103,9 +110,7 @@ pub(crate) fn run(common: &Common, args: &EffectsArgs) -> Result<(), Failure> {
     if let Some(file) = &args.plot {
         charts::write(file, &picture::spec(found))?;
     }
-    if let Some(file) = &args.json {
-        files::write_json(file, &report)?;
-    }
+    args.files.write(&report)?;
     let differs = |what: &str| Err(Failure::check(format!("{what} changed a result")));
     match (&found.forced, &found.rtl) {
         (Some(forced), _) if !forced.is_same() => {

@@ -4,6 +4,7 @@ use potamoi_base::effects::Effect;
 use potamoi_explore::effects::{
     Effects, Figure, Forced, FoundEffect, HardwareSaving, UnitUse, Without,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::stdout::say;
@@ -12,7 +13,7 @@ use crate::tables;
 /// Version of the JSON report.
 pub(super) const FORMAT_VERSION: u32 = 2;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Report {
     pub(super) format_version: u32,
     pub(super) command: &'static str,

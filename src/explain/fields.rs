@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use potamoi_formats::config::{Config, ConfigError, PRESETS};
 use potamoi_system::system_model::{System, SystemError};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::rustdoc::{Definitions, Field};
@@ -31,7 +32,7 @@ const MACHINES: &str = include_str!("../../docs/reference/machines.md");
 const TOO_LARGE: u32 = 4_000_000_000;
 
 /// A field of a file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Explained {
     /// Path of the field, as in plans of sweeps.
     pub(crate) field: String,

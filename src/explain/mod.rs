@@ -3,15 +3,15 @@
 pub(crate) mod fields;
 mod rustdoc;
 
-use std::path::PathBuf;
-
 use clap::Args;
-use potamoi_base::outputs as files;
 use potamoi_explore::accuracy::knobs::{self, Change, Knob};
 use potamoi_scene::Scene;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::stdout::say;
 use crate::suggest;
 use crate::tables;
@@ -20,6 +20,13 @@ use fields::Explained;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "explain",
+    version: FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
 /// Scenes whose knobs are known without a file: one of splats and one of samples.
 const SCENES: [&str; 2] = ["garden", "lantern"];
 
@@ -29,12 +36,11 @@ pub(crate) struct ExplainArgs {
     /// `cost`; without one all fields are listed
     #[arg(value_name = "KNOB")]
     knob: Option<String>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
@@ -69,7 +75,7 @@ fn turns(knob: &Knob, field: &str) -> bool {
 }
 
 pub(crate) fn run(args: &ExplainArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let all = fields::all();
     let shown: Vec<&Explained> = match &args.knob {
         None => {
@@ -78,13 +84,13 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<(), Failure> {
         }
         Some(given) => one(given, &all)?,
     };
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "explain",
             fields: shown,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     Ok(())
 }

@@ -11,16 +11,26 @@ use potamoi_machines::cells::COLUMNS;
 use potamoi_machines::search::{Goal, Objective, Search, Searched, Tried};
 use potamoi_machines::{Axis, Comparison, Fidelity, Machine, Space, SpaceError, Workload};
 use potamoi_scene::Scene;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::compare;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
 use crate::stdout::say;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "explore",
+    version: FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
 /// Note in a machine's file before its Verilog is verified.
 const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 /// Field of the clock, and its short name.
@@ -70,9 +80,8 @@ pub(crate) struct ExploreArgs {
     /// File for the machine that a search finds: its configuration, with [system], [render] and [path]
     #[arg(long, value_name = "FILE", default_value = "found.toml")]
     found: PathBuf,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 /// Objective of a search.
@@ -126,7 +135,7 @@ fn axis(text: &str) -> Result<Axis, String> {
     Ok(own)
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
@@ -144,7 +153,7 @@ struct Report<'a> {
 }
 
 /// Feature vectors, elements and pixels that were compared on a scene, each beside those of the frame.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Compared {
     scene: String,
     vectors: [u64; 2],
@@ -153,7 +162,7 @@ struct Compared {
 }
 
 pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref(), Some(&args.found)])?;
+    args.files.prepare([Some(&args.found)])?;
     let goal = args.goal()?;
     let base = Machine::named(&args.machine)?;
     let space = Space::new(base, args.vary.clone()).map_err(usage)?;
@@ -190,7 +199,7 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
         Ok(proofs) => (proofs, Ok(())),
         Err(failure) => (vec![], Err(failure)),
     };
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "explore",
@@ -202,7 +211,7 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
             proofs,
             not_checked,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     ended
 }

@@ -17,12 +17,21 @@ use potamoi_scene::Scene;
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, scene_help};
 
 use report::{Pictures, Report};
 
 /// Default width of pictures in pixels.
 const WIDTH: u32 = 128;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "hard-cases",
+    version: report::FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
 
 #[derive(Debug, Args)]
 #[command(mut_arg("scene", |scene| scene.help(scene_help("no scene"))))]
@@ -37,9 +46,8 @@ pub(crate) struct HardCasesArgs {
     /// that the command measures
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 /// Parses the file name of a picture.
@@ -52,7 +60,8 @@ fn png(given: &str) -> Result<PathBuf, String> {
 }
 
 pub(crate) fn run(common: &Common, args: &HardCasesArgs) -> Result<(), Failure> {
-    files::prepare([&args.picture, &args.csv, &args.json].map(Option::as_ref))?;
+    args.files
+        .prepare([&args.picture, &args.csv].map(Option::as_ref))?;
     if let (None, Some(flag)) = (&args.scene.scene, args.scene.looks_otherwise_by()) {
         return Err(Failure::Usage(format!(
             "{flag}: expected with --scene: without one the cases have pictures of their own, 33 x 25"
@@ -102,9 +111,7 @@ pub(crate) fn run(common: &Common, args: &HardCasesArgs) -> Result<(), Failure> 
     if let Some(file) = &args.csv {
         files::write(file, &report.csv()?)?;
     }
-    if let Some(file) = &args.json {
-        files::write_json(file, &report)?;
-    }
+    args.files.write(&report)?;
     if let Some(file) = &args.picture {
         draw(file, &named, &pictures, scene.as_ref().zip(found.as_ref()))?;
     }

@@ -6,6 +6,7 @@ use potamoi_analysis::hard_cases::pictures::{self, Shown};
 use potamoi_analysis::hard_cases::{CheckState, Found, HardCase, Measured, SceneCases, SceneCheck};
 use potamoi_formats::config::Config;
 use potamoi_scene::Scene;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -14,7 +15,7 @@ use crate::stdout::say;
 use crate::tables;
 
 /// Version of the JSON report.
-const FORMAT_VERSION: u32 = 1;
+pub(super) const FORMAT_VERSION: u32 = 1;
 
 /// The pictures of the hard scenes, or why there are none.
 pub(super) struct Pictures {
@@ -35,7 +36,7 @@ impl Pictures {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct OfScene<'a> {
     name: &'a str,
     width: u32,
@@ -43,7 +44,7 @@ struct OfScene<'a> {
     checks: &'a [SceneCheck],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Report<'a> {
     format_version: u32,
     command: &'static str,

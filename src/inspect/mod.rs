@@ -5,18 +5,27 @@ mod tables;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use potamoi_base::outputs as files;
 use potamoi_explore::inspection::{Beside, Inspected};
 use potamoi_machines::machine::Section;
 use potamoi_scene::Scene;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::{Common, quoted};
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "inspect",
+    version: FORMAT_VERSION,
+    shape: shape::<Report>,
+};
 /// Default width of the pictures in pixels.
 const WIDTH: u32 = 200;
 /// Default number of cameras.
@@ -39,12 +48,11 @@ pub(crate) struct InspectArgs {
     /// Width of the picture [default: 200]
     #[arg(long, value_name = "PIXELS")]
     width: Option<u32>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Report {
     format_version: u32,
     command: &'static str,
@@ -65,7 +73,7 @@ pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
     if args.other.is_none() {
         refuse_pictures(common, args)?;
     }
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     let mut scene = opened(common, &args.model)?;
     // Nothing is printed where one of both cannot be read.
     let other = args.other.as_ref().map(|name| opened(common, name));
@@ -96,9 +104,7 @@ pub(crate) fn run(common: &Common, args: &InspectArgs) -> Result<(), Failure> {
         report.configuration = Some(config.hash());
         report.beside = Some(beside);
     }
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use potamoi_system::system_model::work::Replay;
 
 use super::ModelArgs;
 use super::clock;
-use super::report::{self, Report};
+use super::report::Report;
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
@@ -27,7 +27,8 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
     );
     print(&found.rungs);
     print_memory(&found.memory);
-    report::write(&Report::new("model --ladder", system, vec![found]), args)
+    args.files
+        .write(&Report::new("model --ladder", system, vec![found]))
 }
 
 pub(crate) fn print(rungs: &[Rung]) {

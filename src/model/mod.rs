@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
-use potamoi_explore::system::Modelled;
+use potamoi_explore::system::{Accelerators, Fidelity, Merging, Modelled, Sensitivity};
 use potamoi_machines::machine::Section;
 use potamoi_machines::{Machine, WINDOW};
 use potamoi_scene::{Scene, scenes_named};
@@ -31,10 +31,29 @@ use crate::args::{ClockArgs, Common};
 use crate::charts;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, Shape, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::suggest;
 use crate::warp::RulesOf;
 use report::Report;
+
+/// The reports of `--json`.
+pub(crate) const REPORTS: [Published; 5] = [
+    published("model", shape::<Report<Modelled>>),
+    published("model --ladder", shape::<Report<Fidelity>>),
+    published("model --octree", shape::<Report<Merging>>),
+    published("model --rivals", shape::<Report<Accelerators>>),
+    published("model --sensitivity", shape::<Report<Sensitivity>>),
+];
+
+const fn published(command: &'static str, shape: Shape) -> Published {
+    Published {
+        command,
+        version: report::FORMAT_VERSION,
+        shape,
+    }
+}
 
 #[derive(Debug, Args)]
 pub(crate) struct ModelArgs {
@@ -123,9 +142,8 @@ pub(crate) struct ModelArgs {
     /// conclusions hold within the model's own error
     #[arg(long, conflicts_with_all = ["chrome_trace", "ladder", "octree", "rivals"])]
     sensitivity: bool,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
     /// Write the schedule as a Chrome trace, for Perfetto; with several variants, that of the last
     #[arg(long, value_name = "FILE")]
     chrome_trace: Option<PathBuf>,
@@ -157,13 +175,8 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
                        counted, and its rates are those of a device file; leave it out";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let written = [
-        &args.json,
-        &args.chrome_trace,
-        &args.plot_energy,
-        &args.plot_roofline,
-    ];
-    files::prepare(written.map(Option::as_ref))?;
+    let written = [&args.chrome_trace, &args.plot_energy, &args.plot_roofline];
+    args.files.prepare(written.map(Option::as_ref))?;
     let machine = common.machine()?;
     let variants = args.variants(&machine)?;
     let system = args.system(&machine)?;
@@ -205,7 +218,7 @@ pub(crate) fn run(common: &Common, args: &ModelArgs) -> Result<(), Failure> {
             files::write_json(file, &chrome_trace(timeline))?;
         }
         report.scenes.push(found);
-        report::write(&report, args)?;
+        args.files.write(&report)?;
     }
     if names.len() > 1 {
         side_by_side::print(&report);

@@ -5,7 +5,7 @@ use potamoi_system::system_model::System;
 
 use super::ModelArgs;
 use super::clock;
-use super::report::{self, Report};
+use super::report::Report;
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
@@ -33,7 +33,8 @@ pub(super) fn run(
     }
     bar.finish_and_clear();
     print(&scenes);
-    report::write(&Report::new("model --octree", system, scenes), args)
+    args.files
+        .write(&Report::new("model --octree", system, scenes))
 }
 
 fn print(scenes: &[Merging]) {

@@ -1,19 +1,16 @@
 //! JSON reports.
 
-use potamoi_base::outputs as files;
 use potamoi_system::system_model::System;
+use schemars::JsonSchema;
 use serde::Serialize;
-
-use super::ModelArgs;
-use crate::failure::Failure;
 
 /// Version of the JSON reports.
 ///
 /// 2: results at both bounds of the GPU's kernels (`run.max`, `run.sum`), and the GPU alone.
-const FORMAT_VERSION: u32 = 3;
+pub(super) const FORMAT_VERSION: u32 = 3;
 
 /// Results of scenes on a system.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Report<T> {
     format_version: u32,
     command: &'static str,
@@ -32,13 +29,5 @@ impl<T> Report<T> {
             scenes,
             not_checked: crate::scene::left_open_of_files(),
         }
-    }
-}
-
-/// Writes a report if requested.
-pub(super) fn write(report: &impl Serialize, args: &ModelArgs) -> Result<(), Failure> {
-    match &args.json {
-        Some(path) => Ok(files::write_json(path, report)?),
-        None => Ok(()),
     }
 }

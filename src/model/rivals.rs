@@ -4,7 +4,7 @@ use potamoi_explore::system::{Accelerators, NEUREX_SIDE};
 use potamoi_system::system_model::System;
 
 use super::ModelArgs;
-use super::report::{self, Report};
+use super::report::Report;
 use super::{clock, means};
 use crate::args::Common;
 use crate::bounds::ratio;
@@ -35,7 +35,8 @@ pub(super) fn run(
         spinner.finish_and_clear();
     }
     print(&scenes);
-    report::write(&Report::new("model --rivals", system, scenes), args)
+    args.files
+        .write(&Report::new("model --rivals", system, scenes))
 }
 
 fn print(scenes: &[Accelerators]) {

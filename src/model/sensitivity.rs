@@ -7,7 +7,7 @@ use potamoi_system::system_model::{AtBounds, Clock, Scenario, System};
 
 use super::ModelArgs;
 use super::clock;
-use super::report::{self, Report};
+use super::report::Report;
 use crate::args::Common;
 use crate::bounds::{known, ratio};
 use crate::failure::Failure;
@@ -38,10 +38,8 @@ pub(super) fn run(
         scenarios,
     )?;
     print(&found, args);
-    report::write(
-        &Report::new("model --sensitivity", system, vec![found]),
-        args,
-    )
+    args.files
+        .write(&Report::new("model --sensitivity", system, vec![found]))
 }
 
 fn print(found: &Sensitivity, args: &ModelArgs) {

@@ -8,11 +8,13 @@ use potamoi_explore::rendering::{Numerics, not_checked, shoot};
 use potamoi_formats::config::Config;
 use potamoi_rtl::RtlCycles;
 use potamoi_scene::{FrameCounts, Scene};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{FORMAT_VERSION, Units, keeps_all_pairs};
 use crate::failure::Failure;
 use crate::progress;
+use crate::report_files::ReportFiles;
 use crate::scene::{say_all_pairs, say_not_checked};
 use crate::stdout::say;
 
@@ -24,11 +26,11 @@ pub(crate) struct Sequence<'a> {
     /// Frames a second of an analytic scene's path.
     pub(crate) fps: f64,
     pub(crate) frames: u32,
-    pub(crate) json: Option<&'a Path>,
+    pub(crate) report_files: &'a ReportFiles,
 }
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
     format_version: u32,
     command: &'static str,
     scene: &'a str,
@@ -45,7 +47,7 @@ struct Report<'a> {
 }
 
 /// One frame, as in the report of a single picture.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Frame {
     file: PathBuf,
     width: u32,
@@ -106,9 +108,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
         say_all_pairs(why);
     }
     say_not_checked(&report.not_checked);
-    if let Some(path) = wanted.json {
-        files::write_json(path, &report)?;
-    }
+    wanted.report_files.write(&report)?;
     Ok(())
 }
 

@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use potamoi_base::effects::Choices;
-use potamoi_base::outputs as files;
 use potamoi_explore::accuracy::{ImageQuality, Reference, References};
 use potamoi_explore::rendering::{Numerics, Shot, not_checked, shoot, whole_float};
 use potamoi_formats::config::Config;
@@ -16,11 +15,14 @@ use potamoi_formats::units::{GATHERING_UNIT, OpCode, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_rtl::RtlCycles;
 use potamoi_scene::{FrameCounts, Scene};
 use potamoi_splats::Flips;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, either};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_all_pairs, say_not_checked};
 use crate::stdout::say;
 
@@ -47,9 +49,8 @@ pub(crate) struct RenderArgs {
     /// the converged picture
     #[arg(long, conflicts_with = "frames")]
     quality: bool,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -78,7 +79,14 @@ impl From<By> for Numerics {
 /// Version of the JSON report.
 pub(crate) const FORMAT_VERSION: u32 = 2;
 
-#[derive(Serialize)]
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "render",
+    version: FORMAT_VERSION,
+    shape: either::<Report<'_>, frames::Report<'_>>,
+};
+
+#[derive(Serialize, JsonSchema)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
@@ -120,7 +128,7 @@ struct Report<'a> {
     seconds: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(crate) struct Units {
     /// Feature vectors from the gathering unit.
     feature_vectors: u64,
@@ -151,7 +159,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
             args.out.display()
         )));
     }
-    files::prepare([Some(&args.out), args.json.as_ref()])?;
+    args.files.prepare([Some(&args.out)])?;
     let config = common.read_config()?;
     let scene = args.scene.open(common)?;
     let numerics = Numerics::from(args.numerics);
@@ -161,7 +169,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
             out: &args.out,
             fps: args.fps,
             frames,
-            json: args.json.as_deref(),
+            report_files: &args.files,
         };
         return frames::run(scene, &config, &wanted);
     }
@@ -219,9 +227,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         seconds,
     };
     print(&report, &scene, args);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }
 

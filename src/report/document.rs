@@ -7,13 +7,14 @@ use potamoi_explore::accuracy::{ImageQuality, Reference, Sweep};
 use potamoi_explore::effects::Effects;
 use potamoi_machines::Row;
 use potamoi_system::system_model::{Area, AtBounds, Clock};
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
 /// Version of the document.
 pub(super) const FORMAT_VERSION: u32 = 1;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Document {
     pub(super) format_version: u32,
     pub(super) command: &'static str,
@@ -30,7 +31,7 @@ pub(super) struct Document {
 }
 
 /// A library that the page holds.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct LibraryUsed {
     pub(super) name: &'static str,
     pub(super) version: &'static str,
@@ -39,7 +40,7 @@ pub(super) struct LibraryUsed {
 }
 
 /// Where a figure comes from.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Origin {
     pub(super) figure: &'static str,
     /// Measured, cycle model, synthesis, fitted, published or assumed.
@@ -49,7 +50,7 @@ pub(super) struct Origin {
     pub(super) command: Option<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct SceneFound {
     pub(super) name: String,
     pub(super) algorithm: &'static str,
@@ -63,7 +64,7 @@ pub(super) struct SceneFound {
 }
 
 /// A picture that the page holds.
-#[derive(Clone, Serialize)]
+#[derive(Clone, Serialize, JsonSchema)]
 pub(super) struct Image {
     /// Its name among the page's pictures.
     pub(super) id: String,
@@ -72,7 +73,7 @@ pub(super) struct Image {
 }
 
 /// A value, or why there is none.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum Found<T> {
     Known(T),
@@ -86,7 +87,7 @@ impl<T> Found<T> {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct MachineFound {
     pub(super) machine: String,
     /// Figures, or the reason of a refusal.
@@ -96,7 +97,7 @@ pub(super) struct MachineFound {
     pub(super) more: Option<More>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct More {
     pub(super) preset: Option<&'static str>,
     /// Hash of the configuration, 12 hexadecimal digits.
@@ -116,7 +117,7 @@ pub(super) struct More {
     pub(super) arxiv: &'static str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Pictures {
     pub(super) float: Image,
     pub(super) hardware: Image,
@@ -131,14 +132,14 @@ pub(super) struct Pictures {
 }
 
 /// Units whose Verilog was compared with the golden models.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Proved {
     pub(super) units: Vec<UnitProved>,
     /// What agreement does not cover.
     pub(super) not_checked: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct UnitProved {
     pub(super) unit: &'static str,
     pub(super) of: &'static str,
@@ -149,7 +150,7 @@ pub(super) struct UnitProved {
 }
 
 /// A variant of the system.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct VariantFound {
     pub(super) name: &'static str,
     pub(super) frames_per_second: AtBounds<f64>,
@@ -168,7 +169,7 @@ pub(super) struct VariantFound {
 }
 
 /// The same with a GPU that takes no time and no energy.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct IfFree {
     pub(super) frames_per_second: AtBounds<f64>,
     pub(super) frame_ms: AtBounds<f64>,
@@ -178,7 +179,7 @@ pub(super) struct IfFree {
 }
 
 /// A sweep without its wall times.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct SweepFound {
     #[serde(flatten)]
     pub(super) sweep: Sweep,
@@ -189,7 +190,7 @@ pub(super) struct SweepFound {
 }
 
 /// A figure of the paper beside ours.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct BesidePaper {
     pub(super) figure: String,
     pub(super) unit: &'static str,
@@ -199,7 +200,7 @@ pub(super) struct BesidePaper {
 }
 
 /// Hard cases with a configuration's formats, and on the scene.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct HardCases {
     pub(super) cases: Vec<HardCase>,
     /// Checks of the pictures of hard scenes.

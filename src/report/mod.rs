@@ -18,7 +18,16 @@ use potamoi_scene::{Scene, scenes_named};
 
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::note;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "report",
+    version: document::FORMAT_VERSION,
+    shape: shape::<document::Document>,
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
@@ -43,9 +52,8 @@ pub(crate) struct ReportArgs {
     /// Knobs to vary [default: all knobs of the scene]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     knobs: Vec<String>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
@@ -56,7 +64,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
             args.out.display()
         )));
     }
-    files::prepare([Some(&args.out), args.json.as_ref()])?;
+    args.files.prepare([Some(&args.out)])?;
     let machines = machines(&args.config)?;
     let scenes = scenes(args)?;
     let bar = progress::bar(0, "reporting");
@@ -72,9 +80,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
     let text = page::page(&found.document, &found.images)
         .map_err(|error| Failure::Usage(format!("{}: {error}", args.out.display())))?;
     files::write(&args.out, &text)?;
-    if let Some(path) = &args.json {
-        files::write_json(path, &found.document)?;
-    }
+    args.files.write(&found.document)?;
     crate::stdout::say!("written to {}", args.out.display());
     match found.differs {
         None => Ok(()),

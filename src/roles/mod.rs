@@ -28,7 +28,7 @@ enum Role {
 /// Role of an argument; `None` for those without files.
 fn role(argument: &str) -> Option<Role> {
     Some(match argument {
-        "out_dir" | "work_dir" | "dir" | "readmemh" | "netlists" => Role::Folder,
+        "out_dir" | "csv_dir" | "work_dir" | "dir" | "readmemh" | "netlists" => Role::Folder,
         "model" | "other" | "machine" | "machines" | "plan" | "beside" | "config" | "rtl"
         | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system" | "synth"
         | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
@@ -133,20 +133,19 @@ fn is_flag(flag: &str, arguments: &[OsString]) -> bool {
     is_given || ["--found", "--out"].contains(&flag)
 }
 
-/// Whether a file of this name may be written into an output folder: frames, streams, Verilog, and
-/// lists.
+/// Whether a file of this name may be written into an output folder: frames, streams, Verilog, tables,
+/// and lists.
 fn is_written(name: &str) -> bool {
     let is_frame = |start: &str| name.starts_with(start) && name.ends_with(".png");
     is_frame("frame.")
         || is_frame("origin.")
-        || [".hex", ".v", ".sv"]
+        || [".hex", ".v", ".sv", ".csv"]
             .iter()
             .any(|ending| name.ends_with(ending))
         || [
             "memories.json",
             "manifest.json",
             "Makefile",
-            "rows.csv",
             "journal.jsonl",
         ]
         .contains(&name)

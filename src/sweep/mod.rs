@@ -17,17 +17,27 @@ use potamoi_machines::cells::COLUMNS;
 use potamoi_machines::sweep::{
     Plan, Rows, SweepError, SweepRow, Swept, better, changes, front, program, setting,
 };
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{left_open_of_files, note, say_not_checked};
 use crate::stdout::{self, say};
 use crate::suggest;
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "sweep",
+    version: FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
 /// Name of the rows in the folder of a sweep.
 const ROWS: &str = "rows.csv";
 
@@ -50,12 +60,12 @@ pub(crate) struct SweepArgs {
     scheduler: Option<String>,
     /// Print the points that the folder lacks as JSON, one a line: number, key, and the files of
     /// counted work that it uses; nothing is evaluated
-    #[arg(long, conflicts_with_all = ["points", "front", "beside", "json", "scheduler"])]
+    #[arg(long, conflicts_with_all = ["points", "front", "beside", "json", "csv_dir", "scheduler"])]
     missing: bool,
     /// Points to evaluate by number, whose lines of the journal are printed; no folder is read or
     /// written [default: all that the folder lacks]
     #[arg(long, value_name = "N,...", value_delimiter = ',',
-          conflicts_with_all = ["work_dir", "front", "beside", "json", "scheduler"])]
+          conflicts_with_all = ["work_dir", "front", "beside", "json", "csv_dir", "scheduler"])]
     points: Vec<usize>,
     /// Columns of a front, such as fps,mm2,psnr_db: rows that no other row is better than in one of them
     /// and at least as good as in the others [default: no front]
@@ -64,9 +74,8 @@ pub(crate) struct SweepArgs {
     /// Folder of another sweep, whose figures are compared at the same points [default: none]
     #[arg(long, value_name = "DIR")]
     beside: Option<PathBuf>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -77,12 +86,15 @@ enum Engine {
     Dask,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Report<'a> {
     format_version: u32,
     command: &'static str,
     program: String,
     workload: &'a Workload,
+    /// A row each point: its key, the varied fields, the figures, which may be null, the reason of a
+    /// refusal, and with `--front` whether it is on it.
+    #[schemars(schema_with = "rows_schema")]
     rows: Vec<Map<String, Value>>,
     /// Items that scenes' files leave open.
     not_checked: Vec<String>,
@@ -104,7 +116,7 @@ pub(crate) fn run(args: &SweepArgs) -> Result<(), Failure> {
 }
 
 fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref()])?;
+    args.files.prepare([])?;
     for name in &args.front {
         better(name).map_err(|error| misspelt(error, name))?;
     }
@@ -145,7 +157,7 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     }
     let not_checked = left_open_of_files();
     say_not_checked(&not_checked);
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "sweep",
@@ -154,7 +166,7 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
             rows: as_json(rows, on.as_deref()),
             not_checked,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     match rows.rows.iter().all(|row| row.refused.is_some()) {
         true => Err(Failure::Usage(format!(
@@ -329,6 +341,18 @@ fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure>
         }
     }
     Ok(Some(on))
+}
+
+/// The schema of [`as_json`], whose keys depend on the plan.
+fn rows_schema(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": "array",
+        "items": {
+            "type": "object",
+            "additionalProperties": { "type": ["string", "number", "boolean", "null"] },
+            "required": ["key", "machine", "refused"],
+        },
+    })
 }
 
 /// Rows as objects; an unknown figure is null.

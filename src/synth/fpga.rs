@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use potamoi_base::outputs as files;
 use potamoi_explore::synthesis::in_parallel;
 use potamoi_formats::config::Config;
 use potamoi_synth::{FpgaReport, FpgaTools, Part, place_and_route};
@@ -46,8 +45,6 @@ pub(super) fn run(config: &Config, args: &SynthArgs, cache: &Path) -> Result<(),
             unit.clock_ghz()
         );
     }
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     Ok(())
 }

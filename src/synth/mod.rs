@@ -15,15 +15,32 @@ use potamoi_explore::synthesis::{
 use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
 use potamoi_synth::grid::{design, forms};
 use potamoi_synth::{
-    Cacti, Library, Memories, Raw, SynthError, SynthReport, Tools, UnitKind, UnitReport,
-    access_times, default_library, differences, scaling, with_memories,
+    Cacti, FPGA_FORMAT_VERSION, FpgaReport, Library, Memories, REPORT_FORMAT_VERSION, Raw,
+    SynthError, SynthReport, Tools, UnitKind, UnitReport, access_times, default_library,
+    differences, scaling, with_memories,
 };
 
 use crate::args::Common;
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::stdout::say;
 use power::PowerArgs;
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "synth",
+    version: REPORT_FORMAT_VERSION,
+    shape: shape::<SynthReport>,
+};
+
+/// The report of `--fpga --json`.
+pub(crate) const FPGA: Published = Published {
+    command: "synth --fpga",
+    version: FPGA_FORMAT_VERSION,
+    shape: shape::<FpgaReport>,
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct SynthArgs {
@@ -54,15 +71,15 @@ pub(crate) struct SynthArgs {
     compare: Option<PathBuf>,
     /// Write a comparison of organisations, table memories and exponentials as Markdown tables;
     /// --config and --unit are ignored
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists"])]
     report: Option<PathBuf>,
     /// Synthesise a grid of configurations, to fit formulas for area, period and energy to;
     /// --config and --unit are ignored
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists", "report"])]
     grid: Option<PathBuf>,
     /// Synthesise the paper's vector unit with the exponentials that no formula covers (a final
     /// multiply, two bits per step, straight pieces, other widths); --config and --unit are ignored
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "compare", "clock", "netlists", "report", "grid"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists", "report", "grid"])]
     forms: Option<PathBuf>,
     /// FPGA family to place and route for, with Yosys and nextpnr [default: cells of the library]
     #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid", "forms"])]
@@ -75,9 +92,8 @@ pub(crate) struct SynthArgs {
     netlists: Option<PathBuf>,
     #[command(flatten)]
     power: PowerArgs,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -136,8 +152,8 @@ impl Units {
 
 pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     check(args)?;
-    let written = [&args.json, &args.report, &args.grid, &args.forms];
-    files::prepare(written.map(Option::as_ref))?;
+    let written = [&args.report, &args.grid, &args.forms];
+    args.files.prepare(written.map(Option::as_ref))?;
     let config = common.read_config()?;
     let cache = potamoi_verilated::cache::folder("synth").map_err(SynthError::from)?;
     if let Some(Family::Ecp5) = args.fpga {
@@ -177,9 +193,7 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     };
     let report = SynthReport::new(&config, &library, &tools, raw, args.node, args.scale_to);
     print::totals(&report);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     if let Some(note) = note {
         say!("\n{note}");
     }

@@ -7,20 +7,29 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
-use potamoi_base::outputs as files;
 use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
 use potamoi_rtl::verify::{Failure as Found, Injection, Settings, Verifier};
 use potamoi_rtl::{EngineKind, ForeignRtl};
 use potamoi_scene::trace::Trace;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::args::{Common, quoted};
 use crate::failure::Failure;
 use crate::progress;
+use crate::published::{Published, shape};
+use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
 use crate::stdout::say;
 use report::{FORMAT_VERSION, Report, print};
+
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "verify",
+    version: FORMAT_VERSION,
+    shape: shape::<Report<'_>>,
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
@@ -53,9 +62,8 @@ pub(crate) struct VerifyArgs {
     /// File for the waveform around a mismatch
     #[arg(long, value_name = "FILE", default_value = "potamoi-mismatch.vcd")]
     vcd: PathBuf,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -68,7 +76,7 @@ enum Engine {
     Icarus,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum Level {
     /// A share of the work, spread evenly over the frame
@@ -131,7 +139,7 @@ impl Inject {
 }
 
 pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
-    files::prepare([Some(&args.vcd), args.json.as_ref()])?;
+    args.files.prepare([Some(&args.vcd)])?;
     let config = common.read_config()?;
     let rtl = args.rtl.as_deref();
     let rtl = rtl.map(|folder| ForeignRtl::read(folder, args.rtl_prefix.as_deref()));
@@ -201,9 +209,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         seconds: start.elapsed().as_secs_f64(),
     };
     print(&report, &config);
-    if let Some(path) = &args.json {
-        files::write_json(path, &report)?;
-    }
+    args.files.write(&report)?;
     match &failure {
         None => agreement(&report),
         Some(failure) => difference(common, args, failure),

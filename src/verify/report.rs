@@ -9,6 +9,7 @@ use indicatif::HumanCount;
 use potamoi_formats::config::Config;
 use potamoi_rtl::EngineKind;
 use potamoi_rtl::verify::{Failure as Found, GatherReport, Injection, SplatReport, VectorReport};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Level;
@@ -16,7 +17,7 @@ use super::Level;
 /// Version of the JSON report.
 pub(super) const FORMAT_VERSION: u32 = 1;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Report<'a> {
     pub(super) format_version: u32,
     pub(super) command: &'static str,

@@ -24,6 +24,8 @@ use potamoi_warp::{Frame, Rule};
 
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
+use crate::published::{Published, one_of_three};
+use crate::report_files::ReportFiles;
 use crate::scene::SceneArgs;
 
 use methods::MethodArgs;
@@ -70,13 +72,19 @@ pub(crate) struct WarpArgs {
     /// replaced, and other files stay
     #[arg(long, value_name = "DIR")]
     out_dir: Option<PathBuf>,
-    /// Write the report as JSON; several scenes or frames share one report
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    files: ReportFiles,
 }
 
+/// The report of `--json`.
+pub(crate) const REPORT: Published = Published {
+    command: "warp",
+    version: FORMAT_VERSION,
+    shape: one_of_three::<Report, Reports, rates::Report>,
+};
+
 pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
-    files::prepare([args.json.as_ref(), args.timing.chrome_trace.as_ref()])?;
+    args.files.prepare([args.timing.chrome_trace.as_ref()])?;
     args.timing.check()?;
     let bar = progress::bar(0, "warping");
     if args.fps.len() > 1 {
@@ -95,10 +103,7 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
             command: "warp",
             found,
         };
-        return match &args.json {
-            Some(path) => Ok(files::write_json(path, &report)?),
-            None => Ok(()),
-        };
+        return args.files.write(&report);
     }
     let names = scenes_named(&args.scenes);
     let mut reports = Reports {
@@ -109,9 +114,7 @@ pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
     for (at, name) in names.iter().enumerate() {
         bar.set_message(format!("{name}, {} of {}", at + 1, names.len()));
         reports.scenes.push(args.found(name, &mut truth, &bar)?);
-        if let Some(path) = &args.json {
-            files::write_json(path, &reports)?;
-        }
+        args.files.write(&reports)?;
     }
     bar.finish_and_clear();
     reports.print();

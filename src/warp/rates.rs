@@ -1,8 +1,8 @@
 //! One scene at several frame rates, beside its own path if its camera follows a recorded motion.
 
 use indicatif::ProgressBar;
-use potamoi_base::outputs as files;
 use potamoi_explore::warping::{Pace, RateRow, Rates, Source, Truth};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::report::FORMAT_VERSION;
@@ -12,8 +12,8 @@ use crate::scene::say_not_checked;
 use crate::stdout::say;
 use crate::tables;
 
-#[derive(Serialize)]
-struct Report {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report {
     format_version: u32,
     command: &'static str,
     #[serde(flatten)]
@@ -52,17 +52,11 @@ impl WarpArgs {
         }
         bar.finish_and_clear();
         print(&all, self.timing.is_scheduled());
-        match &self.json {
-            Some(path) => Ok(files::write_json(
-                path,
-                &Report {
-                    format_version: FORMAT_VERSION,
-                    command: "warp",
-                    found: all,
-                },
-            )?),
-            None => Ok(()),
-        }
+        self.files.write(&Report {
+            format_version: FORMAT_VERSION,
+            command: "warp",
+            found: all,
+        })
     }
 
     /// Adds the rows of one path at one rate. The motion is as long as that of `timed`.

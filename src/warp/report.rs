@@ -1,12 +1,13 @@
 //! JSON reports.
 
 use potamoi_explore::warping::Warping;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Version of the JSON report.
 pub(super) const FORMAT_VERSION: u32 = 2;
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Report {
     pub(super) format_version: u32,
     pub(super) command: &'static str,
@@ -14,7 +15,7 @@ pub(super) struct Report {
     pub(super) found: Warping,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Reports {
     pub(super) format_version: u32,
     pub(super) command: &'static str,

@@ -1,5 +1,7 @@
 //! Runs the command line.
 
+mod schemas;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -43,9 +45,14 @@ pub(crate) fn expect(folder: &Path, code: i32, arguments: &[&str]) -> String {
     out + &err
 }
 
+/// A JSON file. A report must keep to its schema.
 pub(crate) fn json(path: &Path) -> serde_json::Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    let value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    schemas::check(&value);
+    value
 }
+
+pub(crate) use schemas::faults_of;
 
 /// The folder of real scenes, if it is here.
 pub(crate) fn shared() -> Option<PathBuf> {

@@ -87,7 +87,8 @@ pub(crate) fn measure(scene: &HardScene) -> Measured {
     let mut twins = ReferenceUnits::new(&Config::paper());
     let fixed = through(scene, &mut twins);
     assert_eq!(twins.gather_flags(), 0, "{}", scene.name);
-    assert!(float.stats.drawn > 50, "{}: {:?}", scene.name, float.stats);
+    let drawn = float.stats.unwrap().drawn;
+    assert!(drawn > 50, "{}: {:?}", scene.name, float.stats);
     let depth = float.depth.as_ref().unwrap();
     assert!(depth.iter().all(|d| *d > 0.0), "{}: a depth", scene.name);
     let values = |f: &Picture| f.rgb.concat();

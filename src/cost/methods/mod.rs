@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use potamoi_base::outputs as files;
 use potamoi_explore::exponential::{Method, Methods, Peer};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{CostArgs, FORMAT_VERSION};
@@ -19,8 +20,8 @@ use crate::tables;
 /// The paper's unit.
 const PAPER: &str = "restoring, n = 16 (the paper's)";
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
     format_version: u32,
     command: &'static str,
     unit: &'static str,
@@ -40,14 +41,14 @@ pub(super) fn run(args: &CostArgs) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         charts::write(path, &plot::spec(&found.methods, &found.peers))?;
     }
-    if let Some(path) = &args.json {
+    if args.files.are_asked() {
         let report = Report {
             format_version: FORMAT_VERSION,
             command: "cost",
             unit: "methods",
             found: &found,
         };
-        files::write_json(path, &report)?;
+        args.files.write(&report)?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use potamoi_system::system_model::work::PathWork;
 use potamoi_system::system_model::{AtBounds, Model, Scenario, Variant};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{ExploreError, Setup};
@@ -35,7 +36,7 @@ const SORTING: &[&str] = &[
 
 /// A part of the GPU's work that other hardware does in no time. Its bytes still move; the area and the
 /// energy of that hardware are not known.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Moved {
     /// The part.
     pub work: &'static str,
