@@ -5,7 +5,7 @@ export CARGO_TERM_COLOR ?= auto
 
 step = @printf '\n==> %s\n' '$(1)'
 
-.PHONY: help demo test test-full refresh figures plots docs book parameters grid forms lint bench setup
+.PHONY: help demo test test-full refresh figures plots docs book parameters grid forms lint bench setup dist
 
 help:
 	@printf '%s\n' \
@@ -22,6 +22,7 @@ help:
 	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
 	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
+	  'make dist       wheels and archives for Linux, x86-64 and aarch64: dist/' \
 	  'make setup      install what is missing (tools/setup --check only reports)'
 
 setup:
@@ -43,6 +44,7 @@ test-full: setup
 	@tools/setup registers
 	@tools/setup cocotb
 	@tools/setup linters
+	@tools/setup notebook
 	@$(MAKE) --no-print-directory lint-only
 	$(call step,documentation and its links)
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --workspace
@@ -56,6 +58,9 @@ test-full: setup
 	mkdir -p out/report
 	cargo run --locked --quiet -- report garden --width 48 --frames 2 --out out/report/page.html
 	tools/check-report out/report/page.html out/report
+	$(call step,the notebook and the Python package with pandas)
+	.tools/bin/python3-notebook tools/run-notebook
+	cd python && ../.tools/bin/python3-notebook -m unittest discover -s tests
 	$(call step,hard cases without their guards)
 	tools/hard-case-guards --batches
 	tools/hard-case-guards --end-to-end
@@ -158,3 +163,7 @@ forms: setup
 
 bench: setup
 	cargo bench --locked
+
+dist:
+	@tools/setup dist
+	@tools/dist

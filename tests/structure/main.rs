@@ -5,6 +5,7 @@ mod crates;
 mod dependencies;
 mod module_files;
 mod modules;
+mod release;
 
 use std::path::Path;
 
