@@ -145,8 +145,15 @@ fn main() {
         };
         let peak = peak();
         let options = FloatOptions::default();
-        let render = || render_float(&cloud, &camera, Profile::Inria, &options).expect("a frame");
-        let stats = render().stats;
+        let by = |options: FloatOptions| {
+            render_float(&cloud, &camera, Profile::Inria, &options).expect("a frame")
+        };
+        let render = || by(options);
+        let logged = by(FloatOptions {
+            log_decisions: true,
+            ..options
+        });
+        let stats = logged.stats.expect("a log");
         let threads = rayon::current_num_threads();
         let best = Cell::new([Duration::MAX; 2]);
         group.throughput(Throughput::Elements(stats.evaluated));

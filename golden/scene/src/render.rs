@@ -119,7 +119,8 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// Numbers of skips and stops that differ between two renderings of splats.
+    /// Numbers of skips and stops that differ between two renderings of splats; `None` unless both
+    /// kept their decisions.
     #[must_use]
     pub fn flips(&self, other: &Self) -> Option<Flips> {
         self.decisions.as_ref()?.flips(other.decisions.as_ref()?)
@@ -127,22 +128,30 @@ impl Rendered {
 }
 
 impl Scene {
-    /// Renders in 64-bit floating point.
+    /// Renders in 64-bit floating point, with the decisions that [`Rendered::flips`] compares.
     ///
     /// # Errors
     /// The camera or an option is out of range.
     pub fn render_float(&self) -> Result<Rendered, SceneError> {
-        self.floating().map_err(|e| e.of(&self.name))
+        self.floating(true).map_err(|e| e.of(&self.name))
     }
 
-    fn floating(&self) -> Result<Rendered, SceneError> {
+    /// As [`Scene::render_float`], without decisions: the same picture, sooner.
+    ///
+    /// # Errors
+    /// Those of [`Scene::render_float`].
+    pub fn render_float_picture(&self) -> Result<Rendered, SceneError> {
+        self.floating(false).map_err(|e| e.of(&self.name))
+    }
+
+    fn floating(&self, log_decisions: bool) -> Result<Rendered, SceneError> {
         match self.model.kind() {
             Kind::Splats(cloud) => {
                 let options = splats::FloatOptions {
                     background: self.background,
-                    log_decisions: true,
-                    depth: false,
+                    log_decisions,
                     work: self.splat_work(),
+                    ..splats::FloatOptions::default()
                 };
                 let frame = splats::render_float(
                     &self.seen_from(cloud, &self.camera),

@@ -15,9 +15,26 @@ pub(crate) struct Grid {
 
 /// A rectangle of tiles: first column and row, and one past the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Span {
-    x: [u32; 2],
-    y: [u32; 2],
+pub(crate) struct Span {
+    pub(crate) x: [u32; 2],
+    pub(crate) y: [u32; 2],
+}
+
+impl Span {
+    /// Number of tiles.
+    pub(crate) fn count(&self) -> u64 {
+        let along = |[from, to]: [u32; 2]| u64::from(to.saturating_sub(from));
+        along(self.x) * along(self.y)
+    }
+
+    /// The tiles that are in both.
+    pub(crate) fn within(&self, other: &Self) -> Self {
+        let both = |a: [u32; 2], b: [u32; 2]| [a[0].max(b[0]), a[1].min(b[1])];
+        Self {
+            x: both(self.x, other.x),
+            y: both(self.y, other.y),
+        }
+    }
 }
 
 /// The number of tiles before a boundary at `value` tiles, clamped to 0..=limit.
@@ -47,34 +64,39 @@ fn reach_squared(splat: &Projected, rules: &Rules) -> Option<f64> {
     (splat.opacity >= rules.alpha_min).then(|| 2.0 * (splat.opacity / rules.alpha_min).ln())
 }
 
-/// Calls `visit` with every tile that the Gaussian is drawn in, ascending.
-pub(crate) fn tiles(splat: &Projected, grid: Grid, rules: &Rules, mut visit: impl FnMut(u32)) {
+/// The rectangle that holds every tile that the Gaussian is drawn in; `None` without any. By the rule
+/// of the ellipse some of its tiles may be left out.
+pub(crate) fn rectangle(splat: &Projected, grid: Grid, rules: &Rules) -> Option<Span> {
     let tile = f64::from(TILE);
     let [xx, _, yy] = splat.footprint.covariance;
     let round_up = |v: f64| (v / tile).ceil();
-    let span = match rules.extent {
+    match rules.extent {
         Extent::Square => {
             let radius = (3.0 * splat.footprint.reference_eigenvalue().sqrt()).ceil();
             // The reference adds a tile less one pixel and truncates.
-            grid.span(splat.mean, DVec2::splat(radius), |v| {
+            Some(grid.span(splat.mean, DVec2::splat(radius), |v| {
                 ((v + (tile - 1.0)) / tile).floor()
-            })
+            }))
         }
         Extent::AxisBox => {
-            let Some(reach) = reach_squared(splat, rules) else {
-                return;
-            };
+            let reach = reach_squared(splat, rules)?;
             let extent = reach.sqrt().min(3.33);
             let radius = (extent * DVec2::new(xx, yy).map(f64::sqrt)).ceil();
-            grid.span(splat.mean, radius, round_up)
+            Some(grid.span(splat.mean, radius, round_up))
         }
         Extent::Ellipse => {
-            let Some(reach) = reach_squared(splat, rules) else {
-                return;
-            };
+            let reach = reach_squared(splat, rules)?;
             let radius = DVec2::new(xx, yy).map(|v| (v * reach).sqrt());
-            grid.span(splat.mean, radius, round_up)
+            Some(grid.span(splat.mean, radius, round_up))
         }
+    }
+}
+
+/// Calls `visit` with every tile that the Gaussian is drawn in, ascending.
+pub(crate) fn tiles(splat: &Projected, grid: Grid, rules: &Rules, mut visit: impl FnMut(u32)) {
+    let tile = f64::from(TILE);
+    let Some(span) = rectangle(splat, grid, rules) else {
+        return;
     };
     for y in span.y[0]..span.y[1] {
         for x in span.x[0]..span.x[1] {

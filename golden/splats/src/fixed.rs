@@ -73,7 +73,7 @@ pub fn render_fixed_masked(
 ) -> Result<FixedFrame, RenderError> {
     let view = View::by(cloud, camera, profile, &options.work)?;
     if let Some(mask) = only {
-        mask_fits(&view, mask)?;
+        mask_fits(view.size(), mask)?;
     }
     let schedule = Schedule::masked(cloud, &view, &options.schedule, only)?;
     let logs = options.log_decisions

@@ -36,7 +36,6 @@ mod decisions;
 mod depth;
 mod difference;
 mod error;
-mod exponential;
 mod file_content;
 pub mod files;
 mod fixed;
@@ -53,10 +52,10 @@ pub mod project;
 mod records;
 mod reorder_buffer;
 mod schedule;
-mod tile;
 mod tile_test;
 mod transmittance;
 mod unit_entries;
+mod vectors;
 mod view;
 mod widths;
 
@@ -86,5 +85,6 @@ pub use schedule::{Group, Load, MVoxel, PairTest, Schedule, ScheduleOptions, tas
 pub use tile_test::TileLimits;
 pub use transmittance::TRANSMITTANCE;
 pub use unit_entries::{unit_entries, unit_settings};
+pub use vectors::Vectors;
 pub use view::{Sorting, TILE, View, Work, is_any_in_view, is_in_order};
 pub use widths::Widths;

@@ -94,6 +94,16 @@ impl<'a> Projection<'a> {
         self.camera.world_to_camera.transform_point3(world)
     }
 
+    /// The rules.
+    pub(crate) fn rules(&self) -> &Rules {
+        self.rules
+    }
+
+    /// View depth of a Gaussian.
+    pub(crate) fn depth(&self, index: usize) -> f64 {
+        self.view(index).z
+    }
+
     /// (view depth, index) of the Gaussians behind the near plane, in cloud order.
     pub(crate) fn depths(&self) -> Vec<(f64, usize)> {
         (0..self.cloud.len())

@@ -62,9 +62,58 @@ impl Work {
     };
 }
 
+impl Work {
+    /// The rules of a profile, with this work.
+    pub(crate) fn rules(&self, profile: Profile) -> Rules {
+        let mut rules = profile.rules().with(&self.precision);
+        if !self.stops {
+            rules.stop_below = f64::NEG_INFINITY;
+        }
+        rules
+    }
+}
+
 impl Default for Work {
     fn default() -> Self {
         Self::ALL
+    }
+}
+
+/// The pixels and tiles of a picture.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Raster {
+    /// Width and height in pixels.
+    pub(crate) size: [u32; 2],
+}
+
+impl Raster {
+    /// The picture of a camera.
+    ///
+    /// # Errors
+    /// The camera is invalid.
+    pub(crate) fn of(camera: &Camera) -> Result<Self, RenderError> {
+        check(camera)?;
+        Ok(Self {
+            size: [camera.width, camera.height],
+        })
+    }
+
+    /// Tile columns and rows.
+    pub(crate) const fn grid(self) -> Grid {
+        let [width, height] = self.size;
+        Grid {
+            columns: width.div_ceil(TILE),
+            rows: height.div_ceil(TILE),
+        }
+    }
+
+    /// Column and row of the first pixel of a tile, and the number of its columns and rows in the
+    /// picture.
+    pub(crate) fn tile_pixels(self, tile: usize) -> [[u32; 2]; 2] {
+        let columns = self.grid().columns;
+        let [x, y] = [tile as u32 % columns, tile as u32 / columns].map(|at| at * TILE);
+        let [width, height] = self.size;
+        [[x, y], [TILE.min(width - x), TILE.min(height - y)]]
     }
 }
 
@@ -72,9 +121,7 @@ impl Default for Work {
 #[derive(Debug, Clone)]
 pub struct View {
     rules: Rules,
-    width: u32,
-    height: u32,
-    grid: Grid,
+    raster: Raster,
     splats: Vec<Projected>,
     culled: usize,
     /// `first[r]..first[r + 1]` are the indices of rank r's tiles in `tiles`.
@@ -102,15 +149,9 @@ impl View {
         profile: Profile,
         work: &Work,
     ) -> Result<Self, RenderError> {
-        check(camera)?;
-        let mut rules = profile.rules().with(&work.precision);
-        if !work.stops {
-            rules.stop_below = f64::NEG_INFINITY;
-        }
-        let grid = Grid {
-            columns: camera.width.div_ceil(TILE),
-            rows: camera.height.div_ceil(TILE),
-        };
+        let raster = Raster::of(camera)?;
+        let rules = work.rules(profile);
+        let grid = raster.grid();
         let projection = Projection::new(cloud, camera, &rules, work.degree);
         let depths = projection.depths();
         let order = match work.sorting {
@@ -132,12 +173,7 @@ impl View {
             })
             .collect();
         let entries = counts.iter().map(|n| u64::from(*n)).sum();
-        if entries > MAX_ENTRIES {
-            return Err(RenderError::TooManyEntries {
-                entries,
-                limit: MAX_ENTRIES,
-            });
-        }
+        fits(entries)?;
         let mut keep = counts.iter().map(|n| *n > 0);
         splats.retain(|_| keep.next().unwrap_or(false));
         counts.retain(|n| *n > 0);
@@ -163,9 +199,7 @@ impl View {
             });
         Ok(Self {
             rules,
-            width: camera.width,
-            height: camera.height,
-            grid,
+            raster,
             splats,
             culled,
             first,
@@ -216,13 +250,19 @@ impl View {
     /// Width and height in pixels.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
-        [self.width, self.height]
+        self.raster.size
+    }
+
+    /// The pixels and tiles of the picture.
+    pub(crate) const fn raster(&self) -> Raster {
+        self.raster
     }
 
     /// Number of tile columns and rows.
     #[must_use]
     pub fn grid(&self) -> [u32; 2] {
-        [self.grid.columns, self.grid.rows]
+        let Grid { columns, rows } = self.raster.grid();
+        [columns, rows]
     }
 
     /// Gaussians that touch a tile, front to back.
@@ -252,26 +292,22 @@ impl View {
     /// Number of tiles.
     #[must_use]
     pub fn tile_count(&self) -> usize {
-        (self.grid.columns * self.grid.rows) as usize
+        let [columns, rows] = self.grid();
+        (columns * rows) as usize
     }
 
     /// Column and row of the first pixel of a tile, and the number of its columns and rows in the
     /// picture.
     #[must_use]
     pub fn tile_pixels(&self, tile: usize) -> [[u32; 2]; 2] {
-        let x = tile as u32 % self.grid.columns * TILE;
-        let y = tile as u32 / self.grid.columns * TILE;
-        [
-            [x, y],
-            [TILE.min(self.width - x), TILE.min(self.height - y)],
-        ]
+        self.raster.tile_pixels(tile)
     }
 
     /// Whether a mask has a pixel of a tile.
     pub fn shows(&self, tile: usize, mask: &Mask) -> bool {
         let [[left, top], [columns, rows]] = self.tile_pixels(tile);
         let mut lines = top..top + rows;
-        lines.any(|y| (left..left + columns).any(|x| mask.has((y * self.width + x) as usize)))
+        lines.any(|y| (left..left + columns).any(|x| mask.has((y * self.size()[0] + x) as usize)))
     }
 
     /// The ranks drawn in each tile, front to back: the index of each tile's first rank (one more
@@ -306,12 +342,8 @@ pub fn is_any_in_view(
     camera: &Camera,
     profile: Profile,
 ) -> Result<bool, RenderError> {
-    check(camera)?;
+    let grid = Raster::of(camera)?.grid();
     let rules = profile.rules();
-    let grid = Grid {
-        columns: camera.width.div_ceil(TILE),
-        rows: camera.height.div_ceil(TILE),
-    };
     let projection = Projection::new(cloud, camera, &rules, 0);
     let depths = projection.depths();
     Ok(depths.par_iter().any(|(_, index)| {
@@ -347,6 +379,17 @@ fn parts<'a>(mut tiles: &'a mut [u32], first: &[usize]) -> Vec<&'a mut [u32]> {
             part
         })
         .collect()
+}
+
+/// Checks that the (tile, Gaussian) pairs fit in memory.
+pub(crate) fn fits(entries: u64) -> Result<(), RenderError> {
+    if entries > MAX_ENTRIES {
+        return Err(RenderError::TooManyEntries {
+            entries,
+            limit: MAX_ENTRIES,
+        });
+    }
+    Ok(())
 }
 
 fn check(camera: &Camera) -> Result<(), RenderError> {

@@ -87,7 +87,7 @@ pub fn splat_stages(
     let start = Instant::now();
     let view = View::new(cloud, camera, profile)?;
     let indexed = Instant::now();
-    std::hint::black_box(render_view(&view, &FloatOptions::default()));
+    std::hint::black_box(render_view(&view, &FloatOptions::default())?);
     Ok(Stages {
         indexing: (indexed - start).as_secs_f64(),
         gathering: None,
