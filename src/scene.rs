@@ -206,10 +206,10 @@ impl SceneArgs {
 
     /// Opens a scene with its own rules, whatever the machine is.
     pub(crate) fn open_plain(&self, name: &str) -> Result<Scene, Failure> {
-        let mut scene = Scene::open_in(name, self.axes)?;
-        if let Some(path) = &self.camera {
-            scene.set_camera_file(path, self.camera_index)?;
-        }
+        let mut scene = match &self.camera {
+            Some(path) => Scene::open_seen_from(name, self.axes, path, self.camera_index)?,
+            None => Scene::open_in(name, self.axes)?,
+        };
         scene.set_size(self.width, self.height)?;
         note(&scene);
         Ok(scene)

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use potamoi_base::outputs as files;
-use potamoi_explore::rendering::{Numerics, not_checked, shoot};
+use potamoi_explore::rendering::{Numerics, not_checked};
 use potamoi_formats::config::Config;
 use potamoi_rtl::RtlCycles;
 use potamoi_scene::{FrameCounts, Scene};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{FORMAT_VERSION, Units, keeps_all_pairs};
+use super::{FORMAT_VERSION, Units, keeps_all_pairs, taken};
 use crate::failure::Failure;
 use crate::progress;
 use crate::report_files::ReportFiles;
@@ -70,7 +70,7 @@ pub(crate) fn run(mut scene: Scene, config: &Config, wanted: &Sequence<'_>) -> R
     let mut frames = vec![];
     for (camera, name) in cameras.iter().zip(&names) {
         scene.set_camera(*camera);
-        let shot = shoot(&scene, config, wanted.numerics)?;
+        let shot = taken(&scene, config, wanted.numerics)?;
         shot.picture.picture.write_png(name)?;
         frames.push(Frame {
             file: name.clone(),

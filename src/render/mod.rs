@@ -7,7 +7,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use potamoi_base::effects::Choices;
 use potamoi_explore::accuracy::{ImageQuality, Reference, References};
 use potamoi_explore::rendering::{Numerics, Shot, not_checked, shoot, whole_float};
 use potamoi_formats::config::Config;
@@ -175,7 +174,11 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     }
     let start = Instant::now();
     let spinner = progress::spinner("rendering");
-    let float = whole_float(&scene)?;
+    // A picture in floating point with no effect left out is what others are compared with.
+    let float = match is_whole_float(&scene, numerics) {
+        true => None,
+        false => Some(whole_float(&scene)?),
+    };
     let references = match args.quality {
         true => Some(References::of(&scene)?),
         false => None,
@@ -183,18 +186,16 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     if numerics == Numerics::Rtl {
         spinner.set_message("rendering through the Verilated units");
     }
-    let shot = match numerics {
-        Numerics::Float if scene.choices() == Choices::default() => Shot::of(float.clone()),
-        other => shoot(&scene, &config, other)?,
-    };
+    let shot = taken(&scene, &config, numerics)?;
     let seconds = start.elapsed().as_secs_f64();
     spinner.finish_and_clear();
     let picture = &shot.picture;
     picture.picture.write_png(&args.out)?;
 
-    let compared = numerics != Numerics::Float || !scene.choices().left_out().is_empty();
-    let covered = (picture.picture).psnr(&float.picture, |i| float.covered[i]);
-    let flips: Option<Flips> = picture.flips(&float).filter(|_| compared);
+    let covered = (float.as_ref())
+        .and_then(|float| (picture.picture).psnr(&float.picture, |i| float.covered[i]));
+    let flips: Option<Flips> = float.as_ref().and_then(|float| picture.flips(float));
+    let is_covered = &float.as_ref().unwrap_or(picture).covered;
     let report = Report {
         format_version: FORMAT_VERSION,
         command: "render",
@@ -203,9 +204,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
         height: scene.camera().height,
         numerics,
         configuration: config.hash(),
-        float: compared.then(|| ImageQuality::of(&picture.picture, &float.picture)),
-        float_covered_db: covered.filter(|db| compared && db.is_finite()),
-        covered_pixels: float.covered.iter().filter(|c| **c).count(),
+        float: (float.as_ref()).map(|own| ImageQuality::of(&picture.picture, &own.picture)),
+        float_covered_db: covered.filter(|db| db.is_finite()),
+        covered_pixels: is_covered.iter().filter(|c| **c).count(),
         reference: references.as_ref().map(References::described),
         truth: (references.as_ref()).and_then(|own| own.truth(&picture.picture)),
         converged: (references.as_ref()).map(|own| own.converged(&picture.picture)),
@@ -229,6 +230,20 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), Failure> {
     print(&report, &scene, args);
     args.files.write(&report)?;
     Ok(())
+}
+
+/// Whether a picture is the scene in floating point with no effect left out. Forced effects change no
+/// bit of it.
+fn is_whole_float(scene: &Scene, numerics: Numerics) -> bool {
+    numerics == Numerics::Float && scene.choices().left_out().is_empty()
+}
+
+/// A picture of the scene; in floating point without the decisions that nothing is compared with.
+pub(crate) fn taken(scene: &Scene, config: &Config, numerics: Numerics) -> Result<Shot, Failure> {
+    if is_whole_float(scene, numerics) {
+        return Ok(Shot::of(scene.render_float_picture()?));
+    }
+    Ok(shoot(scene, config, numerics)?)
 }
 
 /// Prints PSNR against each picture that the result was compared with.

@@ -85,7 +85,8 @@ impl Picture {
             .rgb
             .iter()
             .flatten()
-            .map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8)
+            // Rounded half up, exact in 64 bits: the cast cuts off.
+            .map(|v| (f64::from(v.clamp(0.0, 1.0) * 255.0) + 0.5) as u8)
             .collect();
         let mut png = vec![];
         // The encoder by its name: choosing it by a format builds those of all formats.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::builtin::SIDE;
 use super::description::{Description, ModelDescription};
@@ -35,6 +36,8 @@ fn endings() -> String {
 const MAX_CENTRE: f32 = 1e30;
 /// Maximum length of a path in bytes, set by the operating system.
 const LONGEST_PATH: usize = 4095;
+/// Minimum number of coordinates that a thread checks.
+const BLOCK: usize = 1 << 14;
 
 impl Scene {
     /// Opens a scene: a built-in name, with a colon and a representation for analytic scenes; a
@@ -54,7 +57,27 @@ impl Scene {
     /// # Errors
     /// Those of [`Scene::open`], or the name is not that of a splat file.
     pub fn open_in(name: &str, axes: Option<Axes>) -> Result<Self, SceneError> {
-        let scene = Self::opened(name, axes).map_err(|e| e.of(name))?;
+        Self::open_by(name, axes, true)
+    }
+
+    /// As [`Scene::open_in`], seen from camera `index` of a camera file.
+    ///
+    /// # Errors
+    /// Those of [`Scene::open_in`] and of [`Scene::set_camera_file`].
+    pub fn open_seen_from(
+        name: &str,
+        axes: Option<Axes>,
+        cameras: &Path,
+        index: usize,
+    ) -> Result<Self, SceneError> {
+        let mut scene = Self::open_by(name, axes, false)?;
+        scene.set_camera_file(cameras, index)?;
+        Ok(scene)
+    }
+
+    /// A splat model of a file is seen whole, or not yet: finding where from takes time.
+    fn open_by(name: &str, axes: Option<Axes>, is_seen: bool) -> Result<Self, SceneError> {
+        let scene = Self::opened(name, axes, is_seen).map_err(|e| e.of(name))?;
         match axes {
             Some(axes) if scene.axes != Some(axes) => {
                 let expected = "it left out: it is for files of splats";
@@ -64,7 +87,7 @@ impl Scene {
         }
     }
 
-    fn opened(name: &str, axes: Option<Axes>) -> Result<Self, SceneError> {
+    fn opened(name: &str, axes: Option<Axes>, is_seen: bool) -> Result<Self, SceneError> {
         if let Some(scene) = Self::builtin(name) {
             return scene;
         }
@@ -76,12 +99,12 @@ impl Scene {
             });
         }
         if files::is_splats(path) {
-            return Self::model_file(path, axes, None);
+            return Self::model_file(path, axes, None, is_seen);
         }
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
             Some("toml") => Self::described(path, axes),
-            Some(compact_3dgs::ENDING) => Self::compact(path, axes),
+            Some(compact_3dgs::ENDING) => Self::compact(path, axes, is_seen),
             other => match other.and_then(algorithms::file_of_ending) {
                 Some(file) => Self::field_file(path, file, &FileOptions::default()),
                 None if path.exists() => Err(SceneError::Ending {
@@ -146,11 +169,13 @@ impl Scene {
         path: &Path,
         axes: Option<Axes>,
         level: Option<usize>,
+        is_seen: bool,
     ) -> Result<Self, SceneError> {
         let loaded = files::read_level(path, axes, level)?;
         let up = loaded.up.unwrap_or(DVec3::NEG_Y);
-        let coordinates = loaded.cloud.means().iter().flatten();
-        if let Some(far) = coordinates.copied().find(|v| v.abs() > MAX_CENTRE) {
+        let coordinates = loaded.cloud.means().as_flattened().par_iter();
+        let far = |v: &&f32| v.abs() > MAX_CENTRE;
+        if let Some(far) = coordinates.with_min_len(BLOCK).find_first(far) {
             return Err(SceneError::Value {
                 scene: path.display().to_string(),
                 field: "centres of Gaussians",
@@ -158,16 +183,16 @@ impl Scene {
                 expected: format!("{MAX_CENTRE:e} at most, from where a camera can see them all"),
             });
         }
-        let mut scene = Self::file(path, Model::Splats(loaded.cloud), up, [0.0; 3]);
+        let mut scene = Self::file(path, Model::Splats(loaded.cloud), up, [0.0; 3], is_seen);
         (scene.axes, scene.origin, scene.notes) = (axes, loaded.origin, loaded.notes);
         scene.file_facts = Some(loaded.facts.into());
         Ok(scene)
     }
 
-    fn compact(path: &Path, axes: Option<Axes>) -> Result<Self, SceneError> {
+    fn compact(path: &Path, axes: Option<Axes>, is_seen: bool) -> Result<Self, SceneError> {
         let (model, notes) = Compact::load(path, axes)?;
         let model = Model::Compact(Box::new(model));
-        let mut scene = Self::file(path, model, DVec3::NEG_Y, [0.0; 3]);
+        let mut scene = Self::file(path, model, DVec3::NEG_Y, [0.0; 3], is_seen);
         (scene.axes, scene.notes) = (axes, notes);
         Ok(scene)
     }
@@ -180,15 +205,17 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let LoadedField { field, notes } = (file.load)(path, options)?;
         field.sampling().check().map_err(|e| e.of_file(path))?;
-        let scene = Self::file(path, Model::Field(field), DVec3::Z, file.background);
+        let scene = Self::file(path, Model::Field(field), DVec3::Z, file.background, true);
         Ok(Self { notes, ..scene })
     }
 
-    fn file(path: &Path, model: Model, up: DVec3, background: [f32; 3]) -> Self {
+    fn file(path: &Path, model: Model, up: DVec3, background: [f32; 3], is_seen: bool) -> Self {
         let name = path.display().to_string();
         let camera = lantern::camera(SIDE, SIDE);
         let mut scene = Self::of(&name, model, camera, up, background);
-        scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
+        if is_seen {
+            scene.camera = scene.default_orbit().camera(scene.up, SIDE, SIDE);
+        }
         scene.from_file = true;
         scene
     }
@@ -236,10 +263,10 @@ impl Scene {
                 }
             })?,
             ModelDescription::Splats { path, axes, level } => {
-                Self::model_file(&model(path)?, asked.or(*axes), *level).map_err(named)?
+                Self::model_file(&model(path)?, asked.or(*axes), *level, true).map_err(named)?
             }
             ModelDescription::Compact3dgs { path, axes } => {
-                Self::compact(&model(path)?, asked.or(*axes)).map_err(named)?
+                Self::compact(&model(path)?, asked.or(*axes), true).map_err(named)?
             }
             ModelDescription::Field {
                 file,

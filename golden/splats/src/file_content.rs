@@ -1,6 +1,7 @@
 //! The content of a splat file.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::axes::Axes;
 use super::cloud::Cloud;
@@ -143,7 +144,8 @@ impl Raw {
             ..self.facts
         };
         let zero = |q: &&[f32; 4]| q.iter().all(|v| *v == 0.0);
-        let turnless = self.cloud.rotations().iter().filter(zero).count();
+        let rotations = self.cloud.rotations().par_iter().with_min_len(1 << 14);
+        let turnless = rotations.filter(zero).count();
         if turnless > 0 {
             self.notes.assume(format!(
                 "no rotation where a quaternion is 0 ({turnless} of {} Gaussians)",

@@ -53,7 +53,80 @@ impl Layout {
     }
 }
 
+/// Where the numbers of a binary row lie, if it has no list.
+#[derive(Debug, Clone)]
+pub struct FixedRow {
+    /// Bytes of a row.
+    pub stride: usize,
+    /// First byte and type of each property.
+    places: Vec<(usize, ScalarType)>,
+    swap: bool,
+}
+
+impl FixedRow {
+    /// The number in a column, in the order of the header; NaN if there is none.
+    #[must_use]
+    #[inline]
+    pub fn value(&self, row: &[u8], column: usize) -> f64 {
+        let Some((at, kind)) = self.places.get(column) else {
+            return f64::NAN;
+        };
+        let own = &row[*at..];
+        match (kind, own.first_chunk()) {
+            (ScalarType::Float, Some(word)) if !self.swap => f64::from(f32::from_le_bytes(*word)),
+            _ => number(kind, &own[..scalar_bytes(kind) as usize], self.swap),
+        }
+    }
+}
+
 impl<R: BufRead> Rows<R> {
+    /// Where the numbers of an element's rows lie; `None` in text, and with lists.
+    #[must_use]
+    pub fn fixed(&self, layout: &Layout) -> Option<FixedRow> {
+        let swap = match self.encoding {
+            Encoding::Ascii => return None,
+            Encoding::BinaryLittleEndian => false,
+            Encoding::BinaryBigEndian => true,
+        };
+        let mut stride = 0;
+        let places = layout.properties.iter().map(|property| match property {
+            PropertyType::Scalar(kind) => {
+                let at = stride;
+                stride += scalar_bytes(kind) as usize;
+                Some((at, kind.clone()))
+            }
+            PropertyType::List(..) => None,
+        });
+        let places = places.collect::<Option<Vec<_>>>()?;
+        Some(FixedRow {
+            stride,
+            places,
+            swap,
+        })
+    }
+
+    /// Reads rows of `stride` bytes into `bytes`, `count` of them or as many as the file has. The error
+    /// says what is wrong.
+    pub fn read_many(
+        &mut self,
+        stride: usize,
+        count: usize,
+        bytes: &mut Vec<u8>,
+    ) -> Result<(), String> {
+        bytes.resize(stride * count, 0);
+        let mut found = 0;
+        while found < bytes.len() {
+            match self.reader.read(&mut bytes[found..]) {
+                Ok(0) => break,
+                Ok(read) => found += read,
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(ended(error)),
+            }
+        }
+        bytes.truncate(found / stride * stride);
+        Ok(())
+    }
+
     /// A reader of rows. `reader` must be positioned after the header.
     pub fn new(reader: R, header: &Header) -> Self {
         Self {
@@ -133,7 +206,7 @@ impl<R: BufRead> Rows<R> {
         let skipped = std::io::copy(&mut self.reader.by_ref().take(bytes), &mut std::io::sink());
         match skipped.map_err(ended)? == bytes {
             true => Ok(()),
-            false => Err("the file ends within it".to_owned()),
+            false => Err(ENDS_WITHIN.to_owned()),
         }
     }
 
@@ -211,10 +284,13 @@ fn shown(word: &str) -> String {
 
 fn ended(error: std::io::Error) -> String {
     match error.kind() {
-        std::io::ErrorKind::UnexpectedEof => "the file ends within it".to_owned(),
+        std::io::ErrorKind::UnexpectedEof => ENDS_WITHIN.to_owned(),
         _ => error.to_string(),
     }
 }
+
+/// What is said of a row that the file ends within.
+pub const ENDS_WITHIN: &str = "the file ends within it";
 
 /// Decodes a number; `swap` selects big-endian.
 fn number(kind: &ScalarType, bytes: &[u8], swap: bool) -> f64 {

@@ -8,12 +8,15 @@ pub(crate) use turn::Placement;
 use std::cmp::Ordering;
 use std::fmt;
 
+use rayon::prelude::*;
 use thiserror::Error;
 
 use potamoi_base::sh;
 
 /// The largest log scale: beyond it a scale overflows 32-bit floats.
 pub(crate) const MAX_LOG_SCALE: f32 = 88.0;
+/// Minimum number of values that a thread checks.
+const BLOCK: usize = 1 << 14;
 
 /// A property of a Gaussian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -344,17 +347,21 @@ fn finite<const N: usize>(
     per_gaussian: usize,
     values: &[[f32; N]],
 ) -> Result<(), CloudError> {
-    for (i, value) in values.iter().enumerate() {
-        if let Some(c) = value.iter().position(|v| !v.is_finite()) {
-            return Err(CloudError::NotFinite {
+    let wrong = |value: &[f32; N]| value.iter().position(|v| !v.is_finite());
+    let all = values.par_iter().with_min_len(BLOCK);
+    // The first that is wrong is told, whichever thread was first.
+    match all.position_first(|value| wrong(value).is_some()) {
+        None => Ok(()),
+        Some(i) => {
+            let c = wrong(&values[i]).unwrap_or(0);
+            Err(CloudError::NotFinite {
                 index: i / per_gaussian,
                 field,
                 component: i % per_gaussian * N + c,
-                value: value[c],
-            });
+                value: values[i][c],
+            })
         }
     }
-    Ok(())
 }
 
 /// Gaussians that differ only in their centres.

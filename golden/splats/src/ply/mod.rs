@@ -25,7 +25,7 @@ use columns::Columns;
 pub(super) use other_models::with_other_models;
 use potamoi_base::file_keys::{Fate, FileKeys, Format, Key, KeyError, Notes, key};
 use potamoi_containers::ply::header::{self, Header};
-use potamoi_containers::ply::rows::{Layout, Rows};
+use potamoi_containers::ply::rows::{ENDS_WITHIN, FixedRow, Layout, Rows};
 use potamoi_containers::ply::{PlyFileError, open};
 use vertices::Vertices;
 
@@ -220,7 +220,11 @@ pub fn read(path: &Path) -> Result<Loaded, PlyError> {
 ///
 /// # Errors
 /// Those of [`read`].
-pub fn parse(mut reader: impl BufRead, length: u64, origin: &str) -> Result<Loaded, PlyError> {
+pub fn parse(
+    mut reader: impl BufRead + Send,
+    length: u64,
+    origin: &str,
+) -> Result<Loaded, PlyError> {
     let header = header::read(&mut reader, origin)?;
     Ok(body(&header, reader, length, origin)?.turned(None))
 }
@@ -228,7 +232,7 @@ pub fn parse(mut reader: impl BufRead, length: u64, origin: &str) -> Result<Load
 /// Reads the part behind the header, of a file of `length` bytes.
 pub(super) fn body(
     header: &Header,
-    reader: impl BufRead,
+    reader: impl BufRead + Send,
     length: u64,
     origin: &str,
 ) -> Result<Raw, PlyError> {
@@ -258,7 +262,14 @@ pub(super) fn body(
     let mut vertices = None;
     for (name, element) in &header.ply.elements {
         let layout = Layout::of(element);
-        let mut own = (name == "vertex").then(|| Vertices::new(&columns, element.count));
+        if name == "vertex" {
+            let source = Source { element, origin };
+            vertices = Some(match rows.fixed(&layout) {
+                Some(row) => source.by_stride(&mut rows, &row, &columns)?,
+                None => source.row_by_row(&mut rows, &layout, &columns)?,
+            });
+            continue;
+        }
         for index in 0..element.count {
             (rows.read(&layout, &mut values)).map_err(|message| PlyFileError::Element {
                 origin: origin.to_owned(),
@@ -266,12 +277,7 @@ pub(super) fn body(
                 index,
                 message,
             })?;
-            if let Some(own) = &mut own {
-                own.push(&columns, &values)
-                    .map_err(|column| not_finite(origin, index, element, column, &values))?;
-            }
         }
-        vertices = own.or(vertices);
     }
     let left = rows.rest().map_err(|e| PlyFileError::Header {
         origin: origin.to_owned(),
@@ -336,19 +342,95 @@ fn entries(header: &Header) -> Vec<(String, String)> {
     all
 }
 
-fn not_finite(
-    origin: &str,
-    index: usize,
-    element: &ElementDef,
-    column: usize,
-    values: &[f64],
-) -> PlyError {
-    let property = element.properties.get_index(column);
-    PlyError::NotFinite {
-        origin: origin.to_owned(),
-        index,
-        property: property.map_or_else(String::new, |(name, _)| name.clone()),
-        value: values.get(column).copied().unwrap_or(f64::NAN),
+/// Bytes of vertices that are read at once.
+const AT_ONCE: usize = 1 << 21;
+
+/// The vertices of a file.
+struct Source<'a> {
+    element: &'a ElementDef,
+    /// Names the file in errors.
+    origin: &'a str,
+}
+
+impl Source<'_> {
+    /// Reads rows of one length: the next ones while threads take those before.
+    fn by_stride(
+        &self,
+        rows: &mut Rows<impl BufRead + Send>,
+        row: &FixedRow,
+        columns: &Columns,
+    ) -> Result<Vertices, PlyError> {
+        let count = self.element.count;
+        let mut vertices = Vertices::new(columns, count);
+        let most = (AT_ONCE / row.stride).max(1);
+        let [mut bytes, mut next] = [vec![], vec![]];
+        let (mut start, mut asked) = (0, most.min(count));
+        let mut read = rows.read_many(row.stride, asked, &mut bytes);
+        while start < count {
+            let done = read.clone();
+            let following = most.min(count - start - asked);
+            let taken;
+            (read, taken) = rayon::join(
+                || rows.read_many(row.stride, following, &mut next),
+                || vertices.extend(columns, row, &bytes),
+            );
+            // What is wrong with the first vertex is told first.
+            if let Err((at, column)) = taken {
+                let own = &bytes[at * row.stride..];
+                return Err(self.not_finite(start + at, column, row.value(own, column)));
+            }
+            let found = bytes.len() / row.stride;
+            if let Err(message) = done {
+                return Err(self.wrong(start + found, message));
+            }
+            if found < asked {
+                return Err(self.wrong(start + found, ENDS_WITHIN.to_owned()));
+            }
+            start += asked;
+            asked = following;
+            std::mem::swap(&mut bytes, &mut next);
+        }
+        Ok(vertices)
+    }
+
+    /// Reads text, and rows with lists.
+    fn row_by_row(
+        &self,
+        rows: &mut Rows<impl BufRead>,
+        layout: &Layout,
+        columns: &Columns,
+    ) -> Result<Vertices, PlyError> {
+        let mut vertices = Vertices::new(columns, self.element.count);
+        let mut values = vec![];
+        for index in 0..self.element.count {
+            (rows.read(layout, &mut values)).map_err(|message| self.wrong(index, message))?;
+            vertices.push(columns, &values).map_err(|column| {
+                let value = values.get(column).copied().unwrap_or(f64::NAN);
+                self.not_finite(index, column, value)
+            })?;
+        }
+        Ok(vertices)
+    }
+
+    /// An error of a whole row.
+    fn wrong(&self, index: usize, message: String) -> PlyError {
+        let error = PlyFileError::Element {
+            origin: self.origin.to_owned(),
+            element: "vertex".to_owned(),
+            index,
+            message,
+        };
+        error.into()
+    }
+
+    fn not_finite(&self, index: usize, column: usize, value: f64) -> PlyError {
+        let property = self.element.properties.get_index(column);
+        PlyError::NotFinite {
+            origin: self.origin.to_owned(),
+            index,
+            property: property.map_or_else(String::new, |(name, _)| name.clone()),
+            value,
+        }
     }
 }
 

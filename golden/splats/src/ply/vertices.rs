@@ -1,15 +1,20 @@
 //! Conversion of PLY vertices to a cloud.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::centres::{Centres, Rounded};
 use super::columns::Columns;
 use crate::cloud::{Cloud, CloudError};
 use crate::sigmoid;
 use potamoi_base::sh;
+use potamoi_containers::ply::rows::FixedRow;
 
 /// Log scale of a size of 0: that of the smallest normal float.
 const NO_SIZE: f32 = -87.336_55;
+/// Vertices that one thread reads at a time.
+const BLOCK: usize = 1 << 12;
+
 /// The vertices read so far.
 pub(super) struct Vertices {
     means: Vec<[f32; 3]>,
@@ -19,71 +24,95 @@ pub(super) struct Vertices {
     rotations: Vec<[f32; 4]>,
     opacities: Vec<f32>,
     sh: Vec<[f32; 3]>,
+    /// Number of vertices that were read.
+    read: usize,
+}
+
+/// The places of some vertices that lie one after another.
+struct Places<'a> {
+    means: &'a mut [[f32; 3]],
+    /// Empty unless centres are wide.
+    wide: &'a mut [[f64; 3]],
+    log_scales: &'a mut [[f32; 3]],
+    rotations: &'a mut [[f32; 4]],
+    opacities: &'a mut [f32],
+    sh: &'a mut [[f32; 3]],
 }
 
 impl Vertices {
-    /// Reserves memory for `count` vertices. This is safe: the file holds bytes for each.
+    /// Room for `count` vertices. This is safe: the file holds bytes for each.
     pub(super) fn new(columns: &Columns, count: usize) -> Self {
+        // Memory that is never written is never taken.
         Self {
-            means: Vec::with_capacity(count),
-            wide: Vec::with_capacity(if columns.wide { count } else { 0 }),
-            log_scales: Vec::with_capacity(count),
-            rotations: Vec::with_capacity(count),
-            opacities: Vec::with_capacity(count),
-            sh: Vec::with_capacity(count.saturating_mul(sh::coefficients(columns.degree))),
+            means: vec![[0.0; 3]; count],
+            wide: vec![[0.0; 3]; if columns.wide { count } else { 0 }],
+            log_scales: vec![[0.0; 3]; count],
+            rotations: vec![[0.0; 4]; count],
+            opacities: vec![0.0; count],
+            sh: vec![[0.0; 3]; count.saturating_mul(sh::coefficients(columns.degree))],
+            read: 0,
         }
     }
 
     /// Adds a vertex. The error is the column of an invalid value.
     pub(super) fn push(&mut self, columns: &Columns, values: &[f64]) -> Result<(), usize> {
-        let get = |column: usize| -> Result<f32, usize> {
-            let value = values.get(column).copied().unwrap_or(f64::NAN) as f32;
-            if value.is_finite() {
-                Ok(value)
-            } else {
-                Err(column)
-            }
-        };
-        let three =
-            |c: [usize; 3]| -> Result<[f32; 3], usize> { Ok([get(c[0])?, get(c[1])?, get(c[2])?]) };
-        self.means.push(three(columns.mean)?);
-        if columns.wide {
-            self.wide.push(columns.mean.map(|column| values[column]));
-        }
-        let mut scales = [NO_SIZE; 3];
-        for (scale, column) in scales.iter_mut().zip(columns.scale) {
-            let Some(column) = column else { continue };
-            // The logarithm of 0 is a size as others are.
-            if values.get(column) != Some(&f64::NEG_INFINITY) {
-                *scale = get(column)?;
-            }
-        }
-        let r = columns.rotation;
-        self.rotations
-            .push([get(r[0])?, get(r[1])?, get(r[2])?, get(r[3])?]);
-        let opacity = values.get(columns.opacity).copied().unwrap_or(f64::NAN);
-        if opacity.is_nan() {
-            return Err(columns.opacity);
-        }
-        let mut opacity = opacity as f32;
-        if let Some(column) = columns.filter {
-            let width = f64::from(get(column)?);
-            if width < 0.0 {
-                return Err(column);
-            }
-            (scales, opacity) = filtered(scales, opacity, width);
-        }
-        self.log_scales.push(scales);
-        self.opacities.push(opacity);
-        self.sh.push(three(columns.constant)?);
-        let rest = sh::coefficients(columns.degree) - 1;
-        for c in 0..rest {
-            let at = |channel: usize| columns.rest[channel * rest + c];
-            self.sh.push(three([at(0), at(1), at(2)])?);
-        }
-        Ok(())
+        let value = |column: usize| values.get(column).copied().unwrap_or(f64::NAN);
+        let mut blocks = self.next(columns, 1);
+        let done = blocks
+            .iter_mut()
+            .try_for_each(|own| own.fill(columns, 0, value));
+        self.read += 1;
+        done
     }
 
+    /// Adds vertices, as many as `rows` holds, in parallel. The error is the index of the first vertex
+    /// with an invalid value, among those that were added, and the column of the value.
+    pub(super) fn extend(
+        &mut self,
+        columns: &Columns,
+        row: &FixedRow,
+        rows: &[u8],
+    ) -> Result<(), (usize, usize)> {
+        let count = rows.len() / row.stride;
+        let blocks = self.next(columns, count);
+        let wrong = blocks
+            .into_par_iter()
+            .zip(rows.par_chunks(BLOCK * row.stride))
+            .enumerate()
+            .filter_map(|(block, (mut own, rows))| {
+                let mut rows = rows.chunks_exact(row.stride).enumerate();
+                rows.find_map(|(at, bytes)| {
+                    let done = own.fill(columns, at, |column| row.value(bytes, column));
+                    done.err().map(|column| (block * BLOCK + at, column))
+                })
+            })
+            .min();
+        self.read += count;
+        wrong.map_or(Ok(()), Err)
+    }
+
+    /// The places of the next `count` vertices, in blocks.
+    fn next(&mut self, columns: &Columns, count: usize) -> Vec<Places<'_>> {
+        let own = self.read..self.read + count;
+        let each = sh::coefficients(columns.degree);
+        let wide = if columns.wide { own.clone() } else { 0..0 };
+        let mut wide = self.wide[wide].chunks_mut(BLOCK);
+        let mut log_scales = self.log_scales[own.clone()].chunks_mut(BLOCK);
+        let mut rotations = self.rotations[own.clone()].chunks_mut(BLOCK);
+        let mut opacities = self.opacities[own.clone()].chunks_mut(BLOCK);
+        let mut sh = self.sh[own.start * each..own.end * each].chunks_mut(BLOCK * each);
+        let means = self.means[own].chunks_mut(BLOCK);
+        means
+            .map(|means| Places {
+                means,
+                wide: wide.next().unwrap_or_default(),
+                log_scales: log_scales.next().unwrap_or_default(),
+                rotations: rotations.next().unwrap_or_default(),
+                opacities: opacities.next().unwrap_or_default(),
+                sh: sh.next().unwrap_or_default(),
+            })
+            .collect()
+    }
     /// The cloud, the position of its origin in the file's world, and the centres that are still
     /// rounded.
     pub(super) fn finish(
@@ -112,6 +141,64 @@ impl Vertices {
             self.sh,
         )?;
         Ok((cloud, origin, rounded))
+    }
+}
+
+impl Places<'_> {
+    /// Writes the vertex at place `at` from the values of its columns. The error is the column of an
+    /// invalid value.
+    #[inline]
+    fn fill(
+        &mut self,
+        columns: &Columns,
+        at: usize,
+        value: impl Fn(usize) -> f64,
+    ) -> Result<(), usize> {
+        let get = |column: usize| -> Result<f32, usize> {
+            let value = value(column) as f32;
+            if value.is_finite() {
+                Ok(value)
+            } else {
+                Err(column)
+            }
+        };
+        let three =
+            |c: [usize; 3]| -> Result<[f32; 3], usize> { Ok([get(c[0])?, get(c[1])?, get(c[2])?]) };
+        self.means[at] = three(columns.mean)?;
+        if let Some(wide) = self.wide.get_mut(at) {
+            *wide = columns.mean.map(&value);
+        }
+        let mut scales = [NO_SIZE; 3];
+        for (scale, column) in scales.iter_mut().zip(columns.scale) {
+            let Some(column) = column else { continue };
+            // The logarithm of 0 is a size as others are.
+            if value(column) != f64::NEG_INFINITY {
+                *scale = get(column)?;
+            }
+        }
+        let r = columns.rotation;
+        self.rotations[at] = [get(r[0])?, get(r[1])?, get(r[2])?, get(r[3])?];
+        let opacity = value(columns.opacity);
+        if opacity.is_nan() {
+            return Err(columns.opacity);
+        }
+        let mut opacity = opacity as f32;
+        if let Some(column) = columns.filter {
+            let width = f64::from(get(column)?);
+            if width < 0.0 {
+                return Err(column);
+            }
+            (scales, opacity) = filtered(scales, opacity, width);
+        }
+        self.log_scales[at] = scales;
+        self.opacities[at] = opacity;
+        let each = sh::coefficients(columns.degree);
+        let colours = &mut self.sh[at * each..(at + 1) * each];
+        colours[0] = three(columns.constant)?;
+        for (c, to) in colours[1..].iter_mut().enumerate() {
+            *to = three([0, 1, 2].map(|channel| columns.rest[channel * (each - 1) + c]))?;
+        }
+        Ok(())
     }
 }
 
