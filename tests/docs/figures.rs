@@ -24,6 +24,9 @@
 //! - `output` or `output from TEXT`: the body is a block of code with all that the last command
 //!   prints, from the line that begins so.
 //!
+//! A command may name files below `$POTAMOI_SHARED`, a folder of real scenes that the repository does not have.
+//! Without it the passage is skipped, and counted as skipped.
+//!
 //! Numbers in code and in targets of links are none. With `POTAMOI_REFRESH` set the body is
 //! written, otherwise it is compared.
 
@@ -35,9 +38,11 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use serde_json::Value;
 
 use super::{folder_with_docs, name, pages, read, root};
-use crate::common::{run, stderr, stdout};
+use crate::common::{run, shared, stderr, stdout};
 
 const END: &str = "<!-- end -->";
+/// The folder of real scenes in a command.
+const SHARED: &str = "$POTAMOI_SHARED";
 
 /// A marked passage: what comes before its body, and the body.
 struct Passage<'a> {
@@ -285,6 +290,7 @@ fn printed(commands: &[&str], is_wide: bool) -> Result<Printed, String> {
     let folder = folder_with_docs();
     let mut texts = vec![];
     for command in commands.iter().filter(|command| **command != "files") {
+        let command = command.replace(SHARED, "shared");
         let mut arguments: Vec<&str> = command.split(' ').collect();
         arguments.extend(is_wide.then_some("--wide"));
         let done = run(folder.path(), &arguments);
@@ -414,13 +420,18 @@ fn check(slow: bool) -> usize {
         Some(word) => name(page).contains(word.as_str()),
         None => true,
     };
-    let (mut count, mut wrong) = (0, String::new());
+    let (mut count, mut skipped, mut wrong) = (0, 0, String::new());
     for page in pages().into_iter().filter(is_chosen) {
         let text = read(&page);
         let mut now = text.clone();
         // From the last, so that places before it stay.
         for passage in passages(&text).iter().rev().filter(|p| p.is_slow == slow) {
             count += 1;
+            let is_real = passage.commands.iter().any(|own| own.contains(SHARED));
+            if is_real && shared().is_none() {
+                skipped += 1;
+                continue;
+            }
             let body = &text[passage.body.clone()];
             // A block of output is what a user sees.
             let is_wide = !passage
@@ -459,6 +470,7 @@ fn check(slow: bool) -> usize {
             name(&page)
         );
     }
+    println!("{count} passages, {skipped} of them skipped for lack of {SHARED}");
     assert!(wrong.is_empty(), "{wrong}");
     count
 }

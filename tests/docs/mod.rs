@@ -11,6 +11,8 @@ mod pictures;
 
 use std::path::{Path, PathBuf};
 
+use crate::common::shared;
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -57,8 +59,8 @@ fn read(page: &Path) -> String {
     std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{}: {e}", page.display()))
 }
 
-/// An empty folder for commands of the book, but for links to the book's files and to test files:
-/// commands name those from the top of the repository.
+/// An empty folder for commands of the book, but for links to the book's files, to test files and to real
+/// scenes, where they are here: commands name those from the top of the repository.
 fn folder_with_docs() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let files = folder.path().join("golden/tests");
@@ -68,6 +70,10 @@ fn folder_with_docs() -> tempfile::TempDir {
         ("golden/tests/fixtures", "golden/tests/fixtures"),
     ] {
         std::os::unix::fs::symlink(root().join(from), folder.path().join(to)).unwrap();
+    }
+    if let Some(scenes) = shared().as_deref().and_then(Path::parent) {
+        let scenes = scenes.canonicalize().unwrap();
+        std::os::unix::fs::symlink(scenes, folder.path().join("shared")).unwrap();
     }
     folder
 }
