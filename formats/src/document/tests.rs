@@ -48,17 +48,18 @@ fn numbers_are_read_however_they_are_written() {
     }
     let pair = of_json(r#"{"width": 1, "rows": [{"pair": [1, 2.5]}]}"#).unwrap();
     assert_eq!(pair.rows[0].pair, [1.0, 2.5]);
-    for (text, found) in [
-        ("640.5", "640.5"),
-        ("-1", "-1"),
-        ("4294967296", "4294967296"),
-        ("18446744073709551615", "18446744073709551615"),
-        ("99999999999999999999", "1e20"),
-        ("\"640\"", "\"640\""),
-        ("true", "true"),
-        ("[1]", "[1]"),
+    const MOST: &str = ", 4294967295 at most";
+    for (text, found, more) in [
+        ("640.5", "640.5", ""),
+        ("-1", "-1", ", 0 or more"),
+        ("4294967296", "4294967296", MOST),
+        ("18446744073709551615", "18446744073709551615", MOST),
+        ("99999999999999999999", "1e20", MOST),
+        ("\"640\"", "\"640\"", ", without quotation marks"),
+        ("true", "true", ""),
+        ("[1]", "[1]", ""),
     ] {
-        let expected = format!("field `width`: found {found}, expected a whole number");
+        let expected = format!("field `width`: found {found}, expected a whole number{more}");
         let error = of_json(&format!("{{\"width\": {text}}}")).unwrap_err();
         assert_eq!(error, expected);
     }

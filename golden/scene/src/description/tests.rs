@@ -22,6 +22,7 @@ fn every_field_has_a_row_and_no_other_is_read() {
         let error = parsed(text).unwrap_err();
         let start = format!("field `{section}.kin`: no such field here: expected ");
         let names = error.strip_prefix(&start).unwrap();
+        let names = names.split("; did you mean").next().unwrap();
         let names = names.trim_start_matches("one of ").replace('`', "");
         fields.extend(names.split(", ").map(|name| format!("{section}.{name}")));
     };
