@@ -16,6 +16,11 @@
 //! assert!((grey.psnr(&black, |_| true).unwrap() - 20.0).abs() < 1e-4);
 //! ```
 
+#[cfg(not(target_os = "linux"))]
+compile_error!(
+    "Potamoi runs on Linux: on another system use the container of docs/how-to/install.md"
+);
+
 pub mod camera;
 pub mod content_hash;
 pub mod effects;

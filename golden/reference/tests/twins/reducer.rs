@@ -4,7 +4,8 @@ use std::path::Path;
 
 use potamoi_formats::config::{Config, Sums};
 use potamoi_formats::rit::{RitEntry, Vertices};
-use potamoi_reference::{GatherTask, ReferenceGatheringUnit};
+use potamoi_reference::GatherTask;
+use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 
 use crate::python::{empty, python, run};
 
@@ -22,7 +23,7 @@ const UNITS: [(&str, &str); 7] = [
     ),
     ("pipelined = true", r#"{"registered_products": true}"#),
     (
-        "organisation = \"parity\"\nchannels = 4",
+        "organisation = \"parity\"\nchannels = 4\nmodes = \"structured\"\nvertices = [8]",
         r#"{"registered_products": true}"#,
     ),
     ("sums = \"exact\"", r#"{"sums": "exact"}"#),
