@@ -106,6 +106,7 @@ refresh: setup
 	POTAMOI_REFRESH=1 cargo test --locked --quiet -p potamoi-rtl --test rtl cycle_budget
 	$(call step,the command line and figures of the documents)
 	POTAMOI_REFRESH=1 cargo test --locked --quiet --bin potamoi vocabulary
+	POTAMOI_REFRESH=1 cargo test --locked --quiet --bin potamoi schemas
 	@$(MAKE) --no-print-directory figures
 	@git status --short -- rtl_out README.md docs ':(glob)**/*.snap' ':(glob)tests/**'
 
