@@ -25,7 +25,6 @@ use crate::prove::ProveArgs;
 use crate::render::RenderArgs;
 use crate::report::ReportArgs;
 use crate::report_files::ReportFiles;
-use crate::schemas::SchemaArgs;
 use crate::shell_files::{CompletionsArgs, ManArgs};
 use crate::sweep::SweepArgs;
 use crate::synth::SynthArgs;
@@ -105,6 +104,14 @@ pub(crate) enum Command {
     Cache(CacheArgs),
     /// List the external tools: state, version, and the commands that need each
     Doctor(DoctorArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SchemaArgs {
+    /// Report of --json: a command's name, with a hyphen before a flag as in model-ladder; without one
+    /// all are listed
+    #[arg(value_name = "NAME")]
+    pub(crate) of: Option<String>,
 }
 
 #[derive(Debug, Args)]

@@ -164,7 +164,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         }
         cli::Command::Man(args) => shell_files::man(args, refusals::prepared(cli::Cli::command())),
         cli::Command::Cache(args) => cache::run(args),
-        cli::Command::Schema(args) => schemas::run(args),
+        cli::Command::Schema(args) => schemas::run(args.of.as_deref()),
         cli::Command::Doctor(args) => doctor::run(&args.files),
     }
 }

@@ -3,8 +3,6 @@
 #[cfg(test)]
 mod tests;
 
-use clap::Args;
-
 use crate::failure::Failure;
 use crate::published::Published;
 use crate::stdout::say;
@@ -14,14 +12,6 @@ use crate::{
     hard_cases, inspect, layouts, model, mutate, prove, render, report, sweep, synth, tables,
     trace, verify, warp,
 };
-
-#[derive(Debug, Args)]
-pub(crate) struct SchemaArgs {
-    /// Report of --json: a command's name, with a hyphen before a flag as in model-ladder; without one
-    /// all are listed
-    #[arg(value_name = "NAME")]
-    of: Option<String>,
-}
 
 /// The reports of all commands that have `--json`, in the order of the commands.
 pub(crate) const ALL: &[&[Published]] = &[
@@ -60,8 +50,9 @@ fn all() -> impl Iterator<Item = &'static Published> {
     ALL.iter().copied().flatten()
 }
 
-pub(crate) fn run(args: &SchemaArgs) -> Result<(), Failure> {
-    let Some(given) = &args.of else {
+/// Prints the schema of a report; without a name all are listed.
+pub(crate) fn run(name: Option<&str>) -> Result<(), Failure> {
+    let Some(given) = name else {
         let mut table = tables::plain(["schema", "format_version"]);
         for own in all() {
             table.add_row([own.name(), own.version.to_string()]);
@@ -70,7 +61,7 @@ pub(crate) fn run(args: &SchemaArgs) -> Result<(), Failure> {
         return Ok(());
     };
     let names: Vec<String> = all().map(Published::name).collect();
-    let Some(own) = all().find(|own| own.name() == *given) else {
+    let Some(own) = all().find(|own| own.name() == given) else {
         return Err(Failure::Usage(suggest::with_nearest(
             format!("schema {given}: no report has this name; potamoi schema lists them"),
             given,

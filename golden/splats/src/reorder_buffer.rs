@@ -5,9 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use potamoi_formats::record::SplatRecord;
 
 /// The order in which gathered records are composited.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, schemars::JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize)]
 pub enum Order {
     /// By rank. Records are held back until all MVoxels to come start at a higher rank.
     #[default]

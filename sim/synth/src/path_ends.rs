@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::retime::{Retiming, Wanted};
@@ -16,7 +15,7 @@ const KEPT: &str = "potamoi-ends 1";
 pub(super) const OUTPUTS: &str = "outputs";
 
 /// Longest of the paths that end in one module.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathEnd {
     /// The module whose flip-flops end the path, or `outputs`.

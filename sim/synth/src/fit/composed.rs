@@ -2,7 +2,6 @@
 //! what formulas give for those numbers in a unit that they are of.
 
 use potamoi_formats::config::{Config, ExpForm};
-use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -11,7 +10,7 @@ use crate::UnitKind;
 use crate::grid::{Family, differing, is_same_unit};
 
 /// Figures of a unit over those of another.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ratio {
     /// Area.
     pub area: f64,

@@ -23,7 +23,6 @@ mod windows;
 
 use std::collections::{BTreeSet, VecDeque};
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 pub(crate) use slots::Hold;
@@ -37,7 +36,7 @@ pub(crate) use windows::Windows;
 pub(crate) const REFERENCE_SLOTS: usize = 2;
 
 /// A step of rendering a frame or a reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "what", content = "number")]
 pub enum Job {
     /// Send the request for a reference.
@@ -53,7 +52,7 @@ pub enum Job {
 }
 
 /// How a frame was produced.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrameOrigin {
     /// It is its own reference.

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Nanos, ScheduleError};
@@ -82,7 +81,7 @@ impl Options {
 }
 
 /// A half-duplex link: one end sends at a time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Link {
     /// Bandwidth in bytes a second; not 0.
     pub bytes_per_second: u64,
@@ -112,7 +111,7 @@ impl Link {
 }
 
 /// A server that renders references.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Remote {
     /// The link to and from it.
     pub link: Link,

@@ -7,7 +7,7 @@ use super::{FrameOrigin, Job, Nanos};
 use crate::frame_scheduler::Hold;
 
 /// A resource, which does one job at a time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resource {
     /// Local renderer of references and of full fallbacks.
@@ -46,7 +46,7 @@ impl Resource {
 }
 
 /// Waiting times in nanoseconds by cause.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Waits {
     /// Arrival of a pose.
     pub pose: Nanos,
@@ -87,7 +87,7 @@ impl Waits {
 }
 
 /// One job with its resource and its timestamps in nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Task {
     /// The job.
     pub job: Job,
@@ -108,7 +108,7 @@ pub struct Task {
 }
 
 /// Timestamps of a frame in nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct FrameTime {
     /// Its number in the path.
     pub number: usize,
@@ -137,7 +137,7 @@ impl FrameTime {
 
 /// A slot of the reference buffer, held by a reference from its begin until its last target has
 /// read it. Times are nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SlotHold {
     /// The reference.
     pub reference: usize,
@@ -161,7 +161,7 @@ impl From<Hold<Nanos>> for SlotHold {
 }
 
 /// Time of a resource in nanoseconds: `busy`, all of `idle` and `after` sum to the span.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ResourceUse {
     /// The resource.
     pub resource: Resource,
@@ -183,7 +183,7 @@ pub struct LinkUse {
 }
 
 /// Totals of a schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Totals {
     /// Span: nanoseconds until the last task has ended and the last frame is shown.
     pub span: Nanos,
@@ -206,7 +206,7 @@ pub struct Totals {
 }
 
 /// A schedule: all tasks and frames with their timestamps.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Schedule {
     /// Tasks, sorted by begin, then by end.
     pub tasks: Vec<Task>,
