@@ -36,7 +36,7 @@ fn endings() -> String {
 const MAX_CENTRE: f32 = 1e30;
 /// Maximum length of a path in bytes, set by the operating system.
 const LONGEST_PATH: usize = 4095;
-/// Minimum number of coordinates that a thread checks.
+/// Coordinates that a thread checks at a time.
 const BLOCK: usize = 1 << 14;
 
 impl Scene {
@@ -173,9 +173,9 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let loaded = files::read_level(path, axes, level)?;
         let up = loaded.up.unwrap_or(DVec3::NEG_Y);
-        let coordinates = loaded.cloud.means().as_flattened().par_iter();
-        let far = |v: &&f32| v.abs() > MAX_CENTRE;
-        if let Some(far) = coordinates.with_min_len(BLOCK).find_first(far) {
+        let coordinates = loaded.cloud.means().as_flattened().par_chunks(BLOCK);
+        let far = coordinates.find_map_first(|own| own.iter().find(|v| v.abs() > MAX_CENTRE));
+        if let Some(far) = far {
             return Err(SceneError::Value {
                 scene: path.display().to_string(),
                 field: "centres of Gaussians",

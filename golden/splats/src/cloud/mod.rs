@@ -15,7 +15,7 @@ use potamoi_base::sh;
 
 /// The largest log scale: beyond it a scale overflows 32-bit floats.
 pub(crate) const MAX_LOG_SCALE: f32 = 88.0;
-/// Minimum number of values that a thread checks.
+/// Values that a thread checks at a time.
 const BLOCK: usize = 1 << 14;
 
 /// A property of a Gaussian.
@@ -348,9 +348,15 @@ fn finite<const N: usize>(
     values: &[[f32; N]],
 ) -> Result<(), CloudError> {
     let wrong = |value: &[f32; N]| value.iter().position(|v| !v.is_finite());
-    let all = values.par_iter().with_min_len(BLOCK);
-    // The first that is wrong is told, whichever thread was first.
-    match all.position_first(|value| wrong(value).is_some()) {
+    // A block without a branch first; the first value that is wrong is told, whichever thread was first.
+    let all = values.par_chunks(BLOCK).enumerate();
+    let found = all.find_map_first(|(block, own)| {
+        let values = own.as_flattened().iter();
+        let is_wrong = values.fold(false, |any, v| any | !v.is_finite());
+        let first = || own.iter().position(|value| wrong(value).is_some());
+        is_wrong.then(first).flatten().map(|at| block * BLOCK + at)
+    });
+    match found {
         None => Ok(()),
         Some(i) => {
             let c = wrong(&values[i]).unwrap_or(0);

@@ -62,16 +62,9 @@ impl Lists {
 
     fn of_rows(order: &[u32], tiles: &[[u16; 4]], grid: Grid, rows: Range<usize>) -> Self {
         let columns = grid.columns as usize;
-        let each = |own: &[u16; 4], visit: &mut dyn FnMut(usize)| {
-            let [x0, y0, x1, y1] = own.map(usize::from);
-            for y in y0.max(rows.start)..y1.min(rows.end) {
-                let row = (y - rows.start) * columns;
-                (row + x0..row + x1).for_each(&mut *visit);
-            }
-        };
         let mut first = vec![0u32; rows.len() * columns + 1];
         for own in tiles {
-            each(own, &mut |tile| first[tile + 1] += 1);
+            each_tile(own, &rows, columns, |tile| first[tile + 1] += 1);
         }
         let mut sum = 0;
         for place in &mut first {
@@ -81,7 +74,7 @@ impl Lists {
         let mut next = first.clone();
         let mut slots = vec![0; sum as usize];
         for (own, slot) in tiles.iter().zip(order) {
-            each(own, &mut |tile| {
+            each_tile(own, &rows, columns, |tile| {
                 slots[next[tile] as usize] = *slot;
                 next[tile] += 1;
             });
@@ -126,6 +119,16 @@ impl Lists {
             own.first.push(own.slots.len() as u32);
         }
         own
+    }
+}
+
+/// Calls `visit` with each tile of a rectangle that is in these rows, counted from their first.
+#[inline(always)]
+fn each_tile(own: &[u16; 4], rows: &Range<usize>, columns: usize, mut visit: impl FnMut(usize)) {
+    let [x0, y0, x1, y1] = own.map(usize::from);
+    for y in y0.max(rows.start)..y1.min(rows.end) {
+        let row = (y - rows.start) * columns;
+        (row + x0..row + x1).for_each(&mut visit);
     }
 }
 
