@@ -5,7 +5,7 @@ use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_reference::GatherTask;
 use potamoi_units::gathering_unit::gathering_unit;
 
-use super::Verifier;
+use super::{Conditions, Verifier};
 use crate::{Check, GatherUnit, Mismatch, RtlError};
 
 impl Verifier<'_> {
@@ -69,20 +69,23 @@ impl Verifier<'_> {
         };
         let work = GatherWork::new(&self.config, tasks)?;
         let predicted = work.predicted(&self.config)?;
-        for stalled in [false, true] {
-            let (stalls, seed) = self.stalls(stalled);
-            let mut now = self.progress();
-            let progress = &mut *self.progress;
+        let (both, now) = (self.conditions(), self.progress());
+        let runs = Conditions::run_both(&both, now, &mut *self.progress, |conditions, progress| {
             let check = Check {
+                stalls: conditions.stalls,
+                seed: conditions.seed,
+                flags,
+                progress,
+            };
+            unit.check(&self.config, tasks, features, check)
+        });
+        for (conditions, totals) in both.into_iter().zip(runs) {
+            let Conditions {
+                is_stalled: stalled,
                 stalls,
                 seed,
-                flags,
-                progress: &mut |more| {
-                    now.cycles += more;
-                    progress(now);
-                },
-            };
-            let totals = match unit.check(&self.config, tasks, features, check) {
+            } = conditions;
+            let totals = match totals {
                 Ok(totals) => totals,
                 Err(RtlError::Mismatch(mismatch)) => {
                     let excerpt = self.excerpt(|path| {

@@ -2,7 +2,7 @@
 //!
 //! A [`Verifier`] replaces a renderer's units. It computes with the reference units, sends the same
 //! work through the hardware, and compares every bit and every cycle, without stalls and again
-//! under random stalls, until the first difference.
+//! under random stalls, until the first difference. Both runs of a piece of work are made at once.
 
 mod gather;
 mod inject;
@@ -11,6 +11,7 @@ mod splats;
 mod vector;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use potamoi_base::files::{self, Unfinished};
 use potamoi_cycles::{Stalls, StreamStalls};
@@ -74,6 +75,43 @@ pub struct Excerpt {
     pub path: PathBuf,
     /// Time of the mismatch's cycle in the file.
     pub time: u64,
+}
+
+/// Conditions of a run.
+#[derive(Debug, Clone, Copy)]
+struct Conditions {
+    is_stalled: bool,
+    stalls: Stalls,
+    /// Seed of the stalls, and of state without reset.
+    seed: u64,
+}
+
+impl Conditions {
+    /// Makes both runs of a unit side by side: the first on this thread, which shows the progress of
+    /// both, the second on another. The results are those of one run after the other, since each
+    /// has an instance of the unit of its own.
+    fn run_both<T: Send>(
+        both: &[Self; 2],
+        mut now: Progress,
+        progress: &mut dyn FnMut(Progress),
+        run: impl Fn(&Self, &mut dyn FnMut(u64)) -> Result<T, RtlError> + Sync,
+    ) -> [Result<T, RtlError>; 2] {
+        let [ready, stalled] = both;
+        let (behind, mut other) = (AtomicU64::new(0), None);
+        let own = rayon::in_place_scope(|scope| {
+            scope.spawn(|_| {
+                other = Some(run(stalled, &mut |more| {
+                    behind.fetch_add(more, Ordering::Relaxed);
+                }));
+            });
+            run(ready, &mut |more| {
+                now.cycles += more + behind.swap(0, Ordering::Relaxed);
+                progress(now);
+            })
+        });
+        let other = other.unwrap_or_else(|| run(stalled, &mut |_| ()));
+        [own, other]
+    }
 }
 
 /// Error that stops the renderer at a difference.
@@ -170,15 +208,14 @@ impl<'p> Verifier<'p> {
         (self.progress)(progress);
     }
 
-    /// Stalls and seed of a run; every run has a new seed.
-    fn stalls(&self, stalled: bool) -> (Stalls, u64) {
-        let number =
-            2 * (self.gather.runs + self.vector.runs + self.splat.runs) + u64::from(stalled);
-        let seed = self.settings.seed.wrapping_add(number);
-        if !stalled {
-            return (Stalls::NONE, seed);
-        }
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
+    /// Conditions of the next two runs: without stalls, and under random stalls. Every run has a new
+    /// seed.
+    fn conditions(&self) -> [Conditions; 2] {
+        let runs = self.gather.runs + self.vector.runs + self.splat.runs;
+        let seed = |number: u64| self.settings.seed.wrapping_add(number);
+        // The first of them counts as a run before the second.
+        let (ready, stalled) = (seed(2 * runs), seed(2 * (runs + 1) + 1));
+        let mut random = Pcg64Mcg::seed_from_u64(stalled);
         let mut stream = || StreamStalls {
             per_mille: random.random_range(0..500),
             burst: [1, 1, 2, 5][random.random_range(0..4)],
@@ -188,7 +225,18 @@ impl<'p> Verifier<'p> {
             mft: stream(),
             sink: stream(),
         };
-        (stalls, seed)
+        [
+            Conditions {
+                is_stalled: false,
+                stalls: Stalls::NONE,
+                seed: ready,
+            },
+            Conditions {
+                is_stalled: true,
+                stalls,
+                seed: stalled,
+            },
+        ]
     }
 
     /// Dumps to a temporary name, then renames.

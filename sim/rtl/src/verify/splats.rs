@@ -5,7 +5,7 @@ use potamoi_formats::units::SPLAT_UNIT;
 use potamoi_reference::splat_unit::{Composited, SplatJob, TILE_PIXELS};
 use potamoi_units::splat_unit::splat_unit;
 
-use super::Verifier;
+use super::{Conditions, Verifier};
 use crate::{Mismatch, RtlError, SplatRun, SplatUnit};
 
 impl Verifier<'_> {
@@ -26,9 +26,18 @@ impl Verifier<'_> {
             None => self.build_splat()?,
         };
         let last = u16::try_from(job.tiles.saturating_sub(1)).unwrap_or(u16::MAX);
-        for stalled in [false, true] {
-            let (stalls, seed) = self.stalls(stalled);
-            let run = match unit.check(&[job.entries], last, &job.settings, &stalls, seed) {
+        let (both, now) = (self.conditions(), self.progress());
+        let runs = Conditions::run_both(&both, now, &mut *self.progress, |conditions, _| {
+            let Conditions { stalls, seed, .. } = conditions;
+            unit.check(&[job.entries], last, &job.settings, stalls, *seed)
+        });
+        for (conditions, run) in both.into_iter().zip(runs) {
+            let Conditions {
+                is_stalled: stalled,
+                stalls,
+                seed,
+            } = conditions;
+            let run = match run {
                 Ok(run) => run,
                 Err(RtlError::Mismatch(mismatch)) => {
                     let excerpt = self.excerpt(|path| {

@@ -4,7 +4,7 @@ use potamoi_cycles::vector_cycles;
 use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
 use potamoi_units::vector_unit::vector_unit;
 
-use super::Verifier;
+use super::{Conditions, Verifier};
 use crate::{Check, Mismatch, RtlError, VectorBatch, VectorUnit};
 
 /// Vectors in a block, the unit of sampling in a quick verification.
@@ -52,20 +52,23 @@ impl Verifier<'_> {
         };
         let work: Vec<_> = batches.iter().map(|b| (b.op.code, b.a)).collect();
         let predicted = vector_cycles(&self.config, &work)?;
-        for stalled in [false, true] {
-            let (stalls, seed) = self.stalls(stalled);
-            let mut now = self.progress();
-            let progress = &mut *self.progress;
+        let (both, now) = (self.conditions(), self.progress());
+        let runs = Conditions::run_both(&both, now, &mut *self.progress, |conditions, progress| {
             let check = Check {
+                stalls: conditions.stalls,
+                seed: conditions.seed,
+                flags: 0,
+                progress,
+            };
+            unit.check(&self.config, batches, results, check)
+        });
+        for (conditions, totals) in both.into_iter().zip(runs) {
+            let Conditions {
+                is_stalled: stalled,
                 stalls,
                 seed,
-                flags: 0,
-                progress: &mut |more| {
-                    now.cycles += more;
-                    progress(now);
-                },
-            };
-            let totals = match unit.check(&self.config, batches, results, check) {
+            } = conditions;
+            let totals = match totals {
                 Ok(totals) => totals,
                 Err(RtlError::Mismatch(mismatch)) => {
                     let excerpt = self.excerpt(|path| {
