@@ -361,10 +361,10 @@ fn mistakes_of_a_plan_are_refused_before_any_work() {
         assert!(!folder.path().join("out").exists(), "{plan}");
     }
     fs::write(folder.path().join("plan.toml"), "").unwrap();
-    let arguments = ["sweep", "plan.toml", "--work-dir", "out", "--front", "fsp"];
+    let arguments = ["sweep", "plan.toml", "--work-dir", "out", "--front", "psnr"];
     let text = expect(folder.path(), 2, &arguments);
     assert!(
-        text.contains("--front fsp") && text.contains("did you mean `fps`?"),
+        text.contains("--front psnr") && text.contains("did you mean `psnr_db`?"),
         "{text}"
     );
 }
