@@ -329,9 +329,10 @@ mod tests {
         let wrong = Wrong::unknown_key("bnks", &["banks", "ports"]);
         let said = "no such field here: expected one of banks, ports; did you mean `banks`?";
         assert_eq!(wrong.problem(), said);
-        let more = wrong.under("gu").with_known(&["bnk"]);
-        let said = "field `gu.bnks`: no such field here: expected one of banks, ports, bnk; did you mean \
-                    `bnk`?";
+        let more = Wrong::unknown_key("stp", &["banks"]);
+        let more = more.under("render").with_known(&["step"]);
+        let said = "field `render.stp`: no such field here: expected one of banks, step; did you mean \
+                    `step`?";
         assert_eq!(more.to_string(), said);
         let one = Wrong::unknown_key("x", &["banks"]).with_known(&["ports"]);
         assert_eq!(
