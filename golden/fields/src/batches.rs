@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::float::Samples;
+use super::samples::Samples;
 use super::{Field, Sampling};
 use crate::gather_plan::CodedTable;
 use potamoi_base::camera::Camera;
@@ -113,22 +113,23 @@ impl<'f> SampleBatches<'f> {
         let bound = size.entries / tables.max(1) / count.count().max(1);
         let most = bound.min(size.samples as usize).max(1);
         let (field, void_test) = (self.field, self.void_test);
-        let take = |places: &mut Vec<DVec3>, (slot, ray): (usize, &mut Ray)| {
+        let take = |(slot, ray): (usize, &mut Ray)| {
             let mut own = vec![];
             if !on((slot as u32, ray)) {
                 return own;
             }
             while own.len() < most && ray.next < ray.samples.count {
-                let at = ray.samples.at(ray.next);
-                ray.next += 1;
-                if !void_test || field.index(at, places) {
-                    own.push(at);
-                }
+                let next = match void_test {
+                    true => ray.samples.next_held(field, ray.next),
+                    false => Some(ray.next),
+                };
+                ray.next = next.map_or(ray.samples.count, |next| next + 1);
+                own.extend(next.map(|next| ray.samples.at(next)));
             }
             own
         };
         let rays = self.rays.par_iter_mut().enumerate();
-        let taken: Vec<Vec<DVec3>> = rays.map_init(|| vec![DVec3::ZERO; tables], take).collect();
+        let taken: Vec<Vec<DVec3>> = rays.map(take).collect();
         let mut batch = SampleBatch::default();
         for (slot, own) in (0..).zip(taken).filter(|(_, own)| !own.is_empty()) {
             batch.spans.push(Span {

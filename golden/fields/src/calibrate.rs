@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 use super::Field;
+use super::table::gather_all;
 
 /// A sample of at least this opacity is visible.
 pub(super) const SEEN_FROM: f64 = 1e-4;
@@ -13,6 +14,8 @@ pub(super) const SEEN_FROM: f64 = 1e-4;
 const SEEN: u32 = 8192;
 /// Maximum number of attempts a sample: most of a box may be empty.
 const TRIES: u32 = 64;
+/// Samples that are gathered together.
+const BATCH: usize = 64;
 
 /// Largest magnitudes on the calibration set, computed when first asked for. They follow from the
 /// rest of a model: any two compare equal, and a copy, which may get another step, computes its own.
@@ -62,33 +65,50 @@ pub(super) fn direction(n: u32) -> DVec3 {
 pub(super) fn visit(field: &dyn Field, mut tell: impl FnMut(&[f64], f64, DVec3)) {
     let sampling = field.sampling();
     let [low, high] = sampling.bounds;
-    let mut features = vec![0.0; field.channels()];
-    let mut places = vec![DVec3::ZERO; field.tables().len()];
-    let mut seen = 0;
-    for n in 1..SEEN * TRIES {
-        // The sequence of Roberts (2018), of low discrepancy in three
-        // dimensions: powers of the root of x^4 = x + 1.
-        let spread = DVec3::new(
-            fraction(n, 0.819_172_513_396_164_4),
-            fraction(n, 0.671_043_606_703_789_2),
-            fraction(n, 0.549_700_477_901_970_2),
-        );
-        if !field.index(low + (high - low) * spread, &mut places) {
-            continue;
+    let (tables, channels) = (field.tables().len(), field.channels().max(1));
+    let (mut numbers, mut places) = (vec![], vec![]);
+    let (mut features, mut depths, mut kept) = (vec![], vec![], vec![]);
+    let (mut next, mut seen) = (1..SEEN * TRIES, 0);
+    while seen < SEEN {
+        numbers.clear();
+        places.clear();
+        while numbers.len() < BATCH
+            && let Some(n) = next.next()
+        {
+            let from = places.len();
+            places.resize(from + tables, DVec3::ZERO);
+            match field.index(low + (high - low) * spread(n), &mut places[from..]) {
+                true => numbers.push(n),
+                false => places.truncate(from),
+            }
         }
-        let mut rest = &mut features[..];
-        for (table, place) in field.tables().iter().zip(&places) {
-            let (own, other) = rest.split_at_mut(table.channels());
-            table.gather(*place, own);
-            rest = other;
+        if numbers.is_empty() {
+            break;
         }
-        let alpha = -(-field.depth(&features)).exp_m1();
-        tell(&features, alpha, direction(n));
-        if alpha > sampling.least_opacity.max(SEEN_FROM) {
-            seen += 1;
-            if seen == SEEN {
-                break;
+        features.clear();
+        features.resize(numbers.len() * channels, 0.0);
+        gather_all(field.tables(), &places, &mut features);
+        field.depths(&features, &mut depths, &mut kept);
+        let samples = numbers.iter().zip(features.chunks_exact(channels));
+        for ((n, features), depth) in samples.zip(&depths) {
+            let alpha = -(-depth).exp_m1();
+            tell(features, alpha, direction(*n));
+            if alpha > sampling.least_opacity.max(SEEN_FROM) {
+                seen += 1;
+                if seen == SEEN {
+                    break;
+                }
             }
         }
     }
+}
+
+/// Position `n` of a sequence of low discrepancy in the unit cube (Roberts 2018): multiples of powers
+/// of the root of `x^4 = x + 1`.
+fn spread(n: u32) -> DVec3 {
+    DVec3::new(
+        fraction(n, 0.819_172_513_396_164_4),
+        fraction(n, 0.671_043_606_703_789_2),
+        fraction(n, 0.549_700_477_901_970_2),
+    )
 }

@@ -54,6 +54,30 @@ impl Field for WithEarlyTermination<'_> {
         self.field.index(at, places)
     }
 
+    fn empty_for(&self, at: DVec3, direction: DVec3) -> Option<f64> {
+        self.field.empty_for(at, direction)
+    }
+
+    fn kept(&self) -> usize {
+        self.field.kept()
+    }
+
+    fn depths(&self, features: &[f64], depths: &mut Vec<f64>, kept: &mut Vec<f64>) {
+        self.field.depths(features, depths, kept);
+    }
+
+    fn encoded(&self) -> usize {
+        self.field.encoded()
+    }
+
+    fn encode(&self, direction: DVec3, out: &mut Vec<f64>) {
+        self.field.encode(direction, out);
+    }
+
+    fn colours(&self, kept: &[f64], directions: &[f64], out: &mut Vec<DVec3>) {
+        self.field.colours(kept, directions, out);
+    }
+
     fn depth(&self, features: &[f64]) -> f64 {
         self.field.depth(features)
     }

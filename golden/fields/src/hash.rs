@@ -43,30 +43,66 @@ impl HashUnit {
 
     /// The row of a vertex in a hashed table of `rows` rows.
     pub(super) fn row(self, vertex: [usize; 3], rows: usize) -> usize {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.along(axis, vertex[axis]));
+        self.joined([x, y, z], rows)
+    }
+
+    /// What a coordinate contributes to the row of a vertex.
+    #[inline(always)]
+    pub(super) fn along(self, axis: usize, coordinate: usize) -> Along {
         match self {
-            Self::Vertex => hash(vertex) as usize % rows,
+            Self::Vertex => Along {
+                hash: (coordinate as u32).wrapping_mul(PRIMES[axis]),
+                row: 0,
+            },
+            Self::MVoxel => Along {
+                hash: ((coordinate / Self::BLOCK) as u32).wrapping_mul(PRIMES[axis]),
+                row: coordinate % Self::BLOCK * Self::BLOCK.pow(axis as u32),
+            },
+        }
+    }
+
+    /// The row of a vertex in a hashed table of `rows` rows, from its coordinates.
+    #[inline(always)]
+    pub(super) fn joined(self, [x, y, z]: [Along; 3], rows: usize) -> usize {
+        let hash = (x.hash ^ y.hash ^ z.hash) as usize;
+        match self {
+            Self::Vertex => reduced(hash, rows),
             Self::MVoxel => {
-                let edge = Self::BLOCK;
-                let entries = rows / Self::BLOCK_ROWS;
-                let entry = hash(vertex.map(|v| v / edge)) as usize % entries;
-                let [x, y, z] = vertex.map(|v| v % edge);
-                entry * Self::BLOCK_ROWS + x + edge * (y + edge * z)
+                let entry = reduced(hash, rows / Self::BLOCK_ROWS);
+                entry * Self::BLOCK_ROWS + x.row + y.row + z.row
             }
         }
     }
 }
 
-/// The hash of a vertex, before reduction to the size of a table.
-fn hash(vertex: [usize; 3]) -> u32 {
-    let products = vertex.iter().zip(PRIMES);
-    products.fold(0, |hash, (part, prime)| {
-        hash ^ (*part as u32).wrapping_mul(prime)
-    })
+/// A hash modulo a number of entries. A division takes as long as the rest of a gathered row.
+#[inline(always)]
+const fn reduced(hash: usize, entries: usize) -> usize {
+    match entries.is_power_of_two() {
+        true => hash & (entries - 1),
+        false => hash % entries,
+    }
+}
+
+/// What a coordinate contributes to the row of a vertex.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Along {
+    /// The coordinate, or that of its block, times the axis's prime.
+    hash: u32,
+    /// Rows from the first of the entry.
+    row: usize,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The hash of a vertex, before reduction to the size of a table.
+    fn hash(vertex: [usize; 3]) -> u32 {
+        let parts = [0, 1, 2].map(|axis| HashUnit::Vertex.along(axis, vertex[axis]).hash);
+        parts[0] ^ parts[1] ^ parts[2]
+    }
 
     /// By hand: 3, 5 and 7 times their primes modulo 2^32.
     #[test]

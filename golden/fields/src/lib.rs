@@ -35,6 +35,7 @@ pub mod algorithms;
 mod batches;
 mod bound;
 mod calibrate;
+mod colour_queue;
 mod coordinate_frame;
 mod density;
 mod directions;
@@ -46,13 +47,17 @@ mod float;
 pub mod gather_plan;
 mod hash;
 mod hashed_colour;
+mod layer_sums;
 pub mod mac;
 mod mlp;
 mod opacity;
+mod pixel;
 mod quantisation;
 mod quantised_field;
 mod ray_lengths;
 mod ray_stages;
+mod ray_tile;
+mod samples;
 mod shape;
 mod snapshot_error;
 mod stored_density;
@@ -126,12 +131,54 @@ pub trait Field: Sync {
         holds
     }
 
+    /// The length along a unit direction from a world point on which the field is known to be empty,
+    /// or `None` where it may be non-empty. The length may be too short, down to 0.
+    fn empty_for(&self, at: DVec3, _direction: DVec3) -> Option<f64> {
+        (!self.holds(at)).then_some(0.0)
+    }
+
     /// Feature computation for every sample: the optical depth of one step, at least 0.
     fn depth(&self, features: &[f64]) -> f64;
 
     /// Feature computation for visible samples: linear RGB seen along a unit direction. `scratch`
     /// is a buffer that is reused from sample to sample.
     fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3;
+
+    /// Number of values a sample from which colours are computed.
+    fn kept(&self) -> usize {
+        self.channels()
+    }
+
+    /// [`Field::depth`] of many samples: replaces `depths` by them, and `kept` by the values from
+    /// which colours are computed. `features` has [`Field::channels`] values a sample.
+    fn depths(&self, features: &[f64], depths: &mut Vec<f64>, kept: &mut Vec<f64>) {
+        let samples = features.chunks_exact(self.channels().max(1));
+        depths.clear();
+        depths.extend(samples.map(|features| self.depth(features)));
+        kept.clear();
+        kept.extend_from_slice(features);
+    }
+
+    /// Number of values of an encoded direction.
+    fn encoded(&self) -> usize {
+        3
+    }
+
+    /// Appends what colours take from a viewing direction, which is computed once a ray.
+    fn encode(&self, direction: DVec3, out: &mut Vec<f64>) {
+        out.extend(direction.to_array());
+    }
+
+    /// [`Field::colour`] of many samples: replaces `out` by the colours. `kept` has [`Field::kept`] values a
+    /// sample, those of [`Field::depths`], and `directions` has [`Field::encoded`].
+    fn colours(&self, kept: &[f64], directions: &[f64], out: &mut Vec<DVec3>) {
+        let mut scratch = vec![];
+        out.clear();
+        let samples = kept.chunks_exact(self.channels().max(1));
+        for (features, direction) in samples.zip(directions.as_chunks::<3>().0) {
+            out.push(self.colour(features, DVec3::from(*direction), &mut scratch));
+        }
+    }
 
     /// Positions of the samples, and thresholds.
     fn sampling(&self) -> Sampling;
@@ -314,4 +361,9 @@ pub enum Along {
 /// `ln(1 + e^x)` without overflow or cancellation.
 fn softplus(x: f64) -> f64 {
     x.max(0.0) + (-x.abs()).exp().ln_1p()
+}
+
+/// `1 / (1 + e^-x)`.
+fn sigmoid(x: f64) -> f64 {
+    1.0 / (1.0 + (-x).exp())
 }

@@ -1,6 +1,7 @@
 //! Multilayer perceptrons: fully connected layers with ReLU between them.
 
 use super::FieldError;
+use super::layer_sums::{Passed, Weights};
 
 /// Maximum number of inputs or outputs of a layer.
 const MAX_WIDTH: usize = 1 << 12;
@@ -11,9 +12,9 @@ pub struct Layer {
     inputs: usize,
     /// Weights, a row for each output.
     weights: Vec<f32>,
-    /// Weights, a row for each input, so that one input is multiplied by the weights of all
-    /// outputs side by side.
-    by_input: Vec<f64>,
+    /// The weights in the order in which they are summed.
+    #[serde(skip)]
+    ordered: Weights,
     bias: Vec<f32>,
 }
 
@@ -42,14 +43,10 @@ impl Layer {
         if !weights.iter().chain(&bias).all(|v| v.is_finite()) {
             return refuse("not finite".to_owned(), "finite weights and biases");
         }
-        let outputs = bias.len();
-        let by_input = (0..inputs * outputs)
-            .map(|i| f64::from(weights[i % outputs * inputs + i / outputs]))
-            .collect();
         Ok(Self {
             inputs,
+            ordered: Weights::new(inputs, &weights, &bias),
             weights,
-            by_input,
             bias,
         })
     }
@@ -132,38 +129,23 @@ impl Mlp {
         self.layers.last().map_or(0, Layer::outputs)
     }
 
-    /// Evaluates in place: `values` holds the inputs, then the outputs.
+    /// Evaluates in place: `values` holds the inputs of any number of samples, sample after sample,
+    /// then their outputs. A sample's outputs depend on its own inputs alone, to the last bit.
     pub fn run(&self, values: &mut Vec<f64>) {
         self.run_watched(values, |_, _| ());
     }
 
     /// As [`Mlp::run`], and calls `watch` with each output of each layer before its ReLU.
     pub(crate) fn run_watched(&self, values: &mut Vec<f64>, mut watch: impl FnMut(usize, f64)) {
-        let mut next = vec![0.0; self.widest];
+        let mut passed = Passed::default();
         for (i, layer) in self.layers.iter().enumerate() {
-            let last = i + 1 == self.layers.len();
-            let sums = &mut next[..layer.outputs()];
-            for (sum, bias) in sums.iter_mut().zip(&layer.bias) {
-                *sum = f64::from(*bias);
+            // ReLU leaves out what is not above 0.
+            match i {
+                0 => passed.keep(values, layer.inputs, |value| value != 0.0),
+                _ => passed.keep(values, layer.inputs, |value| value > 0.0),
             }
-            let rows = layer.by_input.chunks_exact(layer.outputs());
-            for (x, row) in values.iter().zip(rows) {
-                // ReLU leaves many inputs at 0.
-                if *x == 0.0 {
-                    continue;
-                }
-                for (sum, w) in sums.iter_mut().zip(row) {
-                    *sum += w * x;
-                }
-            }
-            for sum in sums.iter_mut() {
-                watch(i, *sum);
-                if !last {
-                    *sum = sum.max(0.0);
-                }
-            }
-            values.clear();
-            values.extend_from_slice(sums);
+            layer.ordered.sums(&passed, values);
+            values.iter().for_each(|sum| watch(i, *sum));
         }
     }
 }

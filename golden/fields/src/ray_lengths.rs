@@ -4,7 +4,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::float::{Samples, Worker, advance, check, check_mask};
+use super::float::{check, check_mask};
+use super::ray_tile::{RayTile, tiles};
+use super::samples::Samples;
 use super::{Field, FieldError, Sampling};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
@@ -29,6 +31,39 @@ struct Stop {
     runs: Box<[[u32; 2]]>,
 }
 
+impl Stop {
+    /// The lengths of the rays of some pixels.
+    fn find(
+        tile: &mut RayTile<'_>,
+        sampling: &Sampling,
+        camera: &Camera,
+        pixels: &[[u32; 2]],
+    ) -> Vec<Self> {
+        let rays = pixels
+            .iter()
+            .map(|pixel| Samples::of(sampling, camera, *pixel));
+        let rays: Vec<Samples> = rays.collect();
+        let mut runs: Vec<Vec<[u32; 2]>> = vec![vec![]; rays.len()];
+        let gathers = |slot: usize, k: u64| {
+            // A ray has at most a million.
+            let k = k as u32;
+            match runs[slot].last_mut() {
+                Some([_, end]) if *end == k => *end += 1,
+                _ => runs[slot].push([k, k + 1]),
+            }
+        };
+        let followed = tile.follow(sampling, &rays, gathers, None);
+        let stops = followed.into_iter().zip(runs);
+        stops
+            .map(|(pixel, runs)| Self {
+                samples: pixel.samples as u32,
+                gathered: pixel.gathered as u32,
+                runs: runs.into(),
+            })
+            .collect()
+    }
+}
+
 impl<'a> RayLengths<'a> {
     /// Marches every ray of a camera through a field.
     ///
@@ -51,33 +86,27 @@ impl<'a> RayLengths<'a> {
         let sampling = field.sampling();
         check(camera, &sampling)?;
         check_mask(camera, only)?;
-        let rays = (0..camera.width * camera.height)
+        let followed = tiles([camera.width, camera.height])
             .into_par_iter()
             .map_init(
-                || Worker::new(field),
-                |worker, i| {
-                    if only.is_some_and(|mask| !mask.has(i as usize)) {
-                        return Stop::default();
+                || RayTile::new(field),
+                |tile, mut pixels| {
+                    if let Some(mask) = only {
+                        pixels.retain(|[x, y]| mask.has((y * camera.width + x) as usize));
                     }
-                    let pixel = [i % camera.width, i / camera.width];
-                    let ray = Samples::of(&sampling, camera, pixel);
-                    let mut runs: Vec<[u32; 2]> = vec![];
-                    let marched = advance(field, &sampling, &ray, worker, |k| {
-                        // A ray has at most a million.
-                        let k = k as u32;
-                        match runs.last_mut() {
-                            Some([_, end]) if *end == k => *end += 1,
-                            _ => runs.push([k, k + 1]),
-                        }
-                    });
-                    Stop {
-                        samples: marched.samples as u32,
-                        gathered: marched.gathered as u32,
-                        runs: runs.into(),
-                    }
+                    let stops = Stop::find(tile, &sampling, camera, &pixels);
+                    (pixels, stops)
                 },
-            )
-            .collect();
+            );
+        let followed: Vec<_> = followed.collect();
+        let mut rays = vec![];
+        rays.resize_with((camera.width * camera.height) as usize, Stop::default);
+        for ([x, y], stop) in followed
+            .into_iter()
+            .flat_map(|(at, stops)| at.into_iter().zip(stops))
+        {
+            rays[(y * camera.width + x) as usize] = stop;
+        }
         Ok(Self {
             field,
             camera,

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::RayLengths;
-use super::float::Samples;
+use super::samples::Samples;
 
 /// A ray, and the results of its stages.
 pub struct RayStages<'a> {

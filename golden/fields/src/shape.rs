@@ -171,48 +171,92 @@ impl TableShape {
         1 << self.points.iter().filter(|p| **p > 1).count()
     }
 
-    /// The row of a vertex in a dense or hashed table.
-    fn row(&self, vertex: [usize; 3]) -> usize {
-        match self.layout {
-            Layout::Hashed(rows, unit) => unit.row(vertex, rows),
-            _ => vertex[0] + self.points[0] * (vertex[1] + self.points[1] * vertex[2]),
+    /// Calls `read` with each row that a sample at a position reads, and its weight.
+    pub fn corners(&self, place: DVec3, mut read: impl FnMut(usize, f64)) {
+        for (row, weight) in self.corners_at(place).all() {
+            read(row, weight);
         }
     }
 
-    /// Calls `read` with each row that a sample at a position reads, and its weight.
-    pub fn corners(&self, place: DVec3, mut read: impl FnMut(usize, f64)) {
-        if let Some(nodes) = self.nodes() {
+    /// The rows that a sample at a position reads, with their weights.
+    #[inline(always)]
+    pub(super) fn corners_at(&self, place: DVec3) -> Corners {
+        let mut corners = Corners::default();
+        if let Layout::Nodes(nodes) = &self.layout {
             if let Some(row) = nodes.row(nodes.cell(place)) {
-                read(row, 1.0);
+                corners.add(row, 1.0);
             }
-            return;
+            return corners;
         }
-        let mut cell = [0usize; 3];
-        let mut fraction = [0f64; 3];
+        let (mut cell, mut weights) = ([0usize; 3], [[1.0; 2]; 3]);
         for axis in 0..3 {
             let last = self.points[axis] - 1;
             let held = place[axis].clamp(0.0, last as f64);
             cell[axis] = (held as usize).min(last.saturating_sub(1));
-            fraction[axis] = held - cell[axis] as f64;
-        }
-        let flat = self.points.map(|points| points == 1);
-        for corner in 0..8usize {
-            let far = [0, 1, 2].map(|axis| corner >> axis & 1 == 1);
-            if (0..3).any(|axis| far[axis] && flat[axis]) {
-                continue;
+            if last > 0 {
+                let fraction = held - cell[axis] as f64;
+                weights[axis] = [1.0 - fraction, fraction];
             }
-            let mut weight = 1.0;
-            let mut index = [0; 3];
-            for axis in 0..3 {
-                index[axis] = cell[axis] + usize::from(far[axis]);
-                weight *= match (flat[axis], far[axis]) {
-                    (true, _) => 1.0,
-                    (false, true) => fraction[axis],
-                    (false, false) => 1.0 - fraction[axis],
-                };
-            }
-            read(self.row(index), weight);
         }
+        let near = self.points.map(|points| points.min(2));
+        match self.layout {
+            Layout::Hashed(rows, unit) => {
+                let along = [0, 1, 2].map(|axis| {
+                    [cell[axis], cell[axis] + 1].map(|coordinate| unit.along(axis, coordinate))
+                });
+                corners.fill(near, weights, |[x, y, z]| {
+                    unit.joined([along[0][x], along[1][y], along[2][z]], rows)
+                });
+            }
+            _ => {
+                let [wide, plane] = [self.points[0], self.points[0] * self.points[1]];
+                let first = cell[0] + wide * cell[1] + plane * cell[2];
+                corners.fill(near, weights, |[x, y, z]| first + x + wide * y + plane * z);
+            }
+        }
+        corners
+    }
+}
+
+/// The rows that a sample reads, with their weights: at most one a corner of a cell.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Corners {
+    rows: [usize; 8],
+    weights: [f64; 8],
+    count: usize,
+}
+
+impl Corners {
+    #[inline(always)]
+    fn add(&mut self, row: usize, weight: f64) {
+        self.rows[self.count] = row;
+        self.weights[self.count] = weight;
+        self.count += 1;
+    }
+
+    /// Adds the corners of a cell, of as many vertices along each axis, x fastest.
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        near: [usize; 3],
+        weights: [[f64; 2]; 3],
+        row: impl Fn([usize; 3]) -> usize,
+    ) {
+        for z in 0..near[2] {
+            for y in 0..near[1] {
+                for x in 0..near[0] {
+                    let weight = weights[0][x] * weights[1][y] * weights[2][z];
+                    self.add(row([x, y, z]), weight);
+                }
+            }
+        }
+    }
+
+    /// Each row and its weight.
+    #[inline(always)]
+    pub(super) fn all(&self) -> impl Iterator<Item = (usize, f64)> {
+        let weights = self.weights.iter().copied();
+        self.rows.iter().copied().zip(weights).take(self.count)
     }
 }
 

@@ -1,9 +1,10 @@
 //! Tables of features: at the vertices of a line, plane or volume, at vertices that share entries
 //! by a hash, or in the fine cells of a tree.
 
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 
-use super::shape::TableShape;
+use super::shape::{Corners, TableShape};
 use super::{FieldError, HashUnit, Nodes};
 
 /// Maximum number of values in a table.
@@ -154,19 +155,73 @@ impl Table {
     /// Gathering: multilinear interpolation at a position in vertices, clamped to the table; one
     /// value a channel.
     pub fn gather(&self, place: DVec3, out: &mut [f64]) {
-        out.fill(0.0);
-        let channels = self.channels();
-        self.corners(place, |vertex, weight| {
-            let row = &self.values[vertex * channels..][..channels];
-            for (sum, value) in out.iter_mut().zip(row) {
-                *sum += weight * f64::from(*value);
+        self.interpolate(place, out);
+    }
+
+    /// [`Table::gather`], for the vectors of the function that calls it.
+    #[inline(always)]
+    fn interpolate(&self, place: DVec3, out: &mut [f64]) {
+        let corners = self.shape.corners_at(place);
+        let (sixteens, rest) = out.as_chunks_mut::<16>();
+        for (part, out) in sixteens.iter_mut().enumerate() {
+            self.sum(&corners, 16 * part, out);
+        }
+        let first = 16 * sixteens.len();
+        let (fours, rest) = rest.as_chunks_mut::<4>();
+        for (part, out) in fours.iter_mut().enumerate() {
+            self.sum(&corners, first + 4 * part, out);
+        }
+        let first = first + 4 * fours.len();
+        for (channel, out) in (first..).zip(rest) {
+            self.sum(&corners, channel, std::array::from_mut(out));
+        }
+    }
+
+    /// The weighted sums of some channels from `first` on, corner after corner. The loop over
+    /// channels is by number, which the compiler turns into vectors as it stands.
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)]
+    fn sum<const CHANNELS: usize>(
+        &self,
+        corners: &Corners,
+        first: usize,
+        out: &mut [f64; CHANNELS],
+    ) {
+        let mut sums = [0.0; CHANNELS];
+        for (row, weight) in corners.all() {
+            let values = &self.values[row * self.channels() + first..][..CHANNELS];
+            for channel in 0..CHANNELS {
+                sums[channel] += weight * f64::from(values[channel]);
             }
-        });
+        }
+        *out = sums;
     }
 
     /// Calls `read` with each row that a sample at a position reads, and its weight.
     pub fn corners(&self, place: DVec3, read: impl FnMut(usize, f64)) {
         self.shape.corners(place, read);
+    }
+}
+
+/// Gathers samples from all tables of a field: `places` has the positions of each sample in every
+/// table, `features` a row a sample, table after table.
+pub(super) fn gather_all(tables: &[Table], places: &[DVec3], features: &mut [f64]) {
+    dispatch!(Level::new(), _ => interpolate_all(tables, places, features));
+}
+
+/// [`gather_all`] with the vectors of the function that calls it: of channels, so that neither a
+/// product nor the order of additions depends on their width.
+#[inline(always)]
+fn interpolate_all(tables: &[Table], places: &[DVec3], features: &mut [f64]) {
+    let channels = tables.iter().map(Table::channels).sum::<usize>();
+    let places = places.chunks_exact(tables.len().max(1));
+    let rows = features.chunks_exact_mut(channels.max(1));
+    for (places, mut row) in places.zip(rows) {
+        for (table, place) in tables.iter().zip(places) {
+            let (own, rest) = row.split_at_mut(table.channels());
+            table.interpolate(*place, own);
+            row = rest;
+        }
     }
 }
 
@@ -259,5 +314,50 @@ mod tests {
         assert!(error(9, 2, vec![1.0]).contains("2, one for each entry"));
         assert!(error(9, 1, vec![f32::INFINITY]).contains("entry 0"));
         assert!(error(1 << 21, 1, vec![1.0]).contains("1048576 vertices"));
+    }
+
+    /// Any number of channels has the sums corner by corner, to the last bit, and samples gathered
+    /// together are those gathered one by one.
+    #[test]
+    fn gathered_rows_are_summed_corner_by_corner() {
+        let value = |i: usize| ((i * 7919 + 13) % 4001) as f32 / 1000.0 - 2.0;
+        let values = |count: usize| (0..count).map(value).collect::<Vec<_>>();
+        let mut tables = vec![];
+        for channels in [1, 3, 4, 5, 13, 16, 28, 37] {
+            let dense = [([9, 1, 1], 9), ([5, 4, 1], 20), ([4, 3, 5], 60)];
+            for (points, rows) in dense {
+                tables.push(Table::new(points, channels, values(rows * channels)).unwrap());
+            }
+            for rows in [8, 24] {
+                let hashed = Table::hashed([99; 3], rows, channels, values(rows * channels));
+                tables.push(hashed.unwrap());
+            }
+        }
+        let place = |i: usize| {
+            let part = |prime: usize| (i * prime % 97) as f64 / 11.0 - 0.5;
+            DVec3::new(part(31), part(53), part(71))
+        };
+        let places: Vec<DVec3> = (0..7 * tables.len()).map(place).collect();
+        let channels: usize = tables.iter().map(Table::channels).sum();
+        let mut all = vec![f64::NAN; 7 * channels];
+        gather_all(&tables, &places, &mut all);
+        let mut all = all.into_iter();
+        for places in places.chunks_exact(tables.len()) {
+            for (table, place) in tables.iter().zip(places) {
+                let mut expected = vec![0.0; table.channels()];
+                table.corners(*place, |row, weight| {
+                    let row = &table.values()[row * table.channels()..];
+                    for (sum, value) in expected.iter_mut().zip(row) {
+                        *sum += weight * f64::from(*value);
+                    }
+                });
+                let mut own = vec![f64::NAN; table.channels()];
+                table.gather(*place, &mut own);
+                let together: Vec<f64> = all.by_ref().take(table.channels()).collect();
+                let bits = |sums: &[f64]| sums.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&own), bits(&expected), "{:?} {place}", table.shape());
+                assert_eq!(bits(&together), bits(&expected));
+            }
+        }
     }
 }

@@ -16,8 +16,9 @@ use glam::DVec3;
 use potamoi_formats::config::{Config, ExpForm};
 use rayon::prelude::*;
 
-use super::float::{Samples, check};
+use super::float::check;
 use super::{Field, FieldError, FixedOptions};
+use crate::samples::Samples;
 use crate::volume::Ray;
 use potamoi_base::camera::Camera;
 use potamoi_reference::bounds::VectorBounds;

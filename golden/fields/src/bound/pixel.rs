@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::gathered::gathered;
 use super::{Bounds, ErrorInterval, UnitErrors};
-use crate::float::Samples;
+use crate::samples::Samples;
 use crate::volume::Ray;
 use crate::{Field, FixedOptions, Sampling};
 use potamoi_march::{BACKGROUND, pixel_bits};

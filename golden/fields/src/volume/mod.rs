@@ -15,6 +15,7 @@ mod traffic;
 
 use potamoi_march::tiling::Halo;
 
+pub(crate) use mask::Blocks;
 pub use mask::Mask;
 pub use mvoxels::MVoxels;
 pub(crate) use order::MVoxelOrder;

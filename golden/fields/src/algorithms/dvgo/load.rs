@@ -6,7 +6,7 @@ use glam::{DVec3, dvec3};
 
 use super::{DVGO, Dvgo, LEAST, MAX_FREQUENCIES};
 use crate::calibrate::Magnitudes;
-use crate::volume::Mask;
+use crate::volume::{Blocks, Mask};
 use crate::{FieldError, Layer, Mlp, Table};
 use potamoi_base::file_keys::Notes;
 use potamoi_containers::torch::{Checkpoint, Tensor};
@@ -88,6 +88,7 @@ impl Dvgo {
             frequencies,
             mlp,
             notes,
+            blocks: Blocks::default(),
             magnitudes: Magnitudes::default(),
         })
     }

@@ -12,14 +12,14 @@ mod load;
 #[cfg(test)]
 mod tests;
 
-use glam::{DVec3, dvec3};
+use glam::DVec3;
 use potamoi_formats::config::Config;
 
 use crate::calibrate::Magnitudes;
-use crate::volume::Mask;
+use crate::volume::{Blocks, Mask};
 use crate::{
     Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, LoadedField, Mlp,
-    QuantisedField, Sampling, Size, Stepped, Storage, Table, softplus, unverified_work,
+    QuantisedField, Sampling, Size, Stepped, Storage, Table, sigmoid, softplus, unverified_work,
 };
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Notes;
@@ -46,6 +46,8 @@ pub struct Dvgo {
     bounds: [DVec3; 2],
     /// Vertices of a separate grid around which the field may be non-empty.
     mask: Option<Mask>,
+    #[serde(skip)]
+    blocks: Blocks,
     shift: f64,
     interval: f64,
     step: f64,
@@ -140,6 +142,7 @@ impl Dvgo {
             tables: [parts.table],
             bounds: parts.bounds,
             mask: Some(mask),
+            blocks: Blocks::default(),
             shift: parts.shift,
             interval: step * parts.scale,
             step: step * voxel,
@@ -231,6 +234,13 @@ impl Field for Dvgo {
         mask.is_none_or(|mask| mask.holds(self.vertex(at)))
     }
 
+    fn empty_for(&self, at: DVec3, direction: DVec3) -> Option<f64> {
+        let mask = self.mask.as_ref()?;
+        let last = DVec3::from(self.tables[0].points().map(|p| (p - 1) as f64));
+        let vertices = direction / (self.bounds[1] - self.bounds[0]) * last;
+        self.blocks.empty_for(mask, self.vertex(at), vertices)
+    }
+
     fn depth(&self, features: &[f64]) -> f64 {
         self.interval * softplus(features[0] + self.shift)
     }
@@ -238,12 +248,28 @@ impl Field for Dvgo {
     fn colour(&self, features: &[f64], direction: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
         self.inputs(features, direction, scratch);
         self.mlp.run(scratch);
-        let sigmoid = |x: f64| 1.0 / (1.0 + (-x).exp());
-        dvec3(
-            sigmoid(scratch[0]),
-            sigmoid(scratch[1]),
-            sigmoid(scratch[2]),
-        )
+        DVec3::from([0, 1, 2].map(|channel| sigmoid(scratch[channel])))
+    }
+
+    fn encoded(&self) -> usize {
+        3 + 6 * self.frequencies.len()
+    }
+
+    fn encode(&self, direction: DVec3, out: &mut Vec<f64>) {
+        encode(direction, &self.frequencies, out);
+    }
+
+    fn colours(&self, kept: &[f64], directions: &[f64], out: &mut Vec<DVec3>) {
+        let samples = kept.chunks_exact(self.tables[0].channels());
+        let mut values = Vec::with_capacity(kept.len() + directions.len());
+        for (features, direction) in samples.zip(directions.chunks_exact(self.encoded())) {
+            values.extend_from_slice(&features[1..]);
+            values.extend_from_slice(direction);
+        }
+        self.mlp.run(&mut values);
+        out.clear();
+        let logits = values.as_chunks::<3>().0.iter();
+        out.extend(logits.map(|logits| DVec3::from(logits.map(sigmoid))));
     }
 
     fn perceptrons(&self) -> Vec<&Mlp> {

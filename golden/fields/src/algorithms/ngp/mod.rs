@@ -31,7 +31,7 @@ use potamoi_formats::config::Config;
 use crate::calibrate::Magnitudes;
 use crate::{
     Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, FileOptions,
-    HashUnit, LoadedField, Mlp, QuantisedField, Sampling, Size, Table, unverified_work,
+    HashUnit, LoadedField, Mlp, QuantisedField, Sampling, Size, Table, sigmoid, unverified_work,
 };
 use grid::GridShape;
 use occupancy::Occupancy;
@@ -139,7 +139,8 @@ impl Ngp {
         self.unit
     }
 
-    /// Latents of gathered features; the first is the logarithm of the density.
+    /// Latents of the gathered features of any number of samples; the first of each sample is the
+    /// logarithm of its density.
     fn latents(&self, features: &[f64], out: &mut Vec<f64>) {
         out.clear();
         out.extend_from_slice(features);
@@ -237,6 +238,12 @@ impl Field for Ngp {
         grid.is_none_or(|grid| grid.holds(self.placement.to_cube(at)))
     }
 
+    fn empty_for(&self, at: DVec3, direction: DVec3) -> Option<f64> {
+        let grid = self.occupancy.as_ref()?;
+        let empty = grid.empty_for(self.placement.to_cube(at), cycled(direction))?;
+        Some(empty / self.placement.scale)
+    }
+
     fn place(&self, at: DVec3, places: &mut [DVec3]) {
         let at = self.placement.to_cube(at);
         // Rounding at the faces would lead out of the tables.
@@ -254,12 +261,39 @@ impl Field for Ngp {
         self.latents(features, scratch);
         scratch.extend(sh::basis(cycled(direction)));
         self.colour.run(scratch);
-        let logistic = |x: f64| 1.0 / (1.0 + (-x).exp());
-        dvec3(
-            logistic(scratch[0]),
-            logistic(scratch[1]),
-            logistic(scratch[2]),
-        )
+        DVec3::from([0, 1, 2].map(|channel| sigmoid(scratch[channel])))
+    }
+
+    fn kept(&self) -> usize {
+        self.density.outputs()
+    }
+
+    fn depths(&self, features: &[f64], depths: &mut Vec<f64>, kept: &mut Vec<f64>) {
+        self.latents(features, kept);
+        depths.clear();
+        let logarithms = kept.iter().step_by(self.kept());
+        depths.extend(logarithms.map(|logarithm| STEP * logarithm.exp()));
+    }
+
+    fn encoded(&self) -> usize {
+        self.colour.inputs() - self.density.outputs()
+    }
+
+    fn encode(&self, direction: DVec3, out: &mut Vec<f64>) {
+        out.extend(sh::basis(cycled(direction)));
+    }
+
+    fn colours(&self, kept: &[f64], directions: &[f64], out: &mut Vec<DVec3>) {
+        let samples = kept.chunks_exact(self.kept());
+        let mut values = Vec::with_capacity(kept.len() + directions.len());
+        for (latents, direction) in samples.zip(directions.chunks_exact(self.encoded())) {
+            values.extend_from_slice(latents);
+            values.extend_from_slice(direction);
+        }
+        self.colour.run(&mut values);
+        out.clear();
+        let logits = values.chunks_exact(self.colour.outputs());
+        out.extend(logits.map(|own| DVec3::from([0, 1, 2].map(|i| sigmoid(own[i])))));
     }
 
     fn perceptrons(&self) -> Vec<&Mlp> {

@@ -20,6 +20,9 @@ impl AlphaMask {
     pub(super) fn holds(&self, at: DVec3) -> bool {
         let last = DVec3::from(self.points.map(|p| p as f64 - 1.0));
         let place = (at - self.bounds[0]) / (self.bounds[1] - self.bounds[0]) * last;
+        if place.cmpge(DVec3::ZERO).all() && place.cmple(last).all() {
+            return self.holds_within(place.to_array());
+        }
         let low = place.floor();
         (0..8u32).any(|corner| {
             let mut vertex = low;
@@ -40,11 +43,56 @@ impl AlphaMask {
             self.filled.get(index).copied().unwrap_or_default()
         })
     }
+
+    /// The same within the grid: an upper vertex counts only if a weight is left for it.
+    fn holds_within(&self, place: [f64; 3]) -> bool {
+        let [nx, ny, _] = self.points;
+        let [x, y, z] = place.map(|v| v as usize);
+        let first = x + nx * (y + ny * z);
+        let [x, y, z] = place.map(|v| v != (v as usize) as f64);
+        let [x, y, z] = [
+            usize::from(x),
+            nx * usize::from(y),
+            nx * ny * usize::from(z),
+        ];
+        let offsets = [0, x, y, x + y, z, x + z, y + z, x + y + z];
+        let bit = |offset| self.filled.get(first + offset).copied().unwrap_or_default();
+        offsets
+            .into_iter()
+            .fold(false, |any, offset| any | bit(offset))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Within the grid a place is filled if the weight of a set bit is above 0.
+    #[test]
+    fn within_the_grid_a_weight_decides() {
+        let points = [3, 4, 5];
+        for bit in 0..60 {
+            let mut filled = vec![false; 60];
+            filled[bit] = true;
+            let mask = AlphaMask {
+                points,
+                bounds: [DVec3::ZERO, DVec3::new(2.0, 3.0, 4.0)],
+                filled,
+            };
+            let own = [bit % 3, bit / 3 % 4, bit / 12].map(|v| v as f64);
+            for n in 0..9 * 9 * 9 {
+                let place = [n % 9, n / 9 % 9, n / 81];
+                let place = [0, 1, 2].map(|axis| place[axis] as f64 * 0.5);
+                if (0..3).any(|axis| place[axis] > points[axis] as f64 - 1.0) {
+                    continue;
+                }
+                // The weight of the bit's vertex is above 0.
+                let expected = (0..3).all(|axis| (place[axis] - own[axis]).abs() < 1.0);
+                assert_eq!(mask.holds_within(place), expected, "{bit} {place:?}");
+                assert_eq!(mask.holds(DVec3::from(place)), expected, "{bit} {place:?}");
+            }
+        }
+    }
 
     /// One bit fills the eight cells around it and nothing else.
     #[test]

@@ -29,7 +29,8 @@ use potamoi_formats::config::Config;
 use crate::calibrate::Magnitudes;
 use crate::{
     Algorithm, Along, AnyField, Bounds, Directions, Field, FieldError, FieldFile, Layer,
-    LoadedField, Mlp, QuantisedField, Sampling, Size, Stepped, Table, softplus, unverified_work,
+    LoadedField, Mlp, QuantisedField, Sampling, Size, Stepped, Table, sigmoid, softplus,
+    unverified_work,
 };
 pub use keys::TENSORF;
 use mask::AlphaMask;
@@ -213,11 +214,16 @@ impl Tensorf {
     /// Features of appearance.
     fn appearance(&self, features: &[f64], out: &mut Vec<f64>) {
         out.clear();
+        self.products(features, out);
+        self.basis.run(out);
+    }
+
+    /// Appends the products of appearance components.
+    fn products(&self, features: &[f64], out: &mut Vec<f64>) {
         self.modes(features, |plane, line, density| {
             let pairs = plane.iter().zip(line).skip(density);
             out.extend(pairs.map(|(p, l)| p * l));
         });
-        self.basis.run(out);
     }
 
     /// Appends the encodings of features and direction, the other inputs of the perceptron.
@@ -327,7 +333,51 @@ impl Field for Tensorf {
         self.appearance(features, scratch);
         self.inputs(direction, scratch);
         self.mlp.run(scratch);
-        DVec3::from([0, 1, 2].map(|i| 1.0 / (1.0 + (-scratch[i]).exp())))
+        DVec3::from([0, 1, 2].map(|channel| sigmoid(scratch[channel])))
+    }
+
+    /// The products of appearance components.
+    fn kept(&self) -> usize {
+        self.basis.inputs()
+    }
+
+    fn depths(&self, features: &[f64], depths: &mut Vec<f64>, kept: &mut Vec<f64>) {
+        depths.clear();
+        kept.clear();
+        for features in features.chunks_exact(self.channels()) {
+            depths.push(self.depth(features));
+            self.products(features, kept);
+        }
+    }
+
+    fn encoded(&self) -> usize {
+        3 + 6 * self.rules.view_frequencies
+    }
+
+    fn encode(&self, direction: DVec3, out: &mut Vec<f64>) {
+        let first = out.len();
+        out.extend(direction.to_array());
+        encode(first..first + 3, self.rules.view_frequencies, out);
+    }
+
+    fn colours(&self, kept: &[f64], directions: &[f64], out: &mut Vec<DVec3>) {
+        let mut features = kept.to_vec();
+        self.basis.run(&mut features);
+        let samples = features.chunks_exact(self.basis.outputs());
+        let mut values = Vec::with_capacity(self.mlp.inputs() * samples.len());
+        for (features, direction) in samples.zip(directions.chunks_exact(self.encoded())) {
+            let first = values.len();
+            let (direction, waves) = direction.split_at(3);
+            values.extend_from_slice(features);
+            values.extend_from_slice(direction);
+            let encoded = first..first + features.len();
+            encode(encoded, self.rules.feature_frequencies, &mut values);
+            values.extend_from_slice(waves);
+        }
+        self.mlp.run(&mut values);
+        out.clear();
+        let logits = values.as_chunks::<3>().0.iter();
+        out.extend(logits.map(|logits| DVec3::from(logits.map(sigmoid))));
     }
 
     fn perceptrons(&self) -> Vec<&Mlp> {

@@ -1,0 +1,209 @@
+//! Sums of a layer of a perceptron for a batch of samples.
+//!
+//! A sum starts at its bias, and the products are added input after input. Vectors hold several
+//! outputs of one sample, so that they change neither a product nor the order of additions: the
+//! result is the same with vectors of any width, and in a batch of any size. Inputs of 0, half of
+//! those behind a ReLU, are left out.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
+
+/// Outputs in a block of weights. The weights of a block of 128 inputs fit a first-level cache.
+const BLOCK: usize = 32;
+
+/// Weights of some outputs from one input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
+struct Row([f64; BLOCK]);
+
+/// Weights and biases of a layer, output block after output block.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Weights {
+    inputs: usize,
+    outputs: usize,
+    /// A row for each input of each block; 0 where a block exceeds the outputs.
+    rows: Vec<Row>,
+    /// The biases of each block.
+    starts: Vec<Row>,
+}
+
+/// The inputs of a batch that are not 0.
+#[derive(Debug, Default)]
+pub(super) struct Passed {
+    /// Number and value of each, sample after sample; elements behind the last are unused.
+    inputs: Vec<(u32, f64)>,
+    /// The end of each sample's inputs.
+    ends: Vec<usize>,
+}
+
+impl Passed {
+    /// Takes the inputs of samples of `width` inputs each that `passes` accepts, which are not 0.
+    pub(super) fn keep(&mut self, values: &[f64], width: usize, passes: impl Fn(f64) -> bool) {
+        self.ends.clear();
+        // One more: the element behind the last is written, too.
+        self.inputs.resize(values.len() + 1, (0, 0.0));
+        let mut count = 0;
+        for sample in values.chunks_exact(width) {
+            for (number, value) in (0..).zip(sample) {
+                self.inputs[count] = (number, *value);
+                count += usize::from(passes(*value));
+            }
+            self.ends.push(count);
+        }
+    }
+
+    /// The inputs of each sample.
+    fn samples(&self) -> impl Iterator<Item = &[(u32, f64)]> {
+        let mut begin = 0;
+        self.ends.iter().map(move |end| {
+            let from = std::mem::replace(&mut begin, *end);
+            &self.inputs[from..*end]
+        })
+    }
+}
+
+impl Weights {
+    /// Weights of `inputs`, a row of inputs for each output, and a bias for each output.
+    pub(super) fn new(inputs: usize, weights: &[f32], bias: &[f32]) -> Self {
+        let blocks = || bias.chunks(BLOCK).zip(weights.chunks(BLOCK * inputs));
+        let rows = blocks().flat_map(|(_, block)| {
+            (0..inputs).map(|input| Row::of(block.iter().skip(input).step_by(inputs)))
+        });
+        Self {
+            inputs,
+            outputs: bias.len(),
+            rows: rows.collect(),
+            starts: blocks().map(|(bias, _)| Row::of(bias.iter())).collect(),
+        }
+    }
+
+    /// Replaces `sums` by those of each sample, before their ReLU.
+    pub(super) fn sums(&self, passed: &Passed, sums: &mut Vec<f64>) {
+        sums.clear();
+        sums.resize(passed.ends.len() * self.outputs, 0.0);
+        dispatch!(Level::new(), simd => self.with(simd, passed, sums));
+    }
+
+    /// The same with some vectors: as many outputs side by side as fit the registers.
+    #[inline(always)]
+    fn with<S: Simd>(&self, _: S, passed: &Passed, sums: &mut [f64]) {
+        match self.outputs {
+            ..=8 => self.blocks::<8>(passed, sums),
+            9..=16 => self.blocks::<16>(passed, sums),
+            _ if S::f64s::LEN < 4 => self.blocks::<16>(passed, sums),
+            _ => self.blocks::<BLOCK>(passed, sums),
+        }
+    }
+
+    /// The sums of all outputs, `LANES` side by side.
+    #[inline(always)]
+    fn blocks<const LANES: usize>(&self, passed: &Passed, sums: &mut [f64]) {
+        let blocks = self.rows.chunks_exact(self.inputs).zip(&self.starts);
+        for (block, (rows, starts)) in blocks.enumerate() {
+            for part in (0..BLOCK).step_by(LANES) {
+                let first = block * BLOCK + part;
+                let Some(count) = self.outputs.checked_sub(first).filter(|rest| *rest > 0) else {
+                    break;
+                };
+                let count = count.min(LANES);
+                let starts = *starts.lanes::<LANES>(part);
+                let outputs = sums.chunks_exact_mut(self.outputs);
+                for (inputs, outputs) in passed.samples().zip(outputs) {
+                    let own = summed(starts, rows, part, inputs);
+                    outputs[first..first + count].copy_from_slice(&own[..count]);
+                }
+            }
+        }
+    }
+}
+
+/// The sums of one sample from `starts` on, with the weights of `LANES` outputs from `first`.
+///
+/// The loop over lanes is by number, which the compiler turns into vectors as it stands.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+fn summed<const LANES: usize>(
+    starts: [f64; LANES],
+    rows: &[Row],
+    first: usize,
+    inputs: &[(u32, f64)],
+) -> [f64; LANES] {
+    let mut sums = starts;
+    for &(input, value) in inputs {
+        let row = rows[input as usize].lanes::<LANES>(first);
+        for lane in 0..LANES {
+            sums[lane] += row[lane] * value;
+        }
+    }
+    sums
+}
+
+impl Row {
+    fn of<'a>(values: impl Iterator<Item = &'a f32>) -> Self {
+        let mut row = [0.0; BLOCK];
+        for (to, value) in row.iter_mut().zip(values) {
+            *to = f64::from(*value);
+        }
+        Self(row)
+    }
+
+    /// `LANES` values from `first`, a multiple of `LANES`.
+    #[inline(always)]
+    fn lanes<const LANES: usize>(&self, first: usize) -> &[f64; LANES] {
+        &self.0.as_chunks::<LANES>().0[first / LANES]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Sums of one sample, input after input.
+    fn plain(inputs: &[f64], weights: &[f32], bias: &[f32]) -> Vec<f64> {
+        let rows = weights.chunks_exact(inputs.len()).zip(bias);
+        let sums = rows.map(|(row, bias)| {
+            let products = row.iter().zip(inputs).filter(|(_, x)| **x != 0.0);
+            products.fold(f64::from(*bias), |sum, (w, x)| sum + f64::from(*w) * x)
+        });
+        sums.collect()
+    }
+
+    proptest! {
+        /// A batch of any size has the sums of each sample alone, to the last bit: with the vectors
+        /// of the machine and with the lanes of the others.
+        #[test]
+        fn a_batch_is_its_samples_one_by_one(
+            inputs in 1..150usize,
+            outputs in 1..80usize,
+            samples in 0..9usize,
+            seed: u64,
+        ) {
+            use rand::{Rng as _, SeedableRng as _};
+            let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+            let mut list = |count| -> Vec<f32> {
+                (0..count).map(|_| random.random_range(-2.0f32..2.0)).collect()
+            };
+            let (weights, bias) = (list(inputs * outputs), list(outputs));
+            let values = list(samples * inputs).into_iter();
+            // A quarter are 0, of both signs.
+            let values = values.map(|v| if v.abs() < 0.5 { f64::from(0f32.copysign(v)) } else { f64::from(v) / 3.0 });
+            let values: Vec<f64> = values.collect();
+            let made = Weights::new(inputs, &weights, &bias);
+            let mut passed = Passed::default();
+            passed.keep(&values, inputs, |value| value != 0.0);
+            let bits = |sums: &[f64]| sums.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            let each = values.chunks_exact(inputs);
+            let expected: Vec<f64> = each.flat_map(|own| plain(own, &weights, &bias)).collect();
+            let mut sums = vec![];
+            made.sums(&passed, &mut sums);
+            prop_assert_eq!(bits(&sums), bits(&expected));
+            for narrow in [Weights::blocks::<8>, Weights::blocks::<16>, Weights::blocks::<BLOCK>] {
+                sums.fill(f64::NAN);
+                narrow(&made, &passed, &mut sums);
+                prop_assert_eq!(bits(&sums), bits(&expected));
+            }
+        }
+    }
+}
