@@ -11,8 +11,8 @@
 //!
 //! An *evaluation* is one Gaussian at one pixel: [`OPERATIONS`] 64-bit additions and
 //! multiplications. *Peak* is the number of these that a processor executes a second if they come
-//! in equal numbers, from registers and without dependencies, compiled like the renderer; it is
-//! measured just before. The fraction of peak counts only evaluations. Comparisons, selections,
+//! in equal numbers, from registers and without dependencies, in the same vectors as the renderer's;
+//! it is measured just before. The fraction of peak counts only evaluations. Comparisons, selections,
 //! projection, sorting, finding spans and moving data do not count; `dense` shows the cost without
 //! the last four.
 //!
@@ -25,19 +25,23 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput};
+use fearless_simd::dispatch;
+use fearless_simd::prelude::*;
 use glam::DVec3;
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Notes;
 use potamoi_scene::{Model, Scene, camera_file, garden};
-use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
+use potamoi_splats::{Cloud, FloatOptions, Profile, Vectors, render_float};
 
 /// Additions and multiplications of an evaluation: 7 for the square, 32 for the exponential, 4 for
 /// alpha and transmittance, 6 for the colour.
 const OPERATIONS: u64 = 49;
 /// Independent values in the peak's loop: enough to hide latencies, few enough for the registers
 /// of the smallest machine.
-const CHAINS: usize = 24;
-const ROUNDS: u64 = 1_000_000_000;
+const CHAINS: usize = 12;
+const ROUNDS: u64 = 600_000_000;
+/// Frames with each of the processor's vectors, of which the fastest counts.
+const FRAMES: usize = 8;
 /// Number of Gaussians in `dense`.
 const LAYERS: usize = 100;
 
@@ -60,20 +64,30 @@ fn time(threads: usize, work: impl FnOnce()) -> [Duration; 2] {
     [elapsed, spent.unwrap_or(elapsed * threads as u32)]
 }
 
-/// Additions and multiplications a second of processor time.
-fn peak() -> f64 {
-    let chains = || {
-        let mut values: [f64; CHAINS] = std::array::from_fn(|i| black_box(i as f64));
-        let (factor, term) = (black_box(0.999), black_box(0.001));
-        for _ in 0..ROUNDS / CHAINS as u64 {
-            for v in &mut values {
-                *v = *v * factor + term;
-            }
+/// Additions and multiplications a second of processor time with these vectors, none of them fused.
+fn peak(vectors: Vectors) -> f64 {
+    let level = vectors.level().expect("vectors of this processor");
+    let best = (0..5).map(|_| time(1, || dispatch!(level, simd => chains(simd)))[1]);
+    let lanes = dispatch!(level, simd => lanes(simd)) as u64;
+    2.0 * (ROUNDS * lanes) as f64 / best.min().expect("five").as_secs_f64()
+}
+
+#[inline(always)]
+fn lanes<S: Simd>(_: S) -> usize {
+    S::f64s::LEN
+}
+
+#[inline(always)]
+fn chains<S: Simd>(simd: S) {
+    let splat = |value: f64| S::f64s::splat(simd, black_box(value));
+    let mut values: [S::f64s; CHAINS] = std::array::from_fn(|i| splat(i as f64));
+    let (factor, term) = (splat(0.999), splat(0.001));
+    for _ in 0..ROUNDS / CHAINS as u64 {
+        for value in &mut values {
+            *value = *value * factor + term;
         }
-        black_box(values);
-    };
-    let best = (0..5).map(|_| time(1, chains)[1]).min().expect("five");
-    2.0 * ROUNDS as f64 / best.as_secs_f64()
+    }
+    black_box(values.map(|value| value.to_array()));
 }
 
 fn dense() -> (Cloud, Camera) {
@@ -143,7 +157,10 @@ fn main() {
         let Some((cloud, camera)) = scene else {
             continue;
         };
-        let peak = peak();
+        let Some(widest) = Vectors::widest() else {
+            panic!("this processor has no vectors that the renderer knows");
+        };
+        let best_peak = peak(widest);
         let options = FloatOptions::default();
         let by = |options: FloatOptions| {
             render_float(&cloud, &camera, Profile::Inria, &options).expect("a frame")
@@ -187,9 +204,21 @@ fn main() {
             stats.evaluated as f64 / 1e6,
             stats.drawn as f64 / 1e6,
             rate / 1e6,
-            100.0 * rate * OPERATIONS as f64 / peak,
-            peak / 1e9
+            100.0 * rate * OPERATIONS as f64 / best_peak,
+            best_peak / 1e9
         );
+        for vectors in Vectors::here() {
+            let options = FloatOptions {
+                vectors: Some(vectors),
+                ..options
+            };
+            let frame = || time(threads, || drop(black_box(by(options))));
+            let best = (0..FRAMES).map(|_| frame()[1]).min().expect("frames");
+            println!(
+                "{name}, {vectors}: {:.1} ms of processor time",
+                1e3 * best.as_secs_f64()
+            );
+        }
     }
     group.finish();
     criterion.final_summary();

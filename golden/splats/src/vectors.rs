@@ -53,8 +53,9 @@ impl Vectors {
         Self::here().last()
     }
 
-    /// The proof that this processor has them.
-    pub(crate) fn level(self) -> Option<Level> {
+    /// The proof that this processor has them, for [`fearless_simd::dispatch`].
+    #[must_use]
+    pub fn level(self) -> Option<Level> {
         let here = Level::new();
         match self {
             #[cfg(target_arch = "x86_64")]
