@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "encoding": {
                 "x": {
                     "field": "x", "type": "quantitative", "title": title,
-                    "scale": { "type": scale, "zero": false, "nice": false },
+                    "scale": { "type": scale, "nice": false },
                     "axis": { "values": ticks, "format": "~s" },
                 },
                 "y": {

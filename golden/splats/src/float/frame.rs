@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::group::Group;
 use super::lists::{List, Lists};
 use super::splat::{CHUNK, Splats};
-use super::tile::{Limits, Pixels, SIDE, TileCounts, place};
+use super::tile::{Entry, Limits, Pixels, SIDE, TileCounts, place};
 use super::{FloatFrame, FloatStats};
 use crate::decisions::Decisions;
 use crate::view::{Raster, TILE, TILE_PIXELS, View};
@@ -173,10 +173,13 @@ impl Canvas<'_> {
                     true => self.depths[*slot as usize / CHUNK][*slot as usize % CHUNK],
                     false => 0.0,
                 };
-                let entry = if LOG { list.entries[at] } else { 0 };
+                let entry = Entry {
+                    splat: self.splats.at(*slot),
+                    depth,
+                    place: if LOG { list.entries[at] } else { 0 },
+                };
                 let drawn = if LOG { drawn.get_mut(at) } else { None };
-                let splat = self.splats.at(*slot);
-                pixels.draw::<S, G, DEPTHS, LOG>(simd, splat, depth, &self.limits, entry, drawn);
+                pixels.draw::<S, G, DEPTHS, LOG>(simd, entry, &self.limits, drawn);
             }
             self.put::<DEPTHS>(&pixels, &mut band, corner[0] as usize, [wide, high]);
             if LOG {

@@ -45,5 +45,5 @@ pub(super) fn reached<S: Simd>(simd: S, splat: &Splat, origin: [f64; 2]) -> u64 
         let out = from.simd_gt(first + (COLUMNS - 1) as f32) | to.simd_lt(first);
         beside |= out.to_bitmask() << (column * SIDE);
     }
-    !(beside | none.to_bitmask() * 0x0001_0001_0001_0001)
+    !(beside | (none.to_bitmask() * 0x0001_0001_0001_0001))
 }

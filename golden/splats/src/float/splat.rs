@@ -34,7 +34,7 @@ pub(super) fn reach(splat: &Projected, rules: &Rules) -> Option<f64> {
     // Wider than rounding, here and in the pixels, can tell.
     let squared = 2.0 * ratio.ln() + 1e-6;
     // Of an opacity that is no number nothing is left out.
-    (!(squared < 0.0)).then_some(squared)
+    if squared < 0.0 { None } else { Some(squared) }
 }
 
 impl Splat {

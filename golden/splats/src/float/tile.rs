@@ -54,6 +54,16 @@ impl Limits {
     }
 }
 
+/// A Gaussian of a tile's list.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry<'a> {
+    pub(super) splat: &'a Splat,
+    /// View depth; not used unless depths are added up.
+    pub(super) depth: f64,
+    /// Its place among the tile's entries; not used unless there is a log.
+    pub(super) place: u32,
+}
+
 /// What is counted of a tile, where that is asked for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct TileCounts {
@@ -145,12 +155,11 @@ impl Pixels {
     pub(super) fn draw<S: Simd, G: Group<S>, const DEPTHS: bool, const LOG: bool>(
         &mut self,
         simd: S,
-        splat: &Splat,
-        depth: f64,
+        entry: Entry<'_>,
         limits: &Limits,
-        entry: u32,
         mut drawn: Option<&mut [u64; TILE_PIXELS / 64]>,
     ) {
+        let splat = entry.splat;
         let todo = spans::reached(simd, splat, self.origin) & self.live;
         if todo == 0 {
             return;
@@ -174,8 +183,7 @@ impl Pixels {
                 let p = p + G::rows(simd, &self.row_p, row);
                 let q = G::rows(simd, &self.row_q, row);
                 let at = (column * SIDE + row) * COLUMNS;
-                let draws =
-                    self.blend::<S, G, DEPTHS>(simd, splat, depth, limits, entry, at, p * p + q);
+                let draws = self.blend::<S, G, DEPTHS>(simd, entry, limits, at, p * p + q);
                 if LOG {
                     let bits = draws.to_bitmask();
                     self.counts.draws += u64::from(bits.count_ones());
@@ -206,13 +214,12 @@ impl Pixels {
     fn blend<S: Simd, G: Group<S>, const DEPTHS: bool>(
         &mut self,
         simd: S,
-        splat: &Splat,
-        depth: f64,
+        entry: Entry<'_>,
         limits: &Limits,
-        entry: u32,
         at: usize,
         squared: G,
     ) -> G::Mask {
+        let splat = entry.splat;
         let group = at..at + G::LEN;
         let before = G::from_slice(simd, &self.transmittance.0[group.clone()]);
         let alpha = exp::<S, G>(squared * -0.5) * splat.opacity;
@@ -226,14 +233,14 @@ impl Pixels {
             sum.store_slice(&mut plane.0[group.clone()]);
         }
         if DEPTHS {
-            let sum = G::from_slice(simd, &self.depths.0[group.clone()]) + weight * depth;
+            let sum = G::from_slice(simd, &self.depths.0[group.clone()]) + weight * entry.depth;
             sum.store_slice(&mut self.depths.0[group.clone()]);
         }
         let left = draws.select(after, before);
         left.store_slice(&mut self.transmittance.0[group]);
         let stops = is_seen & after.simd_lt(limits.stop);
         if stops.any_true() {
-            self.stop(at, stops.to_bitmask(), entry);
+            self.stop(at, stops.to_bitmask(), entry.place);
         }
         draws
     }
