@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::group::Group;
 use super::lists::{List, Lists};
-use super::splat::{CHUNK, Splats};
+use super::splats::{CHUNK, Splats};
 use super::tile::{Entry, Limits, Pixels, SIDE, TileCounts, place};
 use super::{FloatFrame, FloatStats};
 use crate::decisions::Decisions;

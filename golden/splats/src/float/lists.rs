@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::prepared::Prepared;
-use super::splat::{CHUNK, reach, reached};
+use super::splats::{CHUNK, reach, reached};
 use crate::coverage::Grid;
 use crate::view::View;
 

@@ -7,7 +7,7 @@ mod lists;
 mod order;
 mod prepared;
 mod spans;
-mod splat;
+mod splats;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -27,7 +27,7 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 use prepared::Prepared;
-use splat::Splats;
+use splats::Splats;
 use tile::Limits;
 
 /// Options of the float renderer.
@@ -206,7 +206,7 @@ fn of_view(
         lists: vec![Lists::of_view(view, &first, &ranks)],
         splats: Splats::of_view(view),
         depths: match options.depth {
-            true => splat::depths_of_view(view),
+            true => splats::depths_of_view(view),
             false => vec![],
         },
         background: options.background.map(f64::from),

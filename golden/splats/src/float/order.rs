@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::splat::CHUNK;
+use super::splats::CHUNK;
 use crate::cloud::Cloud;
 
 /// Bits sorted in one pass.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::splat::{CHUNK, Splat, Splats, reach, reached};
+use super::splats::{CHUNK, Splat, Splats, reach, reached};
 use crate::cloud::Cloud;
 use crate::coverage::{self, Grid, Span};
 use crate::project::Projection;

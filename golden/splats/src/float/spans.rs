@@ -15,7 +15,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
 use super::group::COLUMNS;
-use super::splat::Splat;
+use super::splats::Splat;
 use super::tile::SIDE;
 
 /// Rows of a column of groups with pixels that the Gaussian can reach, 16 bits for each of the

@@ -282,7 +282,7 @@ fn the_order_is_that_of_whole_depths() {
             })
             .collect();
         let expected = depth::sort(&cloud, depths.iter().copied().zip(0..).collect());
-        let chunks: Vec<Vec<f64>> = depths.chunks(splat::CHUNK).map(<[f64]>::to_vec).collect();
+        let chunks: Vec<Vec<f64>> = depths.chunks(splats::CHUNK).map(<[f64]>::to_vec).collect();
         let index = |slot: u32| slot as usize;
         let found = order::front_to_back(&cloud, &chunks, index);
         let found: Vec<usize> = found.into_iter().map(index).collect();

@@ -10,7 +10,7 @@ use fearless_simd::prelude::*;
 use super::exponential::exp;
 use super::group::{COLUMNS, Group};
 use super::spans;
-use super::splat::Splat;
+use super::splats::Splat;
 use crate::profile::Rules;
 use crate::view::{TILE, TILE_PIXELS};
 
