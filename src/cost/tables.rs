@@ -151,7 +151,7 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
             refused.why
         );
     }
-    say!("\nfidelity of the time model, for one full frame");
+    say!("\nfidelity of the time model, for one full frame by itself");
     ladder::print(&report.ladder);
 }
 
