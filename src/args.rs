@@ -10,26 +10,10 @@ use potamoi_machines::machine::Section;
 use potamoi_scene::Scene;
 
 use crate::failure::Failure;
-use crate::refusals;
+use crate::refusals::{self, WITHOUT_CONFIGURATION};
 
 /// What a command uses that names none.
 const DEFAULT_PRESET: &str = "paper";
-
-/// Commands whose result no configuration changes.
-pub(crate) const WITHOUT_CONFIGURATION: [&str; 12] = [
-    "warp",
-    "compare",
-    "sweep",
-    "explore",
-    "explain",
-    "init",
-    "system",
-    "schema",
-    "completions",
-    "man",
-    "cache",
-    "doctor",
-];
 
 /// Sections of a machine's file that a command uses beside the configuration.
 fn sections_used(command: &str) -> &'static [Section] {

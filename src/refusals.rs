@@ -3,7 +3,21 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Command};
 
-use crate::args::WITHOUT_CONFIGURATION;
+/// Commands whose result no configuration changes.
+pub(crate) const WITHOUT_CONFIGURATION: [&str; 12] = [
+    "warp",
+    "compare",
+    "sweep",
+    "explore",
+    "explain",
+    "init",
+    "system",
+    "schema",
+    "completions",
+    "man",
+    "cache",
+    "doctor",
+];
 
 /// Placeholders of values with a unit, and the unit as messages have it.
 pub(crate) const UNITS: [(&str, &str); 10] = [

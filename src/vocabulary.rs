@@ -9,9 +9,9 @@ use std::path::Path;
 use clap::{Arg, Command, CommandFactory as _};
 use clap_complete::Shell;
 
-use crate::args::WITHOUT_CONFIGURATION;
 use crate::cli::Cli;
 use crate::explain::fields::word_of_source;
+use crate::refusals::WITHOUT_CONFIGURATION;
 use crate::{refusals, renamed, roles};
 
 /// Value placeholders in help, with their meanings. A list is written `NAME,...`.

@@ -28,6 +28,7 @@ pub mod device_file;
 pub mod document;
 pub mod files;
 pub mod fixed;
+pub mod nearest;
 pub mod record;
 pub mod rit;
 pub mod timing;

@@ -48,27 +48,3 @@ pub enum DeviceError {
         action: String,
     },
 }
-
-/// The name that takes the fewest edits, if a third of its letters or fewer are to be edited.
-#[must_use]
-pub fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
-    let edits = |known: &str| distance(&name.to_lowercase(), known);
-    let best = names.iter().min_by_key(|known| edits(known))?;
-    (edits(best) <= best.len().div_ceil(3)).then_some(*best)
-}
-
-/// Levenshtein's distance.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut before = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replaced = before + usize::from(x != *y);
-            before = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(before + 1);
-        }
-    }
-    row[b.len()]
-}

@@ -25,7 +25,7 @@ mod read;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-pub use error::{DeviceError, nearest};
+pub use error::DeviceError;
 
 use crate::files;
 
@@ -106,7 +106,7 @@ impl Kind {
     /// The error for a name that no device has, with the nearest of `names`.
     #[must_use]
     pub fn unknown(&self, name: &str, names: &[&str]) -> DeviceError {
-        let near = nearest(name, names);
+        let near = crate::nearest::nearest(name, names);
         DeviceError::Unknown {
             kind: self.name,
             name: name.to_owned(),

@@ -2,9 +2,9 @@
 
 use toml::{Table, Value};
 
-use super::error::nearest;
 use super::{Contents, DeviceError, Figure, Kind, Origin};
 use crate::document::foreign;
+use crate::nearest::nearest;
 
 /// The expected form of a figure.
 const FORM: &str = "`{ value = 1.0, source = \"...\" }` or `{ value = 1.0, assumed = \"why\" }`";

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::de::{Error, Expected, Unexpected};
 
-use crate::device_file::nearest;
+use crate::nearest::nearest;
 
 /// A step from a value to a part of it.
 #[derive(Debug, Clone, PartialEq, Eq)]

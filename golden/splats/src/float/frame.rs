@@ -4,9 +4,10 @@ use fearless_simd::{Level, dispatch, f64x4, f64x8, prelude::*};
 use rayon::prelude::*;
 
 use super::group::Group;
+use super::group::SIDE;
 use super::lists::{List, Lists};
 use super::splats::{CHUNK, Splats};
-use super::tile::{Entry, Limits, Pixels, SIDE, TileCounts, place};
+use super::tile::{Entry, Limits, Pixels, TileCounts, place};
 use super::{FloatFrame, FloatStats};
 use crate::decisions::Decisions;
 use crate::view::{Raster, TILE, TILE_PIXELS, View};

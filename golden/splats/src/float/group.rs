@@ -3,8 +3,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f64x4, f64x8};
 
-use super::tile::SIDE;
+use crate::view::TILE;
 
+/// Pixels on a side of a tile.
+pub(super) const SIDE: usize = TILE as usize;
 /// Pixels of a row that are composited together.
 pub(super) const COLUMNS: usize = 4;
 

@@ -14,9 +14,8 @@
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
-use super::group::COLUMNS;
+use super::group::{COLUMNS, SIDE};
 use super::splats::Splat;
-use super::tile::SIDE;
 
 /// Rows of a column of groups with pixels that the Gaussian can reach, 16 bits for each of the
 /// four columns.

@@ -8,14 +8,12 @@
 use fearless_simd::prelude::*;
 
 use super::exponential::exp;
-use super::group::{COLUMNS, Group};
+use super::group::{COLUMNS, Group, SIDE};
 use super::spans;
 use super::splats::Splat;
 use crate::profile::Rules;
-use crate::view::{TILE, TILE_PIXELS};
+use crate::view::TILE_PIXELS;
 
-/// Pixels on a side of a tile.
-pub(super) const SIDE: usize = TILE as usize;
 /// Bits of a column's rows.
 const ROWS: u64 = (1 << SIDE) - 1;
 

@@ -10,9 +10,9 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-pub(crate) use potamoi_formats::device_file::nearest;
 pub use potamoi_formats::device_file::{DeviceError, Origin};
 use potamoi_formats::device_file::{Figure, Kind};
+pub(crate) use potamoi_formats::nearest::nearest;
 
 pub use field::{Better, FIELDS, Field};
 

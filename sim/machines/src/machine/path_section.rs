@@ -1,7 +1,7 @@
 //! `[path]`: which frames of a path are rendered in full, and which are warped.
 
-use potamoi_formats::device_file::nearest;
 use potamoi_formats::document::{Value, Wrong};
+use potamoi_formats::nearest::nearest;
 use potamoi_system::system_model::{Frames, Variant};
 use potamoi_warp::Profile;
 use serde::{Deserialize, Serialize};

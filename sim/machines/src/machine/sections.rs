@@ -1,8 +1,8 @@
 //! Parts of a machine's file.
 
 use potamoi_formats::config::ConfigError;
-use potamoi_formats::device_file::nearest;
 use potamoi_formats::document::{Value, Wrong};
+use potamoi_formats::nearest::nearest;
 
 use super::MachineError;
 use super::known::presets;
