@@ -24,8 +24,8 @@ pub(super) struct Canvas<'a> {
     /// Centre of pixel 0.
     pub(super) pixel_centre: f64,
     pub(super) splats: Splats,
-    /// View depths in chunks as `splats`; empty unless depths are asked for.
-    pub(super) depths: Vec<Vec<f64>>,
+    /// View depths in chunks as `splats`, if depths are asked for.
+    pub(super) depths: Option<Vec<Vec<f64>>>,
     pub(super) lists: Vec<Lists>,
     pub(super) background: [f64; 3],
     /// The pixels to render, by default all.
@@ -105,7 +105,7 @@ impl Canvas<'_> {
         let pixels = width as usize * height as usize;
         let mut picture = Picture::filled(width, height, [0.0; 3]);
         let mut transmittance = vec![0.0; pixels];
-        let has_depths = !self.depths.is_empty();
+        let has_depths = self.depths.is_some();
         let mut depth = vec![0.0; if has_depths { pixels } else { 0 }];
         // Bands of one tile's height: each thread writes pixels of its own.
         let band = SIDE * width as usize;
@@ -142,7 +142,7 @@ impl Canvas<'_> {
         entries: &impl Fn(usize) -> u64,
     ) -> Vec<TileLog> {
         // Two groups together where a vector holds them.
-        match (S::f64s::LEN >= f64x8::<S>::LEN, self.depths.is_empty()) {
+        match (S::f64s::LEN >= f64x8::<S>::LEN, self.depths.is_none()) {
             (false, true) => self.tiles::<S, f64x4<S>, false, LOG>(simd, band, entries),
             (false, false) => self.tiles::<S, f64x4<S>, true, LOG>(simd, band, entries),
             (true, true) => self.tiles::<S, f64x8<S>, false, LOG>(simd, band, entries),
@@ -160,6 +160,7 @@ impl Canvas<'_> {
         let mut logs = vec![];
         let mut pixels = Pixels::new();
         let columns = self.raster.grid().columns as usize;
+        let depths = self.depths.as_deref().unwrap_or_default();
         for column in 0..columns {
             let tile = band.row * columns + column;
             let list = self.list(band.row, column);
@@ -171,7 +172,7 @@ impl Canvas<'_> {
                     break;
                 }
                 let depth = match DEPTHS {
-                    true => self.depths[*slot as usize / CHUNK][*slot as usize % CHUNK],
+                    true => depths[*slot as usize / CHUNK][*slot as usize % CHUNK],
                     false => 0.0,
                 };
                 let entry = Entry {

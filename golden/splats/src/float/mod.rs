@@ -148,11 +148,7 @@ fn render(
         pixel_centre: rules.pixel_centre,
         lists: Lists::new(&order, &prepared, raster.grid(), parts),
         splats: prepared.splats,
-        depths: if options.depth {
-            prepared.depths
-        } else {
-            vec![]
-        },
+        depths: options.depth.then_some(prepared.depths),
         background: options.background.map(f64::from),
         only,
     };
@@ -205,10 +201,7 @@ fn of_view(
         pixel_centre: view.rules().pixel_centre,
         lists: vec![Lists::of_view(view, &first, &ranks)],
         splats: Splats::of_view(view),
-        depths: match options.depth {
-            true => splats::depths_of_view(view),
-            false => vec![],
-        },
+        depths: options.depth.then(|| splats::depths_of_view(view)),
         background: options.background.map(f64::from),
         only,
     };

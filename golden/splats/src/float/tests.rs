@@ -355,3 +355,27 @@ fn the_exponential_is_within_two_units_of_the_last_place_on_all_vectors() {
     assert_eq!(exp(0.0), 1.0);
     assert!(exp(-700.0) < 1.1e-304 && exp(-700.0) > 0.9e-304);
 }
+
+/// Nothing is seen where no Gaussian is in view, infinitely far; with and without a log.
+#[test]
+fn a_view_without_gaussians_has_depths() {
+    let behind = Cloud::new(
+        0,
+        vec![[0.0, 0.0, -5.0]],
+        vec![[0.1; 3]],
+        vec![[1.0, 0.0, 0.0, 0.0]],
+        vec![0.5],
+        vec![[1.0; 3]],
+    );
+    let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.9, 20, 18);
+    for log_decisions in [false, true] {
+        let options = FloatOptions {
+            log_decisions,
+            depth: true,
+            ..FloatOptions::default()
+        };
+        let cloud = behind.as_ref().unwrap();
+        let frame = render_float(cloud, &camera, Profile::Inria, &options).unwrap();
+        assert_eq!(frame.depth, Some(vec![f64::INFINITY; 360]));
+    }
+}
