@@ -129,14 +129,25 @@ def checked(name: str, value: Any) -> Any:
 
 def _whole(name: str, value: Any) -> int:
     least, most = (-(1 << 31), (1 << 31) - 1) if name == "offset" else (0, (1 << 32) - 1)
+    expected = "a whole number"
     try:
-        whole = int(value)
-        right = not isinstance(value, (bool, str)) and whole == value and least <= whole <= most
+        if not isinstance(value, (bool, str)) and int(value) == value:
+            if least <= value <= most:
+                return int(value)
+            expected += f", {least} or more" if value < least else f", {most} at most"
     except (TypeError, ValueError, OverflowError):
-        whole, right = 0, False
-    if not right:
-        raise _unexpected(name, value, f"a whole number from {least} to {most}")
-    return whole
+        pass
+    if isinstance(value, str) and _is_number(value):
+        expected += ", without quotation marks"
+    raise _unexpected(name, value, expected)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def shown(value: Any) -> str:

@@ -17,7 +17,7 @@ impl Cloud {
     #[must_use]
     pub fn implausible(&self) -> Vec<String> {
         let coefficients = self.sh.len() / self.len().max(1);
-        let colours = self.sh.chunks(coefficients.max(1)).map(|own| largest(own));
+        let colours = self.sh.chunks(coefficients.max(1)).map(largest);
         let sizes = self
             .log_scales
             .iter()
