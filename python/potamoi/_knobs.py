@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional, Sequence
 
 #: Values of the knobs that have names.
 CHOICES = {
@@ -111,7 +111,9 @@ def checked(name: str, value: Any) -> Any:
     kind = kinds[name]
     if name in CHOICES:
         if value not in CHOICES[name]:
-            raise _unexpected(name, value, "one of " + ", ".join(CHOICES[name]))
+            expected = "one of " + ", ".join(CHOICES[name])
+            near = _nearest(value, CHOICES[name]) if isinstance(value, str) else None
+            raise _unexpected(name, value, expected + (f"; did you mean `{near}`?" if near else ""))
     elif kind == "bool":
         if not isinstance(value, bool):
             raise _unexpected(name, value, "true or false")
@@ -140,6 +142,24 @@ def _whole(name: str, value: Any) -> int:
     if isinstance(value, str) and _is_number(value):
         expected += ", without quotation marks"
     raise _unexpected(name, value, expected)
+
+
+def _nearest(name: str, names: Sequence[str]) -> Optional[str]:
+    """The name that takes the fewest edits, if a third of its letters or fewer are to be edited; a name of one
+    letter is near to none."""
+    best = min(names, key=lambda known: _edits(name.lower(), known))
+    edits = _edits(name.lower(), best)
+    return best if edits <= -(-len(best) // 3) and edits < len(best) else None
+
+
+def _edits(a: str, b: str) -> int:
+    """Levenshtein's distance."""
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a):
+        before, row[0] = row[0], i + 1
+        for j, y in enumerate(b):
+            before, row[j + 1] = row[j + 1], min(before + (x != y), row[j] + 1, row[j + 1] + 1)
+    return row[-1]
 
 
 def _is_number(text: str) -> bool:
