@@ -16,7 +16,7 @@ pub(crate) use stacked::{largest_parts, segments, stacked};
 
 /// Most series that have colours and shapes of their own in one plot.
 pub(crate) const SERIES: usize = 7;
-/// The grey of what is not compared.
+/// Grey of marks without a colour of their own: the GPU alone, and knobs beyond the coloured ones.
 pub(crate) const GREY: &str = COLOURS[SERIES];
 
 /// Parses the file name of a chart.

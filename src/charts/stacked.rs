@@ -79,7 +79,7 @@ pub(crate) fn stacked(segments: &[Value], parts: &[String], title: &str) -> Valu
 /// Widths in pixels of the longest stacked bar, and of a letter in it.
 const BARS: f64 = 640.0;
 const LETTER: f64 = 6.0;
-/// Name of what is put together.
+/// Label of the group of smallest parts.
 const OTHERS: &str = "all others";
 
 /// The parts with the largest values, and the others together, as names; a bar is a list of parts by

@@ -19,7 +19,7 @@ const TITLE: u32 = 30;
 const LABEL: u32 = 34;
 /// Characters that fit the width of a picture.
 const FITS: usize = 55;
-/// Colour of what is no number.
+/// Colour of NaN and infinite channels.
 const NO_NUMBER: [f32; 3] = [1.0, 0.0, 1.0];
 
 /// A row of the sheet: its name, and its pictures with their labels.

@@ -63,7 +63,7 @@ pub(super) fn reached(splat: &Projected, reach: f64, grid: Grid, rules: &Rules) 
         let middle = mean - rules.pixel_centre;
         let from = (middle - half - slack - last) / f64::from(TILE);
         let to = (middle + half + slack) / f64::from(TILE);
-        // Casts saturate, and NaN is 0: of what is no number nothing is left out.
+        // Casts saturate, and NaN becomes 0: a NaN reach leaves no tile out.
         let to = if to.is_nan() { f64::INFINITY } else { to };
         if to < 0.0 {
             return [0, 0];
