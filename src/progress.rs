@@ -104,9 +104,11 @@ impl Told {
         };
         let done = self.done.min(of);
         let percent = 100 * u128::from(done) / u128::from(of);
-        match done {
-            0 => so_far,
-            done => {
+        match percent {
+            0 if done == 0 => so_far,
+            // The first steps say too little of the others.
+            0 => format!("{so_far}, less than 1 %"),
+            _ => {
                 let left = self.elapsed.mul_f64((of - done) as f64 / done as f64);
                 format!("{so_far}, {percent} %, about {} left", time(left))
             }
@@ -148,6 +150,10 @@ mod tests {
         for (done, of) in [(0, Some(100)), (0, Some(0)), (3, None)] {
             assert_eq!(line(done, of), "sweeping: garden, 30 s so far");
         }
+        assert_eq!(
+            line(3, Some(1000)),
+            "sweeping: garden, 30 s so far, less than 1 %"
+        );
         assert!(line(200, Some(100)).ends_with("100 %, about 0 s left"));
     }
 
