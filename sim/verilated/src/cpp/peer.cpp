@@ -31,6 +31,7 @@ extern "C" int potamoi_printf(const char* format, ...) {
 
 static uint64_t drive(const std::vector<uint32_t>& stimulus, long long& ns) {
     VerilatedContext ctx;
+    ctx.threads(1);
     ctx.randReset(2);
     ctx.randSeed(2);
     Vm top{&ctx, "top"};

@@ -33,6 +33,10 @@ struct Sim {
     int seed = 1, cause = 0;
     bool started = false, dumped = false;
     uint64_t last_dump = 0;
+
+    // Otherwise each model gets a pool of threads of its own, one for each core but one, though none
+    // is built to run on more than one.
+    Sim() { ctx.threads(1); }
 };
 
 thread_local Sim* current = nullptr;
