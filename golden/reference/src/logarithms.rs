@@ -1,5 +1,7 @@
 //! The engine's constants, `2^j ln 2` and `ln(1 + 2^-i)`, from integer series.
 
+use std::sync::LazyLock;
+
 /// Fraction bits of the series. Each of its at most 80 terms is truncated, so that a sum is below
 /// its limit by less than 2^-113.
 const SERIES_BITS: u32 = 120;
@@ -18,34 +20,48 @@ fn twice_atanh(p: u128, m: u128) -> u128 {
     sum
 }
 
+/// ln 2, and `ln(1 + 2^-i)` and `ln(1 + 3 2^-i)` by `i` from 0 to 31: units are built for every frame,
+/// and each has most of them.
+static LN_2: LazyLock<u128> = LazyLock::new(|| twice_atanh(1, 3));
+static LN_1_AND_POWER: LazyLock<[u128; 32]> =
+    LazyLock::new(|| std::array::from_fn(|i| twice_atanh(1, (2 << i) + 1)));
+static LN_1_AND_THREE_POWERS: LazyLock<[u128; 32]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        if i < 2 {
+            0
+        } else {
+            twice_atanh(3, (2 << i) + 3)
+        }
+    })
+});
+
 fn nearest(value: u128, drop: u32) -> i64 {
     ((value + (1 << (drop - 1))) >> drop) as i64
 }
 
 /// `2^j ln 2` with `bits` fraction bits, to nearest. `j + bits` is at most 60.
 pub(super) fn multiple_of_ln2(j: u32, bits: u32) -> i64 {
-    nearest(twice_atanh(1, 3), SERIES_BITS - (j + bits).min(60))
+    nearest(*LN_2, SERIES_BITS - (j + bits).min(60))
 }
 
 /// `ln(1 + 2^-i)` with `bits` fraction bits, to nearest. `i` is at most 31,
 /// `bits` at most 60.
 pub(super) fn ln_one_plus_power(i: u32, bits: u32) -> i64 {
     // ln((1 + z) / (1 - z)) = 2 atanh z, here with z = 1 / (2^(i+1) + 1).
-    let m = (2u128 << i.min(31)) + 1;
-    nearest(twice_atanh(1, m), SERIES_BITS - bits.min(60))
+    nearest(
+        LN_1_AND_POWER[i.min(31) as usize],
+        SERIES_BITS - bits.min(60),
+    )
 }
 
 /// ln 2 with `bits` fraction bits, at most 100, truncated.
 pub(super) fn ln2(bits: u32) -> i128 {
-    (twice_atanh(1, 3) >> (SERIES_BITS - bits)) as i128
+    (*LN_2 >> (SERIES_BITS - bits)) as i128
 }
 
 /// `m ln 2` with `bits` fraction bits, to nearest. m is at most 64, `bits` 60.
 pub(super) fn times_ln2(m: u32, bits: u32) -> i64 {
-    nearest(
-        twice_atanh(1, 3) * u128::from(m),
-        SERIES_BITS - bits.min(60),
-    )
+    nearest(*LN_2 * u128::from(m), SERIES_BITS - bits.min(60))
 }
 
 /// `ln(1 + d 2^-i)`, d of 1 to 3, with `bits` fraction bits, to nearest. `i` is 2
@@ -53,10 +69,10 @@ pub(super) fn times_ln2(m: u32, bits: u32) -> i64 {
 pub(super) fn ln_one_plus_ratio(d: u32, i: u32, bits: u32) -> i64 {
     // z = d / (2^(i+1) + d); of d = 2 the power before.
     match d {
-        3 => {
-            let m = (2u128 << i.min(31)) + 3;
-            nearest(twice_atanh(3, m), SERIES_BITS - bits.min(60))
-        }
+        3 => nearest(
+            LN_1_AND_THREE_POWERS[i.min(31) as usize],
+            SERIES_BITS - bits.min(60),
+        ),
         2 => ln_one_plus_power(i - 1, bits),
         _ => ln_one_plus_power(i, bits),
     }

@@ -2,66 +2,11 @@
 
 use super::field::StoredField;
 use super::formats::Formats;
-use super::grid::Grid;
 use crate::FixedOptions;
 use crate::volume::Ray;
 use potamoi_base::camera::Camera;
 use potamoi_march::BACKGROUND;
 use potamoi_reference::bounds::VectorBounds;
-
-/// Largest differences within a grid, by channel: between vertices of a cell, and between
-/// neighbours along each axis.
-struct Ranges {
-    cell: Vec<f64>,
-    slope: Vec<f64>,
-}
-
-impl Ranges {
-    fn new(grid: &Grid) -> Self {
-        let (points, channels) = (grid.points(), grid.layout().channels());
-        let at = |x: usize, y: usize, z: usize, c: usize| {
-            let vertex = x + points[0] * (y + points[1] * z);
-            f64::from(grid.features()[vertex * channels + c])
-        };
-        let mut ranges = Self {
-            cell: vec![0.0; channels],
-            slope: vec![0.0; channels],
-        };
-        for c in 0..channels {
-            let mut slope = [0f64; 3];
-            for z in 0..points[2] - 1 {
-                for y in 0..points[1] - 1 {
-                    for x in 0..points[0] - 1 {
-                        let corner = |i: usize| at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2), c);
-                        let all = [0, 1, 2, 3, 4, 5, 6, 7].map(corner);
-                        let high = all.into_iter().fold(f64::MIN, f64::max);
-                        let low = all.into_iter().fold(f64::MAX, f64::min);
-                        ranges.cell[c] = ranges.cell[c].max(high - low);
-                        for (axis, slope) in slope.iter_mut().enumerate() {
-                            for i in (0..8).filter(|i| i >> axis & 1 == 0) {
-                                *slope = slope.max((all[i | 1 << axis] - all[i]).abs());
-                            }
-                        }
-                    }
-                }
-            }
-            ranges.slope[c] = slope.iter().sum();
-        }
-        ranges
-    }
-}
-
-impl Ranges {
-    /// Upper bound of a gathered feature's error.
-    fn off(&self, formats: &Formats, channel: usize) -> f64 {
-        let format = match channel {
-            0 => formats.density,
-            _ => formats.colour,
-        };
-        let unit = 2f64.powi(-(formats.weight_bits as i32));
-        format.ulp() + 3.5 * unit * self.cell[channel] + 2f64.powi(-13) * self.slope[channel]
-    }
-}
 
 /// Upper bound of an opacity's error, if the density is off only by its format.
 #[must_use]
@@ -92,7 +37,7 @@ pub fn error_bounds(
     stop: f64,
 ) -> Vec<[f64; 2]> {
     let (grid, step) = (&*field.grid, field.step);
-    let ranges = Ranges::new(grid);
+    let ranges = field.ranges();
     let channels = grid.layout().channels();
     let off = |c: usize| ranges.off(formats, c);
     let interpolated = off(0) - formats.density.ulp();
@@ -103,17 +48,8 @@ pub fn error_bounds(
         .fold(0.0, |m, v| f64::max(m, f64::from(*v)));
     let cut_off = if options.terminate { stop } else { 0.0 };
     let n = grid.layout().coefficients();
-    let largest: Vec<f64> = (0..channels)
-        .map(|c| {
-            let of_channel = grid.features().iter().skip(c).step_by(channels);
-            of_channel.fold(0.0, |m, v| f64::max(m, f64::from(v.abs())))
-        })
-        .collect();
-    let is_dark = |c: usize| {
-        let mut of_channel = grid.features().iter().skip(c).step_by(channels);
-        of_channel.any(|v| *v < 0.0)
-    };
-    let span = match n > 1 || (1..channels).any(is_dark) {
+    let largest = &ranges.largest;
+    let span = match n > 1 || ranges.is_negative[1..].contains(&true) {
         true => 2.0,
         false => 1.0,
     };
@@ -170,7 +106,8 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     use super::super::formats::code;
-    use super::super::grid::Layout;
+    use super::super::grid::{Grid, Layout};
+    use super::super::ranges::Ranges;
     use super::*;
     use glam::DVec3;
     use potamoi_reference::GatherTask;

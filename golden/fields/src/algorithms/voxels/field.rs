@@ -7,6 +7,7 @@ use potamoi_formats::config::Config;
 use serde::{Serialize, Serializer};
 
 use super::grid::Grid;
+use super::ranges::Ranges;
 use crate::volume::Rays;
 use crate::{
     Algorithm, Along, AnyField, CoordinateFrame, Density, Directions, Field, FieldError, Local,
@@ -102,6 +103,8 @@ pub struct StoredField {
     pub(super) step: f64,
     /// For each cell, whether one of its vertices has a positive density, x fastest.
     filled: Arc<OnceLock<Vec<bool>>>,
+    /// What bounds of errors take from the grid.
+    ranges: Arc<OnceLock<Ranges>>,
 }
 
 /// For each cell, whether one of its vertices has a positive density.
@@ -130,6 +133,7 @@ impl StoredField {
             grid: grid.into(),
             step,
             filled: Arc::default(),
+            ranges: Arc::default(),
         }
     }
 
@@ -137,6 +141,11 @@ impl StoredField {
     #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
+    }
+
+    /// Found once for all clones.
+    pub(super) fn ranges(&self) -> &Ranges {
+        self.ranges.get_or_init(|| Ranges::new(&self.grid))
     }
 
     fn in_vertices(&self) -> InVertices<'_> {

@@ -7,6 +7,7 @@ mod field;
 mod formats;
 mod grid;
 mod head;
+mod ranges;
 #[cfg(test)]
 mod tests;
 
