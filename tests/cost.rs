@@ -12,7 +12,7 @@ pub(crate) fn cost(folder: &Path, code: i32, arguments: &[&str]) -> String {
 
 /// The same of a configuration of few lanes and banks, whose models are built soon.
 fn cost_of_few(folder: &Path, code: i32, arguments: &[&str]) -> String {
-    let few = "[gu]\nbanks = 8\n[vu]\nlanes = 4\n";
+    let few = "[gu]\nbanks = 8\n[vu]\nlanes = 2\n";
     std::fs::write(folder.join("few.toml"), few).unwrap();
     cost_of(&["--config", "few.toml", "cost"], folder, code, arguments)
 }

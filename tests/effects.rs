@@ -202,7 +202,7 @@ fn verilog_for_a_scene_is_verified_on_it() {
             "--scene",
             scene,
             "--width",
-            "12",
+            "8",
             "--engine",
             "interpreter",
         ];

@@ -414,13 +414,13 @@ fn what_the_search_finds_is_a_machine_for_every_command() {
     let path = folder.path();
     let search = [
         "explore",
-        "paper",
+        "small",
         "--scene",
         "garden",
         "--width",
-        "24",
+        "16",
         "--vary",
-        "vu.lanes=8..16:+2",
+        "vu.lanes=2..6:+1",
         "--vary",
         "vu.exp.pipelined=false,true",
         "--vary",
@@ -442,7 +442,7 @@ fn what_the_search_finds_is_a_machine_for_every_command() {
     assert!(text.contains("no mismatch in any bit or cycle"), "{text}");
     let found = fs::read_to_string(path.join("found.toml")).unwrap();
     assert!(!found.contains("not verified"), "{found}");
-    let small = ["--width", "24", "--scene", "garden"];
+    let small = ["--width", "16", "--scene", "garden"];
     let on = |command: &[&str]| expect(path, 0, &[command, &small].concat());
     on(&[
         "model",

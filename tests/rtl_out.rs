@@ -249,7 +249,6 @@ fn two_configurations_meet_in_one_design() {
 
 #[test]
 fn the_benches_of_the_checked_in_verilog_pass() {
-    simulates(&root().join("rtl_out/paper"), "40:1", &[]);
     simulates(&root().join("rtl_out/small"), "40:1", &["CHECKS=1"]);
 }
 
@@ -291,6 +290,16 @@ fn the_command_in_the_head_of_a_bench_runs_it() {
 /// A build is used again only with the same files and options, whatever their age.
 #[test]
 fn a_bench_is_built_again_for_other_files_and_options() {
+    is_built_again("SIM=icarus");
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn a_bench_for_verilator_is_built_again_for_other_files_and_options() {
+    is_built_again("SIM=verilator");
+}
+
+fn is_built_again(simulator: &str) {
     let [folder, other] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let tiny = folder.path().join("tiny.toml");
     std::fs::write(&tiny, "[vu]\nlanes = 1\nops = [\"relu\"]\n").unwrap();
@@ -307,19 +316,17 @@ fn a_bench_is_built_again_for_other_files_and_options() {
     let file = std::fs::File::options().write(true).open(&lane).unwrap();
     file.set_modified(old).unwrap();
     let faulty = format!("RTL={}", other.path().display());
-    for simulator in ["SIM=icarus", "SIM=verilator"] {
-        let run = |more: &[&str]| simulated(folder.path(), &[&[simulator], more].concat());
-        let plain = run(&[]);
-        assert!(plain.0, "{}", plain.1);
-        let (passes, said) = run(&[&faulty]);
-        assert!(!passes && said.contains("FAIL"), "{said}");
-        let plain = run(&[]);
-        assert!(plain.0, "{}", plain.1);
-        let (passes, said) = run(&["CHECKS=1"]);
-        assert!(passes && said.contains("-DPOTAMOI_CHECKS"), "{said}");
-        let (passes, said) = run(&["CHECKS=1"]);
-        assert!(passes && !said.contains("-DPOTAMOI_CHECKS"), "{said}");
-    }
+    let run = |more: &[&str]| simulated(folder.path(), &[&[simulator], more].concat());
+    let plain = run(&[]);
+    assert!(plain.0, "{}", plain.1);
+    let (passes, said) = run(&[&faulty]);
+    assert!(!passes && said.contains("FAIL"), "{said}");
+    let plain = run(&[]);
+    assert!(plain.0, "{}", plain.1);
+    let (passes, said) = run(&["CHECKS=1"]);
+    assert!(passes && said.contains("-DPOTAMOI_CHECKS"), "{said}");
+    let (passes, said) = run(&["CHECKS=1"]);
+    assert!(passes && !said.contains("-DPOTAMOI_CHECKS"), "{said}");
     for (option, named) in [
         ("RTL=/nowhere", "no Verilog in /nowhere/vector_unit"),
         ("RUNS=", "RUNS is empty"),
@@ -474,10 +481,20 @@ fn accepts(tool: &str, args: &[&str], files: &[PathBuf]) {
 
 #[test]
 fn verilator_icarus_and_yosys_accept_it_without_a_waiver() {
+    tools_accept(&TO_READ.map(str::to_owned));
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn verilator_icarus_and_yosys_accept_all_presets_without_a_waiver() {
+    tools_accept(&presets());
+}
+
+fn tools_accept(presets: &[String]) {
     let emitted = tempfile::tempdir().unwrap();
-    let units = presets().into_iter().flat_map(|preset| {
-        let folder = emitted.path().join(&preset);
-        emit(&preset, &folder);
+    let units = presets.iter().flat_map(|preset| {
+        let folder = emitted.path().join(preset);
+        emit(preset, &folder);
         let units = ["gathering_unit", "vector_unit"];
         let [one, other] = units.map(|unit| (vec![folder.join(unit)], unit));
         let all = ["gathering_unit", "vector_unit", "potamoi_npu_ext"];

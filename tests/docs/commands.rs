@@ -2,23 +2,29 @@
 //!
 //! A block marked `console` holds commands, each on a line that begins with `$ potamoi `. Those of
 //! a page run one after another in one folder. `console exit=1` marks commands that end with
-//! another exit status than 0; a block marked `file=NAME` is written into the folder.
+//! another exit status than 0, `console slow` those that take long, which run with `--ignored`; a
+//! block marked `file=NAME` is written into the folder.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use super::{figures, folder_with_docs, name, pages, read};
 use crate::common::expect;
 
+/// Arguments, and the exit status that is expected.
+#[derive(Debug, PartialEq)]
+struct Command {
+    arguments: String,
+    status: i32,
+    is_slow: bool,
+}
+
 /// What a page says to do.
 #[derive(Debug, PartialEq)]
 enum Step {
-    /// Run with these arguments, and expect this exit status.
-    Run(String, i32),
-    Write {
-        name: String,
-        text: String,
-    },
+    Run(Command),
+    Write { name: String, text: String },
 }
 
 /// Steps of a page. Blocks may be indented, as in lists.
@@ -43,11 +49,15 @@ fn steps(text: &str) -> Vec<Step> {
             let (name, text) = (name.to_owned(), block.join("\n") + "\n");
             out.push(Step::Write { name, text });
         } else if kind.split(' ').next() == Some("console") {
-            let status = option("exit=").map_or(0, |status| status.parse().unwrap());
             for line in block {
-                let command = line.strip_prefix("$ potamoi ");
-                let command = command.expect("a console block holds commands");
-                out.push(Step::Run(command.to_owned(), status));
+                let arguments = line.strip_prefix("$ potamoi ");
+                out.push(Step::Run(Command {
+                    arguments: arguments
+                        .expect("a console block holds commands")
+                        .to_owned(),
+                    status: option("exit=").map_or(0, |status| status.parse().unwrap()),
+                    is_slow: kind.split(' ').any(|word| word == "slow"),
+                }));
             }
         }
     }
@@ -57,56 +67,92 @@ fn steps(text: &str) -> Vec<Step> {
 #[test]
 fn steps_are_commands_and_files() {
     let text = "```sh\n$ potamoi no\n```\n1. x\n\n   ```toml file=a.toml\n   [a]\n   b = 1\n   ```\n\n\
-                ```console exit=4\n$ potamoi x\n```\n";
+                ```console exit=4\n$ potamoi x\n```\n```console slow\n$ potamoi y z\n```\n";
     let write = Step::Write {
         name: "a.toml".to_owned(),
         text: "[a]\nb = 1\n".to_owned(),
     };
-    assert_eq!(steps(text), [write, Step::Run("x".to_owned(), 4)]);
+    let run = |arguments: &str, status, is_slow| {
+        let arguments = arguments.to_owned();
+        Step::Run(Command {
+            arguments,
+            status,
+            is_slow,
+        })
+    };
+    assert_eq!(
+        steps(text),
+        [write, run("x", 4, false), run("y z", 0, true)]
+    );
 }
 
-#[test]
-fn commands_in_the_documents_work() {
-    let pages = pages();
-    let run = |page: &PathBuf| {
-        let folder = folder_with_docs();
-        let mut count = 0;
-        for step in steps(&read(page)) {
-            match step {
-                Step::Run(command, status) => {
-                    println!("{}: potamoi {command}", name(page));
-                    match figures::of_command(&command) {
-                        Some(said) => match said.get() {
-                            Some(Ok(said)) if status == 0 => said.write_files(folder.path()),
-                            Some(Err(why)) => panic!("{why}"),
-                            _ => panic!("potamoi {command} gives figures: it succeeds"),
-                        },
-                        None => {
-                            let arguments: Vec<&str> = command.split(' ').collect();
-                            expect(folder.path(), status, &arguments);
-                        }
-                    }
-                    count += 1;
-                }
-                Step::Write { name, text } => {
-                    std::fs::write(folder.path().join(name), text).unwrap();
-                }
+/// Runs the steps of a page in a folder of its own, without the slow commands or with them; gives the number of
+/// commands.
+fn follow(page: &PathBuf, with_slow: bool) -> usize {
+    let steps = steps(&read(page));
+    let is_slow = |step: &Step| matches!(step, Step::Run(command) if command.is_slow);
+    if with_slow && !steps.iter().any(is_slow) {
+        return 0;
+    }
+    let folder = folder_with_docs();
+    let mut count = 0;
+    for step in steps {
+        let command = match step {
+            Step::Write { name, text } => {
+                std::fs::write(folder.path().join(name), text).unwrap();
+                continue;
+            }
+            Step::Run(command) if command.is_slow && !with_slow => continue,
+            Step::Run(command) => command,
+        };
+        let start = Instant::now();
+        match figures::of_command(&command.arguments) {
+            Some(said) => match said.get() {
+                Some(Ok(said)) if command.status == 0 => said.write_files(folder.path()),
+                Some(Err(why)) => panic!("{why}"),
+                _ => panic!("{command:?} gives figures: it succeeds"),
+            },
+            None => {
+                let arguments: Vec<&str> = command.arguments.split(' ').collect();
+                expect(folder.path(), command.status, &arguments);
             }
         }
-        count
-    };
-    // Commands of a page need each other, pages do not.
+        let seconds = start.elapsed().as_secs_f64();
+        println!(
+            "{seconds:6.1} s  {}: potamoi {}",
+            name(page),
+            command.arguments
+        );
+        count += 1;
+    }
+    count
+}
+
+/// Follows all pages. Commands of a page need each other, pages do not.
+fn follow_all(with_slow: bool) -> usize {
+    let pages = pages();
     let next = AtomicUsize::new(0);
     let some = || {
         let mut count = 0;
         while let Some(page) = pages.get(next.fetch_add(1, Ordering::Relaxed)) {
-            count += run(page);
+            count += follow(page, with_slow);
         }
         count
     };
-    let count: usize = std::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         let threads = [(); 2].map(|()| scope.spawn(some));
         threads.into_iter().map(|t| t.join().unwrap()).sum()
-    });
+    })
+}
+
+#[test]
+fn commands_in_the_documents_work() {
+    let count = follow_all(false);
     assert!(count >= 20, "{count}");
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn slow_commands_in_the_documents_work() {
+    assert!(follow_all(true) >= 2);
 }

@@ -34,6 +34,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Instant;
 
 use serde_json::Value;
 
@@ -271,7 +272,16 @@ fn said(commands: &[&str], is_wide: bool) -> Said {
     let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     let own = Arc::clone(all.entry((commands.join("; "), is_wide)).or_default());
     drop(all);
-    own.get_or_init(|| printed(commands, is_wide));
+    own.get_or_init(|| {
+        let start = Instant::now();
+        let said = printed(commands, is_wide);
+        println!(
+            "{:6.1} s  potamoi {}",
+            start.elapsed().as_secs_f64(),
+            commands.join("; ")
+        );
+        said
+    });
     own
 }
 

@@ -110,7 +110,7 @@ fn hashed_levels_are_left_out_from_the_finest() {
     let config = Config::from_toml(fields.1, "fields").unwrap();
     for name in ["cairn:ngp", "cairn:compact"] {
         let mut scene = crate::tests::opened(name);
-        scene.set_size(Some(12), Some(12)).unwrap();
+        scene.set_size(Some(8), Some(8)).unwrap();
         let shown = |scene: &Scene| {
             let found = scene
                 .render_fixed(&config, &mut ReferenceUnits::new(&config))

@@ -278,18 +278,34 @@ fn passes(files: &BTreeMap<String, String>, arguments: &[&str]) {
 }
 
 #[test]
-fn the_units_pass_on_both_simulators_with_and_without_a_prefix() {
-    passes(small_files(), &[RUNS]);
+fn the_units_pass_with_a_prefix() {
     passes(&made(&small(), "npu0_"), &[RUNS]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn the_units_pass_on_both_simulators() {
+    passes(small_files(), &[RUNS]);
     passes(small_files(), &["SIM=verilator", RUNS]);
 }
 
 #[test]
+fn units_of_another_kind_pass() {
+    kinds_pass(0..1);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
 fn units_of_other_kinds_pass() {
+    kinds_pass(1..4);
+}
+
+/// Of four kinds, those with these numbers.
+fn kinds_pass(numbers: std::ops::Range<usize>) {
     let early_out = "[vu.exp]\nearly_out = true";
     // Operands of the bench go beyond these widths, and raise the flag.
     let narrow = "registered = true\n[vu.operands]\nmultiply = [12, 9]\nsquare_sum = 10";
-    for (text, vu) in [
+    let kinds = [
         (
             "organisation = \"feature-major\"\nbanks = 8\nports = 2\nlanes = 6\nsegments = 2",
             early_out,
@@ -303,7 +319,8 @@ fn units_of_other_kinds_pass() {
             "channels = 4\norganisation = \"parity\"\nmodes = \"structured\"\nvertices = [8]",
             narrow,
         ),
-    ] {
+    ];
+    for (text, vu) in &kinds[numbers] {
         let text = format!("[gu]\n{text}\n[rit]\nentries = 16\n[vu]\nlanes = 5\n{vu}\n");
         let config = Config::from_toml(&text, "test").unwrap();
         passes(&made(&config, ""), &[RUNS]);

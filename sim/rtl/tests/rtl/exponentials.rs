@@ -64,13 +64,13 @@ const FORMS: [(&str, f64, u64, u64); 8] = [
 /// and without a bubble.
 #[test]
 fn every_input_of_each_kind_of_form() {
-    every_input(&[FORMS[1], FORMS[2], FORMS[5], FORMS[6], FORMS[7]]);
+    every_input(&[FORMS[1], FORMS[5], FORMS[7]]);
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn every_input_of_the_other_forms() {
-    every_input(&[FORMS[0], FORMS[3], FORMS[4]]);
+    every_input(&[0, 2, 3, 4, 6].map(|form| FORMS[form]));
 }
 
 fn every_input(forms: &[(&str, f64, u64, u64)]) {
@@ -177,14 +177,14 @@ fn settings(engine: EngineKind, vector_every: u64, inject: Option<Injection>) ->
 /// Splats and voxels, with and without stalls; and a fault in each form is
 /// found.
 #[test]
-fn both_scenes_pass_with_each_kind_of_form() {
-    both_scenes_pass(&[FORMS[1].0, FORMS[4].0, FORMS[7].0]);
+fn both_scenes_pass_with_straight_pieces() {
+    both_scenes_pass(&[FORMS[1].0]);
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn both_scenes_pass_with_every_form() {
-    both_scenes_pass(&[FORMS[0].0, FORMS[5].0, FORMS[6].0]);
+    both_scenes_pass(&[0, 4, 5, 6, 7].map(|form| FORMS[form].0));
 }
 
 /// Not with base two: no renderer folds log2 e into its powers.

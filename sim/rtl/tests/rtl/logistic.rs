@@ -62,13 +62,20 @@ const REGISTERED_IN_A_CLOCK: Case = Case {
 
 #[test]
 fn every_sigmoid_and_softplus_of_the_unit() {
-    every_operand(&[TWO_STEPS_A_CLOCK, REGISTERED, ALL_IN_A_CLOCK]);
+    every_operand(&[REGISTERED]);
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn every_sigmoid_and_softplus_of_other_engines() {
-    every_operand(&[A_STEP_A_CLOCK, TAIL, REGISTERED_TAIL, REGISTERED_IN_A_CLOCK]);
+    every_operand(&[
+        TWO_STEPS_A_CLOCK,
+        ALL_IN_A_CLOCK,
+        A_STEP_A_CLOCK,
+        TAIL,
+        REGISTERED_TAIL,
+        REGISTERED_IN_A_CLOCK,
+    ]);
 }
 
 fn every_operand(cases: &[Case]) {

@@ -143,15 +143,27 @@ fn stalls() -> Stalls {
 
 #[test]
 fn random_records_are_composited_bit_by_bit() {
+    composited(3..5);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn random_records_are_composited_by_other_units() {
+    composited(0..3);
+}
+
+/// By units with these numbers.
+fn composited(units: std::ops::Range<usize>) {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let (factor, in_power) = (SplatOpacity::Multiplied, SplatOpacity::InPower);
-    for (preset, pipelined, lanes, tiles, opacity) in [
+    let all = [
         ("pipelined", false, 1, 4, factor),
         ("small", true, 1, 4, factor),
         ("small", false, 12, 4, factor),
         ("pipelined", false, 1, 4, in_power),
         ("small", false, 5, 4, in_power),
-    ] {
+    ];
+    for (preset, pipelined, lanes, tiles, opacity) in all[units].iter().copied() {
         let su = SuConfig {
             lanes,
             tiles,

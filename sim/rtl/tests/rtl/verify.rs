@@ -146,21 +146,24 @@ fn find_var(items: &[vcd::ScopeItem], name: &str) -> Option<vcd::IdCode> {
 }
 
 #[test]
+fn an_injected_fault_is_found_and_dumped() {
+    faults_are_found(&[
+        (EngineKind::Verilator, &[Injection::Bit]),
+        (EngineKind::Interpreter, &[Injection::Bit, Injection::Exp]),
+    ]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
 fn every_injected_fault_is_found_and_dumped() {
+    let others = [Injection::Bubble, Injection::Weight, Injection::Exp];
+    faults_are_found(&[(EngineKind::Verilator, &others)]);
+}
+
+fn faults_are_found(cases: &[(EngineKind, &[Injection])]) {
     let folder = tempfile::tempdir().unwrap();
     let small = config("[gu]\nbanks = 16\nports = 2\n[vu]\nlanes = 4");
-    for (engine, injections) in [
-        (
-            EngineKind::Verilator,
-            &[
-                Injection::Bit,
-                Injection::Bubble,
-                Injection::Weight,
-                Injection::Exp,
-            ][..],
-        ),
-        (EngineKind::Interpreter, &[Injection::Bit]),
-    ] {
+    for &(engine, injections) in cases {
         for &injection in injections {
             let path = folder.path().join(format!("{engine}-{injection}.vcd"));
             let faulty = Settings {

@@ -11,7 +11,7 @@ mod vector;
 use potamoi_formats::config::{Config, PRESETS};
 
 /// Seeds that a test looks at, of each preset.
-const FEW: u64 = 2;
+const FEW: u64 = 1;
 const MANY: u64 = 40;
 
 /// Every preset, and choices that none has.
