@@ -11,10 +11,10 @@ use potamoi_formats::config::{Config, NO_SPLAT_UNIT, Organisation};
 use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_rtl::bench;
 use potamoi_scene::Scene;
-use potamoi_units::emit::emit;
+use potamoi_soc::emit::emit;
+use potamoi_soc::npu::REGISTERS;
+use potamoi_soc::package::Package;
 use potamoi_units::memory_list::{ListedMemory, memory_list};
-use potamoi_units::npu::REGISTERS;
-use potamoi_units::package::Package;
 use schemars::JsonSchema;
 use serde::Serialize;
 

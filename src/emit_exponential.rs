@@ -8,7 +8,7 @@ use potamoi_explore::exponential::{ExponentialPrice, Pricing};
 use potamoi_formats::config::Config;
 use potamoi_reference::exponential::c_header;
 use potamoi_rtl::bench;
-use potamoi_units::emit::emit_exponential;
+use potamoi_soc::emit::emit_exponential;
 use potamoi_units::exponential::EXPONENTIAL;
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -5,7 +5,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 28] = [
+const FLOW: [&str; 29] = [
     "formats",
     // The oracle.
     "base",
@@ -22,6 +22,7 @@ const FLOW: [&str; 28] = [
     "verilated",
     "netlist",
     "units",
+    "soc",
     "rust-hdl",
     // Both.
     "result-cache",
@@ -39,7 +40,7 @@ const FLOW: [&str; 28] = [
     "plots",
 ];
 const ORACLE: std::ops::Range<usize> = 1..11;
-const GENERATOR: [&str; 4] = ["verilated", "netlist", "units", "rust-hdl"];
+const GENERATOR: [&str; 5] = ["verilated", "netlist", "units", "soc", "rust-hdl"];
 
 /// Of each crate, those of the workspace that it names: to be built, and to be tested.
 fn named() -> BTreeMap<String, [BTreeSet<String>; 2]> {

@@ -1,8 +1,7 @@
-//! Potamoi's hardware units as netlists, and the Verilog of a configuration.
+//! Potamoi's hardware units as netlists.
 //!
 //! [`gathering_unit`], [`vector_unit`] and [`splat_unit`] each build a module from a configuration.
-//! [`emit`] prints them, and [`npu`] joins the first two with registers for an SoC. Every size, width
-//! and stage comes from the configuration. [`array_mac`] is of no configuration: it stands for the
+//! Every size, width and stage comes from the configuration. [`array_mac`] is of no configuration: it stands for the
 //! array around the units in synthesis.
 //!
 //! ```
@@ -11,22 +10,17 @@
 //! let config = Config::default();
 //! let unit = potamoi_units::gathering_unit::gathering_unit(&config)?;
 //! assert!(unit.ports().iter().any(|port| port.name == "m_axis_feat_tdata"));
-//! let files = potamoi_units::emit::emit(&config, "", "potamoi emit")?;
-//! assert!(files.keys().any(|path| path.ends_with("reducer.v")));
 //! # Ok::<(), potamoi_netlist::IrErrors>(())
 //! ```
 
 pub mod array_mac;
 mod circuits;
 mod data_checks;
-pub mod emit;
 pub mod exponential;
 mod fifo;
 pub mod gathering_unit;
 mod memory;
 pub mod memory_list;
-pub mod npu;
-pub mod package;
 pub mod splat_unit;
 mod stream_checks;
 pub mod vector_unit;

@@ -4,6 +4,5 @@
 mod any_configuration;
 mod feature_major_flags;
 mod gathering_unit_flags;
-mod npu;
 mod ranges_of_units;
 mod vector_unit_flags;

@@ -7,8 +7,8 @@ use std::fmt::Write as _;
 
 use potamoi_formats::config::Config;
 use potamoi_formats::units::NPU_EXT;
-use potamoi_units::npu::registers::{Access, Register, RegisterMap};
-use potamoi_units::npu::{npu_ext, register_map_of};
+use potamoi_soc::npu::registers::{Access, Register, RegisterMap};
+use potamoi_soc::npu::{npu_ext, register_map_of};
 
 use super::common::{OPTIONS, cut, declare_memory, list, read_memory};
 use super::memory::Memory;

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use potamoi_formats::config::Config;
 use potamoi_rtl::bench::standalone;
-use potamoi_units::emit::emit;
+use potamoi_soc::emit::emit;
 
 const UNITS: [&str; 2] = ["gathering_unit", "vector_unit"];
 /// Gaps and seed of the runs: none, and many.

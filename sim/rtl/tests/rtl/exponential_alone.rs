@@ -7,7 +7,7 @@ use std::process::Command;
 use potamoi_formats::config::{Config, ExpForm};
 use potamoi_reference::exponential::c_header;
 use potamoi_rtl::bench;
-use potamoi_units::emit::emit_exponential;
+use potamoi_soc::emit::emit_exponential;
 
 fn lay(config: &Config, prefix: &str, folder: &Path) {
     let block = emit_exponential(config, prefix, "test").unwrap();

@@ -7,7 +7,7 @@ use potamoi_formats::config::{Config, PRESETS};
 use potamoi_rtl::verify::{Settings, Verifier};
 use potamoi_rtl::{EngineKind, ForeignRtl};
 use potamoi_scene::Scene;
-use potamoi_units::emit::emit;
+use potamoi_soc::emit::emit;
 
 fn small() -> Config {
     Config::preset("small").unwrap()

@@ -7,7 +7,7 @@ use potamoi_reference::trace_recorder::Limits;
 use potamoi_rtl::bench::readmemh;
 use potamoi_scene::Scene;
 use potamoi_scene::trace::Trace;
-use potamoi_units::emit::emit;
+use potamoi_soc::emit::emit;
 
 fn run(folder: &Path, unit: &str) -> String {
     let mut sources = vec![format!("{unit}_tb.v")];

@@ -11,7 +11,7 @@ use potamoi_formats::config::Config;
 use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, VECTOR_UNIT};
 use potamoi_netlist::PortInfo;
 use potamoi_rtl::bench::standalone;
-use potamoi_units::emit::emit;
+use potamoi_soc::emit::emit;
 use potamoi_units::gathering_unit::gathering_unit;
 use potamoi_units::vector_unit::vector_unit;
 

@@ -20,7 +20,7 @@ use potamoi_formats::units::{GATHERING_UNIT, NPU_EXT, SPLAT_UNIT, VECTOR_UNIT};
 use potamoi_netlist::{IrErrors, Module, PortInfo};
 
 use crate::npu::npu_ext;
-use crate::units as all_units;
+use potamoi_units::units as all_units;
 
 /// Folder of the benches.
 const SIM: &str = "sim";

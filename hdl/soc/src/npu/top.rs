@@ -11,8 +11,8 @@ use super::register_file::register_file;
 use super::registers::{RegisterMap, register_map};
 use super::side_checks::interrupt_checks;
 use super::unit_side::{Parts, UnitSide, stream_inputs};
-use crate::gathering_unit::gathering_unit;
-use crate::vector_unit::vector_unit;
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
 
 /// The registers of a configuration.
 ///

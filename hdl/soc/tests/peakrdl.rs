@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use potamoi_formats::config::{Config, PRESETS};
-use potamoi_units::npu::register_map_of;
-use potamoi_units::npu::registers::{RegisterMap, json, system_rdl};
+use potamoi_soc::npu::register_map_of;
+use potamoi_soc::npu::registers::{RegisterMap, json, system_rdl};
 
 fn peakrdl(folder: &Path, arguments: &[&str]) -> Output {
     Command::new("peakrdl")

@@ -2,36 +2,36 @@
 
 use potamoi_formats::config::Config;
 use potamoi_netlist::Interpreter;
-use potamoi_units::npu::npu_ext;
+use potamoi_soc::npu::npu_ext;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// Clocks after which a transfer counts as hanging.
 const PATIENCE: u32 = 200;
 
-pub(super) const OKAY: u64 = 0;
-pub(super) const SLVERR: u64 = 2;
+pub(crate) const OKAY: u64 = 0;
+pub(crate) const SLVERR: u64 = 2;
 
 /// The top with a manager at its bus.
-pub(super) struct Top {
-    pub(super) run: Interpreter,
-    pub(super) random: Pcg64Mcg,
+pub(crate) struct Top {
+    pub(crate) run: Interpreter,
+    pub(crate) random: Pcg64Mcg,
     /// Percentage of clocks in which the manager waits.
-    pub(super) pauses: u32,
+    pub(crate) pauses: u32,
     /// Responses that are offered, and must not move until they are taken: B and R.
     offered: [Option<[u64; 2]>; 2],
 }
 
 /// A write.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Write {
-    pub(super) address: u64,
-    pub(super) data: u64,
-    pub(super) strobe: u64,
+pub(crate) struct Write {
+    pub(crate) address: u64,
+    pub(crate) data: u64,
+    pub(crate) strobe: u64,
 }
 
 impl Top {
-    pub(super) fn new(config: &Config, seed: u64, pauses: u32) -> Self {
+    pub(crate) fn new(config: &Config, seed: u64, pauses: u32) -> Self {
         let module = npu_ext(config).unwrap_or_else(|e| panic!("{e}"));
         let mut top = Self {
             run: Interpreter::new(&module, seed),
@@ -48,7 +48,7 @@ impl Top {
         top
     }
 
-    pub(super) fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.set("rst_n", 0);
         self.offered = [None; 2];
         self.run.clock().unwrap();
@@ -59,12 +59,12 @@ impl Top {
         self.set("rst_n", 1);
     }
 
-    pub(super) fn set(&mut self, name: &str, value: u64) {
+    pub(crate) fn set(&mut self, name: &str, value: u64) {
         let port = self.run.port(name).unwrap();
         self.run.set_u64(port, value).unwrap();
     }
 
-    pub(super) fn get(&mut self, name: &str) -> u64 {
+    pub(crate) fn get(&mut self, name: &str) -> u64 {
         let port = self.run.port(name).unwrap();
         self.run.eval().unwrap();
         self.run.get_u64(port).unwrap()
@@ -75,7 +75,7 @@ impl Top {
     }
 
     /// A clock. Responses that are not taken must stay as they are.
-    pub(super) fn clock(&mut self) {
+    pub(crate) fn clock(&mut self) {
         for (channel, [valid, ready, first, second]) in [
             [
                 "s_axil_bvalid",
@@ -180,17 +180,17 @@ impl Top {
     }
 
     /// Writes, and returns the response.
-    pub(super) fn write(&mut self, write: Write) -> u64 {
+    pub(crate) fn write(&mut self, write: Write) -> u64 {
         self.transfer(Some(write), None).0.unwrap()
     }
 
     /// Reads, and returns response and data.
-    pub(super) fn read(&mut self, address: u64) -> [u64; 2] {
+    pub(crate) fn read(&mut self, address: u64) -> [u64; 2] {
         self.transfer(None, Some(address)).1.unwrap()
     }
 
     /// Writes and reads at the same time.
-    pub(super) fn both(&mut self, write: Write, address: u64) -> (u64, [u64; 2]) {
+    pub(crate) fn both(&mut self, write: Write, address: u64) -> (u64, [u64; 2]) {
         let (answer, data) = self.transfer(Some(write), Some(address));
         (answer.unwrap(), data.unwrap())
     }

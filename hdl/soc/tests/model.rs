@@ -2,18 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use potamoi_units::npu::registers::{Access, Register, RegisterMap};
+use potamoi_soc::npu::registers::{Access, Register, RegisterMap};
 
-use super::bus::{OKAY, SLVERR, Write};
+use crate::bus::{OKAY, SLVERR, Write};
 
 /// The registers as a model of software.
-pub(super) struct Model {
+pub(crate) struct Model {
     map: RegisterMap,
     values: BTreeMap<String, u64>,
 }
 
 impl Model {
-    pub(super) fn new(map: &RegisterMap) -> Self {
+    pub(crate) fn new(map: &RegisterMap) -> Self {
         let values = map.registers.iter();
         let values = values.map(|own| (own.name.clone(), u64::from(own.reset())));
         Self {
@@ -34,7 +34,7 @@ impl Model {
     }
 
     /// Response and data of a read.
-    pub(super) fn read(&self, address: u64) -> [u64; 2] {
+    pub(crate) fn read(&self, address: u64) -> [u64; 2] {
         match self.at(address) {
             Some(own) => [OKAY, self.values[&own.name]],
             None => [SLVERR, 0],
@@ -42,7 +42,7 @@ impl Model {
     }
 
     /// The response to a write, which takes its effect.
-    pub(super) fn write(&mut self, write: Write) -> u64 {
+    pub(crate) fn write(&mut self, write: Write) -> u64 {
         let Some(own) = self.at(write.address).cloned() else {
             return SLVERR;
         };
@@ -81,7 +81,7 @@ impl Model {
     }
 
     /// Whether the interrupt is due.
-    pub(super) fn irq(&self) -> u64 {
+    pub(crate) fn irq(&self) -> u64 {
         u64::from(self.values["IRQ_STATUS"] & self.values["IRQ_ENABLE"] != 0)
     }
 }

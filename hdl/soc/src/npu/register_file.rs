@@ -7,7 +7,6 @@ use potamoi_netlist::{IrErrors, Module, ModuleBuilder, Signal, Ty};
 use super::field_placement::placed;
 use super::register_checks::{Word, register_checks};
 use super::registers::{Access, Field, INDEX_BITS, Register, RegisterMap, WORD_BITS};
-use crate::circuits::is;
 
 /// Builds `npu_registers`. For each field: a constant has no port; a status an input; what software
 /// writes an output; an event an output and the input `NAME_set`.
@@ -128,10 +127,16 @@ fn input_of(m: &mut ModuleBuilder, own: &Register, field: &Field) -> Option<Sign
     }
 }
 
+/// Whether an index of the bus is a register's.
+fn is_at(m: &mut ModuleBuilder, index: Signal, register: &Register) -> Signal {
+    let own = m.lit(register.offset / 4, index.ty());
+    m.eq(index, own)
+}
+
 fn built(m: &mut ModuleBuilder, own: &Register, inputs: &[Option<Signal>], bus: &Bus) -> Built {
     let name = own.name.to_ascii_lowercase();
     let is_written = own.access.is_written().then(|| {
-        let hit = is(m, bus.write_index, own.offset / 4);
+        let hit = is_at(m, bus.write_index, own);
         m.name(hit, &format!("{name}_addressed"))
     });
     let writes = is_written.map(|hit| {
@@ -151,7 +156,7 @@ fn built(m: &mut ModuleBuilder, own: &Register, inputs: &[Option<Signal>], bus: 
             value
         })
         .collect();
-    let is_read = is(m, bus.read_index, own.offset / 4);
+    let is_read = is_at(m, bus.read_index, own);
     let is_read = m.name(is_read, &format!("{name}_read"));
     let whole = placed(m, own, &values);
     let whole = match own.access {

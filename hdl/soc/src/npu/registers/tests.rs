@@ -7,9 +7,9 @@ use std::process::Command;
 use potamoi_formats::config::{Config, PRESETS};
 
 use super::*;
-use crate::gathering_unit::gathering_unit;
 use crate::npu::register_map_of;
-use crate::vector_unit::vector_unit;
+use potamoi_units::gathering_unit::gathering_unit;
+use potamoi_units::vector_unit::vector_unit;
 
 /// The presets, and what they leave out: further settings and counters, wide counters, all widths at
 /// their ends.

@@ -1,10 +1,10 @@
 //! Jobs of the vector unit, in the clock: what a start opens, when it is done, and what it refuses.
 
-use potamoi_units::npu::register_map_of;
-use potamoi_units::npu::registers::RegisterMap;
+use potamoi_soc::npu::register_map_of;
+use potamoi_soc::npu::registers::RegisterMap;
 
-use super::bus::{OKAY, Top, Write};
-use super::config;
+use crate::bus::{OKAY, Top, Write};
+use crate::config;
 
 struct Driver {
     top: Top,

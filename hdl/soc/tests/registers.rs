@@ -1,12 +1,12 @@
 //! Every register after reset, and under random writes and reads, as the table says.
 
-use potamoi_units::npu::register_map_of;
-use potamoi_units::npu::registers::{ADDRESS_BITS, Access, WORD_BYTES};
+use potamoi_soc::npu::register_map_of;
+use potamoi_soc::npu::registers::{ADDRESS_BITS, Access, WORD_BYTES};
 use rand::Rng;
 
-use super::bus::{OKAY, SLVERR, Top, Write};
-use super::config;
-use super::model::Model;
+use crate::bus::{OKAY, SLVERR, Top, Write};
+use crate::config;
+use crate::model::Model;
 
 #[test]
 fn every_address_reads_its_reset_value_or_an_error() {
