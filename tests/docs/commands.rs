@@ -5,7 +5,7 @@
 //! another exit status than 0, `console slow` those that take long, which run with `--ignored`; a
 //! block marked `file=NAME` is written into the folder.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -88,7 +88,7 @@ fn steps_are_commands_and_files() {
 
 /// Runs the steps of a page in a folder of its own, without the slow commands or with them; gives the number of
 /// commands.
-fn follow(page: &PathBuf, with_slow: bool) -> usize {
+fn follow(page: &Path, with_slow: bool) -> usize {
     let steps = steps(&read(page));
     let is_slow = |step: &Step| matches!(step, Step::Run(command) if command.is_slow);
     if with_slow && !steps.iter().any(is_slow) {
