@@ -44,6 +44,28 @@ fn pictures_of_lean_fields_and_lean_are_those_of_fields() {
     }
 }
 
+/// Steps of a voxel and more have 25 bits and more, as many as the presets' second factors.
+#[test]
+fn long_steps_have_the_pictures_of_fields_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    for representation in ["voxels", "tensorf"] {
+        for step in ["1", "2.5"] {
+            let text = format!(
+                "[model]\nkind = \"builtin\"\nname = \"cairn\"\nrepresentation = \"{representation}\"\n\
+                 [render]\nstep = {step}\n"
+            );
+            std::fs::write(&path, text).unwrap();
+            let scene = path.to_string_lossy();
+            let expected = picture(folder.path(), "fields", &scene);
+            for preset in ["lean-fields", "lean"] {
+                let found = picture(folder.path(), preset, &scene);
+                assert!(found == expected, "{representation}, step {step}: {preset}");
+            }
+        }
+    }
+}
+
 /// Splats are rendered by `lean` too, and refused by `lean-fields` with the field's name.
 #[test]
 fn lean_takes_splats_and_lean_fields_refuses_them() {

@@ -22,7 +22,7 @@ use super::FieldError;
 use potamoi_march::{Lanes, MarchError};
 
 /// Fraction bits of the interval.
-pub(super) const INTERVAL_BITS: u32 = 24;
+const INTERVAL_BITS: u32 = 24;
 /// Optical depths are below two to this power.
 const DEPTH_INT_BITS: u32 = 4;
 /// Optical depth at which thicker samples saturate.
@@ -127,6 +127,17 @@ impl Opacity {
         lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
     }
 
+    /// Bits of the interval above its point. An interval of 1 and more has as many bits as one below 1, and
+    /// so many fraction bits less: lanes may have a narrow second factor.
+    fn whole_bits(&self) -> i32 {
+        (self.interval.log2().floor() as i32 + 1).max(0)
+    }
+
+    /// Largest error of the interval's code.
+    pub(super) fn interval_off(&self) -> f64 {
+        2f64.powi(self.whole_bits() - INTERVAL_BITS as i32 - 1)
+    }
+
     fn times_interval(
         &self,
         density: &[i32],
@@ -136,8 +147,12 @@ impl Opacity {
         let [_, _, depth] = self.engine;
         // Fewer bits than s has are those of a coarser interval.
         let down = frac_bits + INTERVAL_BITS as i32 - depth as i32;
-        let interval = code(self.interval, (INTERVAL_BITS as i32 - down.min(0)) as u32);
-        lanes.compute_with(multiply(down.max(0) as u32), density, interval)
+        let less = self.whole_bits().min(down.max(0));
+        let interval = code(
+            self.interval,
+            (INTERVAL_BITS as i32 - less - down.min(0)) as u32,
+        );
+        lanes.compute_with(multiply((down - less).max(0) as u32), density, interval)
     }
 
     fn exponential(

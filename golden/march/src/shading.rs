@@ -10,6 +10,9 @@ use crate::error::MarchError;
 use crate::work::Work;
 use potamoi_reference::{Product, Units};
 
+/// Factors of all elements from here on go first.
+const LARGE_FACTOR: u32 = 1 << 24;
+
 /// The shading stage that follows gathering, for batches of samples.
 pub trait Head: Sync {
     /// Feature codes a sample.
@@ -221,7 +224,11 @@ impl Lanes<'_> {
         a: &[i32],
         b: i32,
     ) -> Result<Vec<i32>, MarchError> {
-        self.compute(op, a, &vec![b; a.len()])
+        let all = vec![b; a.len()];
+        // A product is the same either way round, and lanes may have the narrower factor second.
+        let swapped = op.code == OpCode::Multiply && b.unsigned_abs() >= LARGE_FACTOR;
+        let [first, second] = if swapped { [&*all, a] } else { [a, &*all] };
+        self.compute(op, first, second)
     }
 
     /// `1 - exp(-s)` of densities, 0 for negative ones; s is density times step without its last

@@ -3,7 +3,7 @@
 use potamoi_formats::config::Config;
 
 use super::{ErrorInterval, Outputs};
-use crate::opacity::{Curve, INTERVAL_BITS, Opacity, THICKEST};
+use crate::opacity::{Curve, Opacity, THICKEST};
 use crate::softplus;
 use potamoi_reference::bounds::VectorBounds;
 
@@ -122,7 +122,7 @@ impl Opacity {
     /// The range of optical depths for a range of densities, multiplied by the interval's code.
     fn depths(&self, [low, high]: [f64; 2], errors: &UnitErrors) -> [f64; 2] {
         let high = high.max(0.0);
-        let off = high * 2f64.powi(-(INTERVAL_BITS as i32) - 1) + errors.depth;
+        let off = high * self.interval_off() + errors.depth;
         [
             self.interval * low.max(0.0) - off,
             self.interval * high + off,
