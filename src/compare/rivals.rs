@@ -5,7 +5,7 @@ use std::path::Path;
 use potamoi_base::outputs as files;
 use potamoi_machines::fair_bench::{BenchScene, Checked, FrozenInputs, Input, RivalRow};
 use potamoi_machines::{FairBench, Machine, Row};
-use potamoi_rivals::{Origin, Overlap, Rival, Verdict};
+use potamoi_rivals::{Estimate, Origin, Overlap, Rival, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -25,14 +25,15 @@ const MACHINES: [&str; 3] = ["paper", "lean-splats", "fields"];
 /// Longest name of a GPU and its program in the table, in characters.
 const LONGEST: usize = 32;
 /// What the columns of the tables mean.
-const LEGEND: [&str; 8] = [
+const LEGEND: [&str; 9] = [
     "frames/s: ours scheduled at the clock that synthesis reaches; rivals by their published structure,",
     "  from where nothing is skipped to where all is that may be; GPUs at both bounds",
     "mJ: of the accelerator, ours without GPU and memory, rivals' published power times time; GPUs at",
     "  their limit of power",
     "mm^2 at the node that is named: nothing is scaled from one to another",
-    "validated: a figure of its own publication is computed within 2 times, with its ratio, computed over",
-    "  published; skipping is of no such figure, so that GSCore's lower rate is the one that counts",
+    "<, >: at most, at least: a constant of one of its stages is not known, so that the stage has no time",
+    "validated: a figure of its own publication is computed within 2 times without an assumed count, with",
+    "  its ratio, computed over published; no: the reason stands with the rival's constants",
     "-: not known, or not of that algorithm",
 ];
 
@@ -200,15 +201,25 @@ fn cells(checked: &Checked, row: &RivalRow) -> [String; 7] {
     };
     [
         rival.title.clone(),
-        estimate.map_or_else(dash, |own| span(own.frame.rates())),
+        estimate.map_or_else(dash, |own| {
+            format!("{}{}", at_most(own, "<"), span(own.frame.rates()))
+        }),
         estimate
-            .and_then(|own| own.mj)
-            .map_or_else(dash, millijoules),
+            .and_then(|own| Some(format!("{}{}", at_most(own, ">"), millijoules(own.mj?))))
+            .unwrap_or_else(dash),
         known(rival.area_mm2.value, 2),
         known(rival.node_nm.value, 0),
         estimate.map_or_else(dash, |own| own.bottleneck.clone()),
         validated,
     ]
+}
+
+/// A mark where a stage of the estimate has no time, since a constant of it is not known.
+fn at_most(of: &Estimate, mark: &'static str) -> &'static str {
+    match of.stages.iter().any(|(_, time)| time.is_none()) {
+        true => mark,
+        false => "",
+    }
 }
 
 /// Why rows have no figures.

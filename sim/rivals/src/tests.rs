@@ -159,7 +159,12 @@ fn figures_of_publications_are_computed_again() {
     let lego = &named("gscore").checks().unwrap()[0];
     // 263.7 M pairs on 64 units at 1 GHz are 4.12 ms.
     assert!((lego.computed[0] - 242.7).abs() < 0.1, "{lego:?}");
-    assert!(lego.validates());
+    assert!(lego.is_within() && lego.is_own && !lego.validates());
+    let stated = crate::Check {
+        assumed: vec![],
+        ..lego.clone()
+    };
+    assert!(stated.validates());
     let server = &named("neurex-server").checks().unwrap()[0];
     // 491.52 M cycles of an array on 16 at 1 GHz are 30.72 ms.
     assert!((server.computed[0] - 32.55).abs() < 0.01, "{server:?}");
@@ -172,8 +177,8 @@ fn figures_of_publications_are_computed_again() {
             );
         }
         let verdict = rival.verdict().unwrap();
-        let is_validated = matches!(verdict, Verdict::Validated(_));
-        assert_eq!(is_validated, rival.name == "gscore", "{verdict:?}");
+        // GSCore's pixels are assumed: how many it skips is not published.
+        assert!(matches!(verdict, Verdict::Not(_)), "{verdict:?}");
     }
 }
 
