@@ -51,7 +51,9 @@ fn rivals_stand_on_the_counted_trace() {
         assert!(line.chars().count() <= COLUMNS, "{line}");
     }
     assert!(text.contains("frozen, trace ") && !text.contains("NOT the frozen trace"));
-    assert!(text.contains("yes, 1.28"), "{text}");
+    assert!(text.contains("1.28 times, on assumed counts"), "{text}");
+    // Its bandwidth is not known, and what is not counted makes no frame faster.
+    assert!(text.contains("<162641"), "{text}");
     assert!(text.contains("Cicero, full frames: - ("), "{text}");
     let report = json(&folder.path().join("r.json"));
     let inputs = report["inputs"].as_array().unwrap();
@@ -564,4 +566,52 @@ fn a_search_is_its_seed() {
     search("a", "again.json");
     let bytes = |of: &str| fs::read(folder.path().join(of)).unwrap();
     assert!(bytes("a.json") == bytes("b.json") && bytes("a.json") == bytes("again.json"));
+}
+
+/// Points without figures are told by their reason, and a file of an earlier search for what it is.
+#[test]
+fn why_a_search_finds_nothing_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("found.toml"), "preset = \"paper\"\n").unwrap();
+    let search = |vary: &'static str| {
+        let size = ["--width", "8", "--frames", "1", "--vary", vary];
+        [&["explore", "paper"][..], &size].concat()
+    };
+    let text = expect(path, 4, &search("vu.exp.form=piecewise"));
+    for part in [
+        "no figures of 1 of 1 points",
+        "vu.exp.pipelined",
+        "has figures",
+        "found.toml is of an earlier search",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let text = expect(path, 4, &search("system.memory_channels=1"));
+    assert!(text.contains("is better than paper"), "{text}");
+    let kept = fs::read_to_string(path.join("found.toml")).unwrap();
+    assert_eq!(kept, "preset = \"paper\"\n");
+}
+
+/// The frame of each GPU alone stands once for each, with its name.
+#[test]
+fn gpus_of_several_systems_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let systems = [
+        "--width",
+        "16",
+        "--frames",
+        "1",
+        "--system",
+        "xavier,orin-nx",
+    ];
+    let text = expect(
+        folder.path(),
+        0,
+        &[&["compare", "paper", "lean-splats"][..], &systems].concat(),
+    );
+    for gpu in ["xavier-maxn", "orin-nx"] {
+        assert_eq!(text.matches(&format!("{gpu} alone")).count(), 1, "{text}");
+        assert!(text.contains(&format!("  {gpu}, as lean-splats")), "{text}");
+    }
 }

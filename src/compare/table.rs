@@ -80,10 +80,10 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             alone.push(own);
         }
     }
-    for own in &alone {
-        let is_known = !std::ptr::eq(*own, alone[0]) && alone[0].gpu == own.gpu;
+    for (at, own) in alone.iter().enumerate() {
+        let is_known = alone[..at].iter().any(|before| before.gpu == own.gpu);
         let name = match is_known {
-            true => format!("  as {}", shortened(&own.machine)),
+            true => format!("  {}, as {}", own.gpu, shortened(&own.machine)),
             false => format!("{} alone", own.gpu),
         };
         let first = rows.first().and_then(Row::figures);

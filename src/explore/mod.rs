@@ -188,9 +188,14 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     table::front(&searched, &goal);
     table::beside_random(&searched, &goal);
     let ended = match searched.found() {
-        None => Err(Failure::inconclusive(
-            "no machine that was tried keeps the limits; the nearest is above",
-        )),
+        None => {
+            table::refused(&searched);
+            Err(Failure::inconclusive(nothing_found(&args.found, &searched)))
+        }
+        Some(found) if !found.is_better(&searched.base) => Err(Failure::inconclusive(format!(
+            "nothing that was tried is better than {}, which keeps the limits; no machine is written",
+            args.machine
+        ))),
         Some(found) => prove(args, &search, found, &scenes),
     };
     let not_checked = left_open_of_files();
@@ -214,6 +219,18 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
         args.files.write(&report)?;
     }
     ended
+}
+
+/// Why no machine is found, and what the file of an earlier search is.
+fn nothing_found(file: &std::path::Path, searched: &Searched) -> String {
+    let why = match searched.nearest().is_some_and(Tried::has_figures) {
+        true => "no machine that was tried keeps the limits; the nearest is above",
+        false => "no machine that was tried has figures; the reasons are above",
+    };
+    match file.exists() {
+        true => format!("{why}; {} is of an earlier search", file.display()),
+        false => why.to_owned(),
+    }
 }
 
 /// The base, what was found, and what a random search found, side by side, each by its schedule.

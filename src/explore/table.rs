@@ -47,12 +47,6 @@ pub(super) fn settings(searched: &Searched) {
         table.add_row([field.clone()].into_iter().chain(each).collect::<Vec<_>>());
     }
     say!("{table}\n");
-    if searched
-        .found()
-        .is_some_and(|own| !own.is_better(&searched.base))
-    {
-        say!("nothing that was tried is better than the base\n");
-    }
 }
 
 /// Machines of the front that are printed; the JSON report has all.
@@ -61,12 +55,7 @@ const SHOWN: usize = 12;
 /// Machines within the limits that no other is better than in objective, area or quality, and at least as
 /// good as in the others.
 pub(super) fn front(searched: &Searched, goal: &Goal) {
-    let trials = &searched.trials;
-    let on: Vec<&Tried> = trials
-        .front
-        .iter()
-        .filter_map(|at| trials.tried.get(*at))
-        .collect();
+    let on = searched.front(goal.objective);
     let Some(first) = on.first() else { return };
     let (column, _) = goal.objective.column();
     say!("front of {column}, area and quality: {} machines", on.len());
@@ -97,6 +86,30 @@ pub(super) fn front(searched: &Searched, goal: &Goal) {
     say!("");
 }
 
+/// Most reasons of refusals that are printed; the JSON report has all.
+const REASONS: usize = 4;
+
+/// Points without figures, by reason.
+pub(super) fn refused(searched: &Searched) {
+    let mut reasons: Vec<(&str, usize)> = vec![];
+    let all = searched.tried().filter(|own| !own.has_figures());
+    for why in all.filter_map(|own| own.scenes.iter().find_map(|own| own.as_ref().err())) {
+        match reasons.iter_mut().find(|(known, _)| known == why) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((why, 1)),
+        }
+    }
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    for (why, count) in reasons.iter().take(REASONS) {
+        let all = searched.tried().count();
+        let text = format!("no figures of {count} of {all} points: {why}");
+        say!("{}", tables::broken_at_words(&text, "", "  "));
+    }
+    if let Some(more) = reasons.len().checked_sub(REASONS).filter(|more| *more > 0) {
+        say!("and {more} more reasons, in --json");
+    }
+}
+
 /// When each method had its best.
 pub(super) fn beside_random(searched: &Searched, goal: &Goal) {
     let Some(random) = &searched.random else {
@@ -109,4 +122,10 @@ pub(super) fn beside_random(searched: &Searched, goal: &Goal) {
         after(&searched.trials),
         after(random)
     );
+    let both = searched.trials.nearest().zip(random.nearest());
+    if both.is_some_and(|(own, chance)| chance.is_better(own)) {
+        say!(
+            "the random search found the better machine: a larger --budget may find a better one yet"
+        );
+    }
 }

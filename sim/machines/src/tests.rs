@@ -7,7 +7,7 @@ use potamoi_scene::Scene;
 use potamoi_system::system_model::ClockOrigin;
 use proptest::prelude::*;
 
-use crate::search::{Goal, Objective, Search};
+use crate::search::{Goal, Objective, Search, Tried};
 use crate::{Axis, Comparison, Fidelity, Machine, Row, Space, Workbench, Workload};
 
 fn scene(name: &str) -> Scene {
@@ -130,6 +130,32 @@ fn a_search_spends_its_budget() {
     for trials in [&found.trials, random] {
         assert!(!trials.nearest().unwrap().is_better(best));
     }
+    // So is the front of both: its first machine has the best objective.
+    let place = |own: &Tried| own.place(Objective::Rate).unwrap()[0];
+    let front = found.front(Objective::Rate);
+    assert!(
+        front
+            .windows(2)
+            .all(|pair| place(pair[0]) >= place(pair[1]))
+    );
+    assert_eq!(place(front[0]), place(best));
+}
+
+/// Steps of a voxel and longer are as wide as the presets' narrow factors.
+#[test]
+fn presets_with_narrow_factors_take_steps_of_any_length() {
+    let bench = Workbench::default();
+    for preset in ["lean-fields", "lean"] {
+        let base = Machine::named(preset).unwrap();
+        for step in [0.3, 1.0, 3.0] {
+            let machine = base
+                .with("own", &[("render.step", Value::Float(step))])
+                .unwrap();
+            let own = bench.figures(&machine, &scene("lantern"), &SHORT, &());
+            let own = own.unwrap_or_else(|error| panic!("{preset}, step {step}: {error}"));
+            assert!(own.frames_per_second.low() > 0.0);
+        }
+    }
 }
 
 #[test]
@@ -166,6 +192,8 @@ proptest! {
         entry in prop::sample::select(vec!["paper", "compact"]),
         channels in prop::sample::select(vec![1i64, 2, 4, 8]), rows in 1i64..40,
         clock in prop::option::of(100i64..2000), window in prop::option::of(1i64..4),
+        unit in prop::option::of((1i64..9, prop::sample::select(vec![4i64, 8, 16]), 1i64..5)),
+        pairs in prop::sample::select(vec!["all", "that-may-count"]),
     ) {
         let mut changes = vec![
             ("vu.lanes", Value::Int(lanes)), ("gu.banks", Value::Int(banks)),
@@ -176,6 +204,11 @@ proptest! {
         ];
         changes.extend(clock.map(|mhz| ("clock_ghz", Value::Float(mhz as f64 / 1e3))));
         changes.extend(window.map(|own| ("path.window", Value::Int(own))));
+        changes.push(("rit.pairs", Value::Text(pairs.into())));
+        if let Some((lanes, tiles, units)) = unit {
+            let own = [("su.lanes", lanes), ("su.tiles", tiles), ("su.units", units)];
+            changes.extend(own.map(|(name, own)| (name, Value::Int(own))));
+        }
         let base = Machine::for_any_scene().unwrap();
         let machine = match base.with("own", &changes) {
             Ok(own) => own,

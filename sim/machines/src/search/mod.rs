@@ -111,6 +111,23 @@ impl Searched {
         self.nearest().filter(|own| own.keeps_limits)
     }
 
+    /// All points that were tried by any method.
+    pub fn tried(&self) -> impl Iterator<Item = &Tried> {
+        let all = [Some(&self.trials), self.random.as_ref()];
+        all.into_iter().flatten().flat_map(|own| &own.tried)
+    }
+
+    /// The front of objective, area and quality among all that were tried and keep the limits, the best
+    /// objective first.
+    #[must_use]
+    pub fn front(&self, objective: Objective) -> Vec<&Tried> {
+        let all: Vec<&Tried> = self.tried().collect();
+        let on = front_of(&all, objective);
+        on.into_iter()
+            .filter_map(|at| all.get(at).copied())
+            .collect()
+    }
+
     /// The best point that was tried by any method.
     #[must_use]
     pub fn nearest(&self) -> Option<&Tried> {
@@ -124,6 +141,12 @@ impl Searched {
 }
 
 impl Tried {
+    /// Whether it has figures on every scene.
+    #[must_use]
+    pub fn has_figures(&self) -> bool {
+        self.scenes.iter().all(Result::is_ok)
+    }
+
     /// Whether this stands better than another: limits first, then objective, then area.
     #[must_use]
     pub fn is_better(&self, other: &Self) -> bool {
@@ -296,7 +319,7 @@ impl Tried {
 }
 
 /// The front of objective, area and quality among points that keep the limits.
-fn front_of(tried: &[Tried], objective: Objective) -> Vec<usize> {
+fn front_of(tried: &[&Tried], objective: Objective) -> Vec<usize> {
     let (column, is_more) = objective.column();
     let kept = tried.iter().enumerate().filter(|(_, own)| own.keeps_limits);
     let placed: Vec<(usize, [f64; 3])> = kept
@@ -333,7 +356,7 @@ fn trials(method: Method, tried: Vec<Tried>, objective: Objective) -> Trials {
     Trials {
         method,
         best: best.map(|(at, _)| at),
-        front: front_of(&tried, objective),
+        front: front_of(&tried.iter().collect::<Vec<_>>(), objective),
         tried,
     }
 }
