@@ -152,7 +152,8 @@ fn presets_with_narrow_factors_take_steps_of_any_length() {
                 .with("own", &[("render.step", Value::Float(step))])
                 .unwrap();
             let own = bench.figures(&machine, &scene("lantern"), &SHORT, &());
-            let own = own.unwrap_or_else(|error| panic!("{preset}, step {step}: {error}"));
+            assert!(own.is_ok(), "{preset}, step {step}: {own:?}");
+            let own = own.unwrap();
             assert!(own.frames_per_second.low() > 0.0);
         }
     }
