@@ -20,8 +20,8 @@ fn twice_atanh(p: u128, m: u128) -> u128 {
     sum
 }
 
-/// ln 2, and `ln(1 + 2^-i)` and `ln(1 + 3 2^-i)` by `i` from 0 to 31: units are built for every frame,
-/// and each has most of them.
+/// ln 2, `ln(1 + 2^-i)` by `i` from 0 to 31, and `ln(1 + 3 2^-i)` by `i` from 2 to 31: each unit that is
+/// built takes most of them.
 static LN_2: LazyLock<u128> = LazyLock::new(|| twice_atanh(1, 3));
 static LN_1_AND_POWER: LazyLock<[u128; 32]> =
     LazyLock::new(|| std::array::from_fn(|i| twice_atanh(1, (2 << i) + 1)));

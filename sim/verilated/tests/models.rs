@@ -69,6 +69,30 @@ fn sum(a: &[u32], b: &[u32], bits: u32) -> Vec<u32> {
     masked(words.collect(), bits)
 }
 
+/// A model runs on the thread that drives it.
+#[test]
+#[cfg(target_os = "linux")]
+fn models_make_no_threads() {
+    const MODELS: usize = 64;
+    let library = widths();
+    let threads = || std::fs::read_dir("/proc/self/task").unwrap().count();
+    let before = threads();
+    let models: Vec<_> = (0..MODELS)
+        .map(|_| {
+            let mut model = library.model(1).unwrap();
+            model.eval().unwrap();
+            model
+        })
+        .collect();
+    // Other tests begin and end threads beside this one.
+    let more = threads().saturating_sub(before);
+    assert!(
+        more < MODELS / 2,
+        "{more} threads more for {} models",
+        models.len()
+    );
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
