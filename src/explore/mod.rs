@@ -186,6 +186,7 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     table::settings(&searched);
     beside_base(&search, &searched);
     table::front(&searched, &goal);
+    table::above_reached_clock(&searched, &goal);
     table::beside_random(&searched, &goal);
     let ended = match searched.found() {
         None => {
@@ -329,6 +330,8 @@ impl ExploreArgs {
             min_psnr: self.min_psnr,
             min_fps: self.min_fps,
             max_mj: self.max_mj,
+            needs_reached_clock: (self.vary.iter())
+                .any(|own| own.fields.iter().any(|field| field == CLOCK[1])),
         })
     }
 }

@@ -84,7 +84,7 @@ const fn column(name: &'static str, of: fn(&Figures) -> Cell) -> Column {
 
 /// Columns of figures. `_low` and `_high` are the bounds of the GPU's kernels; without them a figure is
 /// their geometric mean.
-pub const COLUMNS: [Column; 37] = [
+pub const COLUMNS: [Column; 38] = [
     column("machine", |own| own.machine.as_str().into()),
     column("preset", |own| own.preset.into()),
     column("scene", |own| own.scene.as_str().into()),
@@ -99,6 +99,7 @@ pub const COLUMNS: [Column; 37] = [
     column("fidelity", |own| own.fidelity.name().into()),
     column("clock_ghz", |own| own.clock_ghz.into()),
     column("clock_origin", |own| own.clock_origin.word().into()),
+    column("reached_ghz", |own| own.reached_ghz.into()),
     column("clock_bound_by", |own| own.clock_bound_by.as_deref().into()),
     column("fps", |own| own.frames_per_second.mid().into()),
     column("fps_low", |own| own.frames_per_second.low().into()),

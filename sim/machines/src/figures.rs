@@ -34,6 +34,9 @@ pub struct Figures {
     pub clock_ghz: f64,
     /// Origin of the clock.
     pub clock_origin: ClockOrigin,
+    /// Clock that the slowest block reaches, in gigahertz, whatever is assumed; `None` where no period is
+    /// known.
+    pub reached_ghz: Option<f64>,
     /// The slowest block of the accelerator.
     pub clock_bound_by: Option<String>,
     /// Frames a second.

@@ -114,6 +114,7 @@ fn a_search_spends_its_budget() {
             min_psnr: None,
             min_fps: None,
             max_mj: None,
+            needs_reached_clock: false,
         },
         workload: SHORT,
         budget: 35,

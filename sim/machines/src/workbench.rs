@@ -77,6 +77,7 @@ impl Workbench {
             fidelity: workload.fidelity,
             clock_ghz: clock.ghz,
             clock_origin: clock.origin,
+            reached_ghz: clock.reached_ghz,
             clock_bound_by: clock.blocks.first().map(|own| own.block.to_string()),
             frames_per_second: timed.frames_per_second,
             free_units_frames_per_second: timed.free_units,

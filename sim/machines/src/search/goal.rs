@@ -45,6 +45,9 @@ pub struct Goal {
     pub min_fps: Option<f64>,
     /// Most energy a frame on every scene, in millijoules.
     pub max_mj: Option<f64>,
+    /// Whether a clock above the one that the slowest block reaches misses a limit: where the clock varies.
+    /// A clock that the base assumes is the user's own.
+    pub needs_reached_clock: bool,
 }
 
 /// Where a machine stands: a smaller place is better.
@@ -105,6 +108,9 @@ impl Goal {
             for (name, limit) in over {
                 missed += miss(figure(cells, name), limit, |own, limit| own / limit);
             }
+            if self.needs_reached_clock {
+                missed += excess(cells).map_or(UNKNOWN, f64::ln);
+            }
             for (name, limit) in under {
                 // Equal pictures have no PSNR: they keep every limit.
                 let is_equal = name == "psnr_db" && has_quality(cells);
@@ -136,6 +142,19 @@ fn miss(own: Option<f64>, limit: Option<f64>, ratio: impl Fn(f64, f64) -> f64) -
             }
         }
     }
+}
+
+/// The clock over the one that the slowest block reaches; 1 where it is no higher, `None` where the reached
+/// one is not known.
+fn excess(cells: &[Cell]) -> Option<f64> {
+    let own = figure(cells, "clock_ghz")? / figure(cells, "reached_ghz")?;
+    Some(own.max(1.0))
+}
+
+/// Whether a row's clock is above the one that its slowest block reaches, or that one is not known.
+#[must_use]
+pub fn is_clock_above_reached(cells: &[Cell]) -> bool {
+    excess(cells).is_none_or(|own| own > 1.0)
 }
 
 /// A figure by the name of its column.
@@ -170,6 +189,7 @@ mod tests {
             min_psnr: Some(40.0),
             min_fps: None,
             max_mj: None,
+            needs_reached_clock: false,
         };
         let of = |fps, mm2, db| {
             let own = cells(&[("fps", fps), ("mm2", mm2), ("psnr_db", db)]);
@@ -190,6 +210,26 @@ mod tests {
         assert!(!goal.standing(&[None]).keeps_limits());
     }
 
+    /// A machine that cannot run at its clock is none to build, however fast it would be.
+    #[test]
+    fn a_clock_above_the_reached_one_misses_a_limit_where_clocks_vary() {
+        let goal = |needs_reached_clock| Goal {
+            objective: Objective::Rate,
+            max_area: None,
+            min_psnr: None,
+            min_fps: None,
+            max_mj: None,
+            needs_reached_clock,
+        };
+        let of = |fps, clock| {
+            let own = cells(&[("fps", fps), ("clock_ghz", clock), ("reached_ghz", 0.6)]);
+            [true, false].map(|reached| goal(reached).standing(&[Some(&own)]))
+        };
+        let (at, above) = (of(10.0, 0.6), of(20.0, 1.0));
+        assert!(at[0].is_better(&above[0]) && !above[0].keeps_limits());
+        assert!(above[1].is_better(&at[1]) && above[1].keeps_limits());
+    }
+
     #[test]
     fn several_scenes_count_by_their_geometric_mean() {
         let goal = Goal {
@@ -198,6 +238,7 @@ mod tests {
             min_psnr: None,
             min_fps: None,
             max_mj: None,
+            needs_reached_clock: false,
         };
         let [two, eight, four] = [2.0, 8.0, 4.0].map(|mj| cells(&[("mj", mj)]));
         let both = goal.standing(&[Some(&two), Some(&eight)]);

@@ -11,7 +11,7 @@ use potamoi_scene::Scene;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-pub use goal::{Goal, Objective, Standing};
+pub use goal::{Goal, Objective, Standing, is_clock_above_reached};
 
 use self::sampler::{Parzen, Random, Sampler};
 use crate::cells::Cell;
@@ -145,6 +145,13 @@ impl Tried {
     #[must_use]
     pub fn has_figures(&self) -> bool {
         self.scenes.iter().all(Result::is_ok)
+    }
+
+    /// Whether its clock is above the one that its slowest block reaches, on any scene.
+    #[must_use]
+    pub fn is_clock_above_reached(&self) -> bool {
+        let mut rows = self.scenes.iter().flatten();
+        rows.any(|cells| is_clock_above_reached(cells))
     }
 
     /// Whether this stands better than another: limits first, then objective, then area.
