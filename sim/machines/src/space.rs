@@ -1,5 +1,7 @@
 //! Spaces of machines: fields, each with its values.
 
+use std::collections::HashSet;
+
 use potamoi_formats::document::{self, Value, Wrong};
 
 use crate::machine::{Machine, MachineError, shown};
@@ -180,7 +182,7 @@ impl Space {
     /// A space of fields that each vary once.
     ///
     /// # Errors
-    /// A field that varies twice, a value that the base does not take, more than ten million points.
+    /// A field that varies twice, a value that stands twice, a value that the base does not take, more than ten million points.
     pub fn new(base: Machine, axes: Vec<Axis>) -> Result<Self, SpaceError> {
         let mut known: Vec<&str> = vec![];
         for field in axes.iter().flat_map(|axis| &axis.fields) {
@@ -190,6 +192,16 @@ impl Space {
                 });
             }
             known.push(field);
+        }
+        for axis in &axes {
+            let of = |values: &Vec<Value>| values.iter().map(shown).collect::<Vec<_>>().join(", ");
+            let mut known = HashSet::new();
+            if let Some(again) = axis.values.iter().find(|own| !known.insert(of(own))) {
+                return Err(SpaceError::Repeated {
+                    field: axis.fields.join(", "),
+                    value: of(again),
+                });
+            }
         }
         let own = Self { base, axes };
         let count =
@@ -285,6 +297,14 @@ pub enum SpaceError {
         /// The field.
         field: String,
     },
+    /// A field has a value twice.
+    #[error("field `{field}` has the value {value} twice: leave one out")]
+    Repeated {
+        /// The field, or the fields that vary together.
+        field: String,
+        /// The value.
+        value: String,
+    },
     /// It has too many points.
     #[error("more than {MOST} points: expected fewer values, or a search (potamoi explore)")]
     Large,
@@ -362,6 +382,7 @@ mod tests {
             (&["system.memory_channels=1,3"], "1, 2, 4, 8 or 16"),
             (&["path.variant=potmoi"], "did you mean"),
             (&["vu.lanes=12", "vu.lanes=24"], "varies twice"),
+            (&["vu.lanes=12,24,12"], "`vu.lanes` has the value 12 twice"),
         ] {
             let error = space(axes).unwrap_err().to_string();
             assert!(error.contains(said), "{axes:?}: {error}");
