@@ -21,6 +21,7 @@ mod explain;
 mod explore;
 mod exponential_price;
 mod failure;
+mod front_fields;
 mod hard_cases;
 mod init;
 mod inspect;

@@ -14,7 +14,21 @@ macro_rules! say {
     };
 }
 
-pub(crate) use say;
+/// Prints a text broken at words, within a hundred characters: the indentation of its first line in
+/// characters, then the text; other lines are indented by two more.
+macro_rules! prose {
+    ($indent:literal, $($arg:tt)*) => {
+        $crate::stdout::broken($indent, &format!($($arg)*))
+    };
+}
+
+pub(crate) use {prose, say};
+
+/// Prints a text as [`prose!`].
+pub(crate) fn broken(indent: usize, text: &str) {
+    let [first, rest] = [indent, indent + 2].map(|count| " ".repeat(count));
+    say!("{}", crate::tables::broken_at_words(text, &first, &rest));
+}
 
 /// Error of the first failed write, except for a closed pipe.
 static LOST: Mutex<Option<String>> = Mutex::new(None);

@@ -3,7 +3,8 @@
 use potamoi_machines::search::{Goal, Method, Searched, Trials, Tried};
 
 use crate::bounds::number;
-use crate::stdout::say;
+use crate::front_fields::FrontFields;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 /// Machines of a search that stand side by side, with their names.
@@ -49,22 +50,29 @@ pub(super) fn settings(searched: &Searched) {
     say!("{table}\n");
 }
 
+fn values(of: &Tried) -> Vec<&str> {
+    let all = of.setting.iter().map(|(_, value)| value.as_str());
+    all.collect()
+}
+
 /// Machines of the front that are printed; the JSON report has all.
 const SHOWN: usize = 12;
 
 /// Machines within the limits that no other is better than in objective, area or quality, and at least as
-/// good as in the others.
+/// good as in the others: their figures, then the fields in which they differ.
 pub(super) fn front(searched: &Searched, goal: &Goal) {
     let on = searched.front(goal.objective);
     let Some(first) = on.first() else { return };
     let (column, _) = goal.objective.column();
     say!("front of {column}, area and quality: {} machines", on.len());
-    let fields = first.setting.iter().map(|(field, _)| field.as_str());
-    let figures = [column, "mm2", "psnr_db"].into_iter();
-    let mut figures: Vec<&str> = figures.collect();
-    figures.dedup();
-    let mut table = tables::narrow(fields.chain(figures.iter().copied()).collect::<Vec<_>>());
-    for own in on.iter().take(SHOWN) {
+    let all: Vec<Vec<&str>> = on.iter().copied().map(values).collect();
+    let names = first.setting.iter().map(|(field, _)| field.as_str());
+    let fields = FrontFields::of(names.collect(), &all);
+    let mut header = vec![column, "mm2", "psnr_db"];
+    header.dedup();
+    header.extend(fields.header());
+    let mut table = tables::figures(header);
+    for (own, values) in on.iter().zip(&all).take(SHOWN) {
         let Some([objective, area, psnr]) = own.place(goal.objective) else {
             continue;
         };
@@ -72,14 +80,15 @@ pub(super) fn front(searched: &Searched, goal: &Goal) {
             true => number(psnr),
             false => "same".to_owned(),
         };
-        let cells = match column {
+        let mut cells = match column {
             "mm2" => vec![number(area), psnr],
             _ => vec![number(objective), number(area), psnr],
         };
-        let values = own.setting.iter().map(|(_, value)| value.clone());
-        table.add_row(values.chain(cells).collect::<Vec<_>>());
+        cells.extend(fields.cells(values));
+        table.add_row(cells);
     }
     say!("{}", tables::fitted(&table, &[]));
+    fields.say_others();
     if let Some(more) = on.len().checked_sub(SHOWN).filter(|more| *more > 0) {
         say!("  and {more} more, in --json");
     }
@@ -103,10 +112,26 @@ pub(super) fn refused(searched: &Searched) {
     for (why, count) in reasons.iter().take(REASONS) {
         let all = searched.tried().count();
         let text = format!("no figures of {count} of {all} points: {why}");
-        say!("{}", tables::broken_at_words(&text, "", "  "));
+        prose!(0, "{text}");
     }
     if let Some(more) = reasons.len().checked_sub(REASONS).filter(|more| *more > 0) {
         say!("and {more} more reasons, in --json");
+    }
+}
+
+/// Points at clocks that their machines do not reach.
+pub(super) fn above_reached_clock(searched: &Searched, goal: &Goal) {
+    let count = searched
+        .tried()
+        .filter(|own| own.is_clock_above_reached())
+        .count();
+    if goal.needs_reached_clock && count > 0 {
+        let all = searched.tried().count();
+        let text = format!(
+            "the clock of {count} of {all} points is above the one that their slowest block reaches: they keep \
+             no limit"
+        );
+        prose!(0, "{text}");
     }
 }
 

@@ -1,9 +1,11 @@
 //! Fronts and differences as text.
 
 use potamoi_machines::cells::{COLUMNS, Cell};
+use potamoi_machines::search::is_clock_above_reached;
 use potamoi_machines::sweep::{Change, Rows, SweepRow};
 
 use crate::bounds::number;
+use crate::front_fields::FrontFields;
 use crate::stdout::say;
 use crate::tables;
 
@@ -37,16 +39,6 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
         let first = all.next();
         all.any(|other| Some(other) != first)
     };
-    let columns: Vec<&str> = (shown.into_iter().filter(|name| several(name)))
-        .chain(names.iter().map(String::as_str))
-        .chain(["bottleneck"])
-        .collect();
-    let header = rows
-        .fields
-        .iter()
-        .map(String::as_str)
-        .chain(columns.clone());
-    let mut table = tables::plain(header.collect::<Vec<_>>());
     // Rows alike in what the front is of stand once.
     let alike = |row: &SweepRow| -> Vec<Cell> {
         let names = names.iter().map(String::as_str).chain(["scene"]);
@@ -56,14 +48,41 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
     let count = own.len();
     own.dedup_by(|(b, _), (a, _)| alike(a) == alike(b));
     let hidden = count - own.len();
-    for (row, _) in own.iter().take(SHOWN) {
+    let settings: Vec<Vec<&str>> = (own.iter())
+        .map(|(row, _)| row.setting.iter().map(String::as_str).collect())
+        .collect();
+    let fields = FrontFields::of(rows.fields.iter().map(String::as_str).collect(), &settings);
+    let is_above = own
+        .iter()
+        .any(|(row, _)| is_clock_above_reached(&row.cells));
+    let columns: Vec<&str> = (shown.into_iter().filter(|name| several(name)))
+        .chain(names.iter().map(String::as_str))
+        .chain((is_above && !names.iter().any(|own| own == "clock_ghz")).then_some("clock_ghz"))
+        .chain(["bottleneck"])
+        .collect();
+    let mut table = tables::figures(
+        columns
+            .iter()
+            .copied()
+            .chain(fields.header())
+            .collect::<Vec<_>>(),
+    );
+    for ((row, _), values) in own.iter().zip(&settings).take(SHOWN) {
         let cells = columns.iter().map(|name| {
             let cell = at(name).and_then(|at| row.cells.get(at));
-            cell.map_or_else(String::new, shown_cell)
+            let own = cell.map_or_else(String::new, shown_cell);
+            match *name == "clock_ghz" && is_clock_above_reached(&row.cells) {
+                true => format!("!{own}"),
+                false => own,
+            }
         });
-        table.add_row(row.setting.iter().cloned().chain(cells).collect::<Vec<_>>());
+        table.add_row(cells.chain(fields.cells(values)).collect::<Vec<_>>());
     }
     say!("{}", tables::fitted(&table, &[]));
+    fields.say_others();
+    if is_above {
+        say!("  !: above the clock that the slowest block reaches, or that one is not known");
+    }
     more(own.len());
     if hidden > 0 {
         say!("  {hidden} rows with the same figures as one of them are left out");
