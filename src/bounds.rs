@@ -53,6 +53,15 @@ pub(crate) fn ratio(of: &AtBounds<f64>) -> String {
     }
 }
 
+/// As [`ratio`], for narrow tables: marked where it includes 1 and is not exactly that.
+pub(crate) fn times(of: &AtBounds<f64>) -> String {
+    let is_one = of.max == 1.0 && of.sum == 1.0;
+    match of.decides() || is_one {
+        true => tight(of),
+        false => format!("{} ?", tight(of)),
+    }
+}
+
 /// A saving of energy, which may not be known, and says nothing where it includes 1.
 pub(crate) fn saving(of: Option<&AtBounds<f64>>) -> String {
     of.map_or_else(|| "-".to_owned(), ratio)

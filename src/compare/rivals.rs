@@ -15,7 +15,7 @@ use crate::bounds::{number, tight};
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::scene::{left_open_of_files, say_not_checked};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 /// Version of the JSON report.
@@ -25,15 +25,16 @@ const MACHINES: [&str; 3] = ["paper", "lean-splats", "fields"];
 /// Longest name of a GPU and its program in the table, in characters.
 const LONGEST: usize = 32;
 /// What the columns of the tables mean.
-const LEGEND: [&str; 9] = [
-    "frames/s: ours scheduled at the clock that synthesis reaches; rivals by their published structure,",
-    "  from where nothing is skipped to where all is that may be; GPUs at both bounds",
-    "mJ: of the accelerator, ours without GPU and memory, rivals' published power times time; GPUs at",
-    "  their limit of power",
+const LEGEND: [&str; 10] = [
+    "frames/s: ours scheduled at the clock that synthesis reaches; rivals by their published",
+    "  structure, from where nothing is skipped to where all is that may be; GPUs at both bounds",
+    "mJ: of the accelerator, ours without GPU and memory, rivals' published power times time; GPUs",
+    "  at their limit of power",
     "mm^2 at the node that is named: nothing is scaled from one to another",
-    "<, >: at most, at least: a constant of one of its stages is not known, so that the stage has no time",
-    "validated: a figure of its own publication is computed within 2 times without an assumed count, with",
-    "  its ratio, computed over published; no: the reason stands with the rival's constants",
+    "<, >: at most, at least: a constant of one of its stages is not known, so that the stage has no",
+    "  time",
+    "validated: a figure of its own publication is computed within 2 times without an assumed count,",
+    "  with its ratio, computed over published; no: the reason stands with the rival's constants",
     "-: not known, or not of that algorithm",
 ];
 
@@ -229,10 +230,7 @@ fn reasons(found: &FairBench, input: &Input) {
             machine, refused, ..
         } = own
         {
-            say!(
-                "{}",
-                tables::broken_at_words(&format!("{machine}: - ({refused})"), "  ", "    ")
-            );
+            prose!(2, "{machine}: - ({refused})");
         }
     }
     let mut refused: Vec<(&str, Vec<&str>)> = vec![];
@@ -249,39 +247,46 @@ fn reasons(found: &FairBench, input: &Input) {
     }
     for (why, titles) in refused {
         let text = format!("{}: - ({why})", titles.join(", "));
-        say!("{}", tables::broken_at_words(&text, "  ", "    "));
+        prose!(2, "{text}");
     }
 }
 
 /// What a rival's row rests on.
 fn notes(own: &Checked) {
     let rival = &own.rival;
-    say!("{} ({})", rival.title, rival.publication);
-    match &own.verdict {
-        Verdict::Validated(check) => say!(
-            "  validated: {}: {} computed, {} published ({}): {}",
+    let note = |text: String| prose!(2, "{text}");
+    let heading = format!("{} ({})", rival.title, rival.publication);
+    prose!(0, "{heading}");
+    note(match &own.verdict {
+        Verdict::Validated(check) => format!(
+            "validated: {}: {} computed, {} published ({}): {}",
             check.what,
             span(check.computed),
             number(check.published),
             check.source,
             span(check.ratio)
         ),
-        Verdict::Not(why) => say!("  not validated: {why}"),
-    }
+        Verdict::Not(why) => format!("not validated: {why}"),
+    });
     let rule = match rival.overlap {
         Overlap::Longest => "a frame takes its longest stage",
         Overlap::Sum => "a frame takes the sum of its stages",
     };
-    say!("  {rule} ({})", rival.overlap_origin.text());
+    note(format!("{rule} ({})", rival.overlap_origin.text()));
     for (place, constant) in rival.constants() {
         let value = constant.value.map_or_else(dash, |own| own.to_string());
         match &constant.origin {
             Origin::Source(_) => {}
-            Origin::Assumed(why) => say!("  assumed: {place}: {value} {}: {why}", constant.unit),
-            Origin::Unknown(why) => say!("  {place}: {value}: {why}"),
+            Origin::Assumed(why) => {
+                note(format!(
+                    "assumed: {place}: {value} {}: {why}",
+                    constant.unit
+                ));
+            }
+            Origin::Unknown(why) => note(format!("{place}: {value}: {why}")),
         }
     }
-    say!("  left out: {}", rival.left_out.join("; "));
+    note(format!("left out: {}", rival.left_out.join("; ")));
 }
 
 fn dash() -> String {

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use potamoi_machines::{Comparison, Figures, Row};
-use potamoi_system::system_model::{AtBounds, ClockOrigin};
+use potamoi_system::system_model::ClockOrigin;
 
-use crate::bounds::tight;
-use crate::stdout::say;
+use crate::bounds::{tight, times};
+use crate::stdout::{prose, say};
 use crate::tables;
 
 pub(crate) fn print(found: &Comparison) {
@@ -20,6 +20,9 @@ pub(crate) fn print(found: &Comparison) {
     if any().any(|own| own.clock_origin != ClockOrigin::Synthesised) {
         say!("GHz: ~ estimated by formulas, ! assumed; otherwise synthesised, before wires");
     }
+    for own in above_reached(any()) {
+        prose!(2, "{own}");
+    }
     say!("a range is from where all demands of a GPU kernel overlap to where none do");
     say!("x: over the first machine, ? where it includes 1");
     say!("mm^2 at 12 nm: units with their memories, and all with array and buffers, before wires");
@@ -32,9 +35,24 @@ pub(crate) fn print(found: &Comparison) {
     if !unknown.is_empty() {
         say!("not known:");
         for own in unknown {
-            say!("{}", tables::broken_at_words(&own, "  ", "    "));
+            prose!(2, "{own}");
         }
     }
+}
+
+/// Machines whose assumed clock is above the one that they reach, each once.
+fn above_reached<'a>(all: impl Iterator<Item = &'a Figures>) -> BTreeSet<String> {
+    let above = all.filter_map(|own| {
+        let reached = own.reached_ghz?;
+        (own.clock_ghz > reached).then(|| {
+            let by = own.clock_bound_by.as_deref().unwrap_or("its slowest block");
+            format!(
+                "{}: {:.2} GHz is assumed, and {reached:.2} reached ({by})",
+                own.machine, own.clock_ghz
+            )
+        })
+    });
+    above.collect()
 }
 
 fn scene(found: &Comparison, at: usize, rows: &[Row]) {
@@ -57,7 +75,7 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
     for (row, own) in rows.iter().enumerate() {
         if let Row::Figures(own) = own {
             let ratios = found.ratios(at, row);
-            let rate = ratios.map_or_else(String::new, |own| times(&own.rate));
+            let rate = ratios.map_or_else(unknown, |own| times(&own.rate));
             let energy = ratios.and_then(|own| own.energy);
             table.add_row([
                 named(own),
@@ -109,11 +127,11 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             machine, refused, ..
         } = own
         {
-            say!(
-                "{}",
-                tables::broken_at_words(&format!("{machine} is left out: {refused}"), "  ", "    ")
-            );
+            prose!(2, "{machine} is left out: {refused}");
         }
+    }
+    if rows.first().is_some_and(|own| own.figures().is_none()) {
+        say!("  no ratios here: the first machine has no figures");
     }
     say!("");
 }
@@ -123,6 +141,10 @@ fn means(found: &Comparison) {
     let Some(rows) = found.scenes.first() else {
         return;
     };
+    if (0..rows.len()).all(|row| found.means(row).is_none()) {
+        say!("no means over scenes: the first machine has figures on none");
+        return;
+    }
     say!("geometric means over scenes");
     let mut table = tables::plain(["", "scenes", "x frames/s", "x energy"]);
     for (row, own) in rows.iter().enumerate() {
@@ -183,15 +205,6 @@ fn clock(own: &Figures) -> String {
         ClockOrigin::Assumed => "!",
     };
     format!("{mark}{:.2}", own.clock_ghz)
-}
-
-/// A ratio; marked where it includes 1 and is not exactly that.
-fn times(of: &AtBounds<f64>) -> String {
-    let is_one = of.max == 1.0 && of.sum == 1.0;
-    match of.decides() || is_one {
-        true => tight(of),
-        false => format!("{} ?", tight(of)),
-    }
 }
 
 fn decibels(own: &Figures) -> String {

@@ -7,7 +7,7 @@ use potamoi_explore::effects::{
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 /// Version of the JSON report.
@@ -98,10 +98,10 @@ fn print_origins(found: &Effects) {
             quantities.join(" and "),
             effects.join(", ")
         );
-        say!("{}", tables::broken_at_words(&text, "  ", "    "));
+        prose!(2, "{text}");
     }
     let text = format!("cycles: {}", found.all_saved.cycles.origin);
-    say!("{}", tables::broken_at_words(&text, "  ", "    "));
+    prose!(2, "{text}");
     say!(
         "  blank: called for, so that leaving it out saves nothing; -: not known, for the reasons above"
     );
@@ -152,7 +152,7 @@ fn print_unit(unit: &UnitUse) {
             "{}: {} instead of {}, since {}",
             part.field, part.left, part.asked, part.reason
         );
-        say!("{}", tables::broken_at_words(&text, "    ", "      "));
+        prose!(4, "{text}");
     }
 }
 

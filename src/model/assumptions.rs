@@ -4,7 +4,7 @@ use potamoi_explore::system::Modelled;
 use potamoi_system::system_model::{Gpu, Scenario, System};
 
 use super::{areas, clock};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 
 /// Source of the energies, and what is assumed.
 pub(super) fn print(found: &Modelled, system: &System) {
@@ -16,16 +16,19 @@ pub(super) fn print(found: &Modelled, system: &System) {
         "\n{}",
         crate::tables::fitted(&areas::table(&found.area), &[])
     );
-    say!("\nenergy: {}", found.energy_origin);
+    say!("");
+    prose!(0, "energy: {}", found.energy_origin);
     for unknown in &found.energy_unknown {
-        say!(
+        prose!(
+            0,
             "energy of the {} is not known: {}",
             unknown.block,
             unknown.why
         );
     }
     of_system(system, found.outcomes.iter().map(|o| o.scenario));
-    say!(
+    prose!(
+        0,
         "each figure that depends on a GPU is from where all demands of a kernel overlap to where \
          none do; mid is the geometric mean; a ratio that includes 1 is no conclusion"
     );
@@ -33,14 +36,15 @@ pub(super) fn print(found: &Modelled, system: &System) {
 
 /// The GPUs and the memory, with what is assumed of them.
 pub(super) fn of_system(system: &System, mut scenarios: impl Iterator<Item = Scenario>) {
-    say!(
+    prose!(
+        0,
         "GPU: {}; assumed: walked and blending shares and the longest tile of splats, lines and \
          sectors of a request of fields (sim/gpu/rows)",
         described(&system.gpu, system)
     );
-    say!("memory: {}", memory_described(system));
+    prose!(0, "memory: {}", memory_described(system));
     if scenarios.any(|scenario| scenario == Scenario::Remote) {
-        say!("remote GPU: {}", described(&system.remote, system));
+        prose!(0, "remote GPU: {}", described(&system.remote, system));
     }
 }
 

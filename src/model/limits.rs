@@ -4,7 +4,7 @@ use potamoi_explore::system::Modelled;
 use potamoi_system::system_model::{AtBounds, Outcome, Run};
 
 use super::clock;
-use crate::bounds::{range, ratio, with_mid};
+use crate::bounds::{range, ratio, tight, times, with_mid};
 use crate::tables;
 
 /// What bounds each variant, what the best units would give, and the GPU alone.
@@ -65,7 +65,7 @@ pub(super) fn moved(found: &Modelled, own: &[&Outcome]) -> comfy_table::Table {
         let rates = found.moved.iter().map(|part| {
             let rate = &part.frames_per_second[at];
             let by = rate.over(&o.run.frames_per_second());
-            format!("{}, x {}", range(rate), ratio(&by))
+            format!("{}, x {}", tight(rate), times(&by))
         });
         let name = std::iter::once(clock::marked(o.variant.name, &found.clock));
         table.add_row(name.chain(rates).collect::<Vec<_>>());

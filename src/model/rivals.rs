@@ -10,7 +10,7 @@ use crate::args::Common;
 use crate::bounds::ratio;
 use crate::failure::Failure;
 use crate::progress;
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 pub(super) fn run(
@@ -73,7 +73,8 @@ fn print(scenes: &[Accelerators]) {
         let own: Vec<_> = all.iter().map(|ratios| ratios[i]).collect();
         ratio(&means::mean(&own))
     };
-    say!(
+    prose!(
+        0,
         "{}: {} times NeuRex and {} times NGPC without SpaRW, {} and {} with it; the paper: 2.0, about 1, 16.4, 8.2",
         clock::marked_mean("mean", scenes.iter().map(|own| &own.clock)),
         mean(0),
@@ -81,7 +82,8 @@ fn print(scenes: &[Accelerators]) {
         mean(2),
         mean(3)
     );
-    say!(
+    prose!(
+        0,
         "NeuRex: tables in MVoxels as here, banks that hold whole vectors (feature-major, 16 banks, 16 lanes), {NEUREX_SIDE} x {NEUREX_SIDE} multipliers; the paper takes that one's published speed-up instead. NGPC: all tables on chip, a bank a level that gives a vertex a cycle"
     );
 }

@@ -13,7 +13,7 @@ use super::assumptions;
 use super::clock;
 use super::limits;
 use crate::bounds::{known, range, ratio, saving, with_mid};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 fn db(of: Option<f64>) -> String {
@@ -137,6 +137,7 @@ pub(super) fn print(found: &Modelled, system: &System) {
         say!("\n{}", shown(&limits::table(found, &own)));
         if scenario == Scenario::Local {
             say!("\n{}", shown(&limits::moved(found, &own)));
+            say!("  x: over the variant as it is, ? where that includes 1");
         }
         for (bound, at) in [("overlap wholly", true), ("do not overlap", false)] {
             let of = |o: &&Outcome| {
@@ -163,7 +164,8 @@ pub(super) fn print(found: &Modelled, system: &System) {
 /// The modelled path, and the basis of its figures.
 fn heading(found: &Modelled) {
     let options = &found.options;
-    say!(
+    prose!(
+        0,
         "{} ({}), {} x {}, {} frames, window {}{}{}",
         found.scene,
         found.algorithm,
@@ -181,8 +183,9 @@ fn heading(found: &Modelled) {
             false => "; rendered and counted now",
         }
     );
-    say!(
-        "  units: {}, by cycle models (--ladder: beside formulas and Verilated units), {}; full \
+    prose!(
+        2,
+        "units: {}, by cycle models (--ladder: beside formulas and Verilated units), {}; full \
          frames are counted at the references' poses; {:.1} % of the targets' non-void pixels are \
          rendered",
         found.preset.map_or_else(
@@ -210,8 +213,9 @@ fn pixel_pairs(pairs: PathPairs) {
         let counted = of.pairs_drawn + of.pairs_stopped;
         100.0 * counted as f64 / f64::max(of.pairs_evaluated as f64, 1.0)
     };
-    say!(
-        "  pairs of pixel and Gaussian whose alpha counts, of those that are evaluated: {:.1} % of \
+    prose!(
+        2,
+        "pairs of pixel and Gaussian whose alpha counts, of those that are evaluated: {:.1} % of \
          {} in full frames, {:.1} % of {} in the rest",
         share(full),
         full.pairs_evaluated,
@@ -220,8 +224,9 @@ fn pixel_pairs(pairs: PathPairs) {
     );
     if let Some([full, rest]) = pairs.tile_tests {
         let share = |of: PairTest| 100.0 * of.left_out as f64 / f64::max(of.pairs as f64, 1.0);
-        say!(
-            "  pairs of tile and Gaussian that the GPU tests and leaves out, since no pixel can count: \
+        prose!(
+            2,
+            "pairs of tile and Gaussian that the GPU tests and leaves out, since no pixel can count: \
              {:.1} % of {} in full frames, {:.1} % of {} in the rest",
             share(full),
             full.pairs,
@@ -240,8 +245,9 @@ fn memory_rates(memory: &PathReplay) {
         )
     };
     let rest = memory.rest.unwrap_or(memory.full);
-    say!(
-        "  memory, with their accesses replayed: misses of the GPU's cache {} in full frames, {} \
+    prose!(
+        2,
+        "memory, with their accesses replayed: misses of the GPU's cache {} in full frames, {} \
          in the rest; MVoxels {} and {}",
         rate(memory.full.missed),
         rate(rest.missed),
@@ -374,8 +380,10 @@ fn energy(clock: &Clock, own: &[&Outcome]) -> comfy_table::Table {
 fn gathering_alone(found: &Modelled) {
     let gathered = &found.gathered;
     let (paper, whose) = gathering_speed_up(&found.algorithm);
-    say!(
-        "\ngathering of a full frame, {}: {} ms on the GPU, {} ms on the unit, a speed-up of {} (the \
+    say!("");
+    prose!(
+        0,
+        "gathering of a full frame, {}: {} ms on the GPU, {} ms on the unit, a speed-up of {} (the \
          paper: {paper} {whose})",
         clock::at(&found.clock),
         range(&gathered.gpu_ns.map(|ns| ns * 1e-6)),
@@ -383,8 +391,9 @@ fn gathering_alone(found: &Modelled) {
         times(&gathered.gpu_ns, &gathered.unit_ns)
     );
     let memory = &gathered.memory;
-    say!(
-        "  its memory energy: {:.3} > {:.3} mJ; {} of the saving by less traffic, the rest by \
+    prose!(
+        2,
+        "its memory energy: {:.3} > {:.3} mJ; {} of the saving by less traffic, the rest by \
          streaming (the paper: {:.1} %)",
         memory.before_pj * 1e-9,
         memory.after_pj * 1e-9,
