@@ -346,25 +346,44 @@ impl Scene {
         self.operands_hold_splats(config)
     }
 
-    /// Refuses a configuration whose vector unit lacks an operation of splats, unless a splat unit
-    /// composites.
+    /// Refuses a configuration whose gathering unit takes no single ids, or whose vector unit lacks an
+    /// operation of splats where no splat unit composites.
     fn composites_splats(&self, config: &Config) -> Result<(), SceneError> {
-        if self.splat_unit(config).is_some() {
-            return Ok(());
+        let able = || presets_that(|own| gathers_records(own) && missing_op(own).is_none());
+        if !gathers_records(config) {
+            let expected = format!("\"both\" or \"unstructured\", for single ids{}", able());
+            return self.refused("gu.modes", "\"structured\"".to_owned(), expected);
         }
-        let lacks = |config: &Config| {
-            let wanted = [OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
-            wanted.into_iter().find(|op| !config.vu.ops.contains(op))
+        let missing = match self.splat_unit(config) {
+            Some(_) => None,
+            None => missing_vector_op(config),
         };
-        let Some(op) = lacks(config) else {
-            return Ok(());
-        };
-        let able = presets_that(|preset| preset.su.is_some() || lacks(preset).is_none());
+        let Some(op) = missing else { return Ok(()) };
         let expected = format!(
-            "\"{}\" among the operations, or a splat unit ([su]){able}",
-            op.name()
+            "\"{}\" among the operations, or a splat unit ([su]){}",
+            op.name(),
+            able()
         );
         self.refused("vu.ops", OpCode::list(&config.vu.ops), expected)
+    }
+}
+
+/// Whether the gathering unit takes single ids, as records need.
+fn gathers_records(config: &Config) -> bool {
+    config.supported_vertices().contains(&Vertices::One)
+}
+
+/// An operation of splats that the vector unit lacks.
+fn missing_vector_op(config: &Config) -> Option<OpCode> {
+    let wanted = [OpCode::SquareSum, OpCode::Exp, OpCode::Multiply];
+    wanted.into_iter().find(|op| !config.vu.ops.contains(op))
+}
+
+/// As [`missing_vector_op`], of a configuration whose splat unit composites.
+fn missing_op(config: &Config) -> Option<OpCode> {
+    match config.su {
+        Some(_) => None,
+        None => missing_vector_op(config),
     }
 }
 

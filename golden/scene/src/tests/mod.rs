@@ -166,8 +166,13 @@ fn errors_of_fields_name_their_scene() {
 /// and no others.
 #[test]
 fn a_refusal_names_the_presets_that_render_the_scene() {
-    let config = Config::preset("lean-splats").unwrap();
-    for name in ["lantern", "cairn:ngp"] {
+    for (preset, name) in [
+        ("lean-splats", "lantern"),
+        ("lean-splats", "cairn:ngp"),
+        ("lean-fields", "garden"),
+        ("parity", "garden"),
+    ] {
+        let config = Config::preset(preset).unwrap();
         let mut scene = opened(name);
         scene.set_size(Some(4), Some(4)).unwrap();
         let render = |config: &Config| scene.render_fixed(config, &mut ReferenceUnits::new(config));
