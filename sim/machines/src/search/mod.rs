@@ -173,6 +173,11 @@ impl Search<'_> {
     pub fn run(&self, folder: &Path, progress: &dyn Progress) -> Result<Searched, SweepError> {
         let mut evaluation = Evaluation::open(folder)?;
         let points = self.space.len();
+        let tried = match points <= self.budget {
+            true => points,
+            false => 2 * self.budget,
+        };
+        progress.expect((self.scenes.len() * (1 + tried)) as u64);
         let base = self.base(&mut evaluation, progress)?;
         if points <= self.budget {
             let all = (0..points).map(|at| self.space.places(at)).collect();

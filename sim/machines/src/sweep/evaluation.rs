@@ -98,7 +98,8 @@ impl Evaluation {
             .collect()
     }
 
-    /// Evaluates the tasks that no line is of, in their order, so that neighbours share what is counted.
+    /// Evaluates the tasks that no line is of, in their order, so that neighbours share what is counted. Each
+    /// task is a step, which the caller announces.
     ///
     /// # Errors
     /// The journal cannot be written.
@@ -113,7 +114,7 @@ impl Evaluation {
             .into_iter()
             .map(|(_, own)| own)
             .collect();
-        progress.expect(waiting.len() as u64);
+        progress.advance((tasks.len() - waiting.len()) as u64);
         let jobs = thread::available_parallelism().map_or(1, NonZero::get);
         let failed = Mutex::new(None);
         let found = evaluate_each(&waiting, jobs, (&self.bench, workload), |line| {

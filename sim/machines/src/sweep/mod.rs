@@ -45,6 +45,7 @@ impl Plan {
     pub fn run(&self, folder: &Path, progress: &dyn Progress) -> Result<Swept, SweepError> {
         let mut evaluation = Evaluation::open(folder)?;
         let tasks = self.tasks();
+        progress.expect(tasks.len() as u64);
         evaluation.all(&tasks, &self.workload, progress)?;
         Ok(self.swept(&tasks, &evaluation))
     }
