@@ -29,6 +29,15 @@ pub(crate) fn figures(header: impl Into<Row>) -> Table {
     table
 }
 
+/// A table as [`plain`], whose long cells are broken at words, within a hundred characters.
+pub(crate) fn side_by_side(header: impl Into<Row>) -> Table {
+    let mut table = plain(header);
+    table
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(LINE);
+    table
+}
+
 /// Most columns of a line.
 const LINE: u16 = 98;
 

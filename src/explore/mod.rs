@@ -20,7 +20,7 @@ use crate::progress::{self, Shown};
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
 use crate::scene::{ManyScenes, left_open_of_files, say_not_checked};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -280,7 +280,8 @@ fn prove(
             elements,
             pixels,
         } = proof?;
-        say!(
+        prose!(
+            0,
             "its Verilog was verified on {}: no mismatch in any bit or cycle of {} of {} feature vectors, \
              {} of {} elements and {} of {} pixels of splat units",
             scene.name(),

@@ -38,7 +38,7 @@ pub(super) fn settings(searched: &Searched) {
     let header = ["field"]
         .into_iter()
         .chain(rows.iter().map(|(name, _)| *name));
-    let mut table = tables::plain(header.collect::<Vec<_>>());
+    let mut table = tables::side_by_side(header.collect::<Vec<_>>());
     for (at, (field, _)) in searched.base.setting.iter().enumerate() {
         let value = |tried: &Tried| {
             let own = tried.setting.get(at);
@@ -142,14 +142,16 @@ pub(super) fn beside_random(searched: &Searched, goal: &Goal) {
     };
     let after = |trials: &Trials| trials.best.map_or(0, |at| at + 1);
     let (column, _) = goal.objective.column();
-    say!(
+    prose!(
+        0,
         "best {column}: after {} points by estimators, after {} by a random search of the same budget",
         after(&searched.trials),
         after(random)
     );
     let both = searched.trials.nearest().zip(random.nearest());
     if both.is_some_and(|(own, chance)| chance.is_better(own)) {
-        say!(
+        prose!(
+            0,
             "the random search found the better machine: a larger --budget may find a better one yet"
         );
     }

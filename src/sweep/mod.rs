@@ -26,7 +26,7 @@ use crate::progress::{self, Shown};
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
 use crate::scene::{left_open_of_files, note, say_not_checked};
-use crate::stdout::{self, say};
+use crate::stdout::{self, prose, say};
 use crate::suggest;
 
 /// Version of the JSON report.
@@ -239,8 +239,9 @@ fn say_unknown(rows: &Rows, names: &[String], workload: &Workload) {
             _ => "",
         };
         if count > 0 {
-            say!(
-                "  {name} is not known for {count} of {} rows, which are on no front of it{why}",
+            prose!(
+                2,
+                "{name} is not known for {count} of {} rows, which are on no front of it{why}",
                 figured.len()
             );
         }
@@ -285,7 +286,8 @@ fn summary(swept: &Swept, seconds: f64) {
         0 => String::new(),
         count => format!(", {:.2} ms each", 1e3 * seconds / count as f64),
     };
-    say!(
+    prose!(
+        0,
         "{} point{}: {} evaluated now in {seconds:.1} s{each}, {} read from the journal, {refused} without \
          figures",
         rows.len(),
@@ -301,7 +303,7 @@ fn summary(swept: &Swept, seconds: f64) {
         }
     }
     for (why, count) in reasons.iter().take(SHOWN) {
-        say!("  {count} without figures: {why}");
+        prose!(2, "{count} without figures: {why}");
     }
     if let Some(more) = reasons.len().checked_sub(SHOWN).filter(|more| *more > 0) {
         say!("  and {more} more reasons, in the column `refused`");

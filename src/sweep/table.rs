@@ -33,6 +33,9 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
         own.len(),
         rows.rows.len()
     );
+    if own.is_empty() {
+        return;
+    }
     let shown = ["machine", "scene"];
     let several = |name: &str| {
         let mut all = rows.rows.iter().filter_map(|row| row.cells.get(at(name)?));

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::{COLUMNS, assert_narrow, rows};
+use super::{assert_narrow, rows};
 use crate::common::{expect, json};
 
 #[test]
@@ -13,10 +13,7 @@ fn rivals_stand_on_the_counted_trace() {
         "compare", "--rivals", "--csv", "r.csv", "--json", "r.json", "paper",
     ];
     let text = expect(folder.path(), 0, &arguments);
-    let table = text.split_once("\ngarden ").unwrap().1;
-    for line in table.lines().filter(|line| !line.starts_with("  ")) {
-        assert!(line.chars().count() <= COLUMNS, "{line}");
-    }
+    assert_narrow(&text);
     assert!(text.contains("frozen, trace ") && !text.contains("NOT the frozen trace"));
     assert!(text.contains("1.28 times, on assumed counts"), "{text}");
     // Its bandwidth is not known, and what is not counted makes no frame faster.
@@ -215,4 +212,35 @@ fn gpus_of_several_systems_are_told_apart() {
         assert_eq!(text.matches(&format!("{gpu} alone")).count(), 1, "{text}");
         assert!(text.contains(&format!("  {gpu}, as lean-splats")), "{text}");
     }
+}
+
+/// Ratios are over the first machine: without its figures there are none, and the output says so. The others
+/// have their figures.
+#[test]
+fn a_first_machine_without_figures_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = expect(
+        folder.path(),
+        0,
+        &[
+            "compare",
+            "lean-splats",
+            "paper",
+            "--scene",
+            "lantern,cairn:dvgo",
+            "--width",
+            "8",
+            "--frames",
+            "1",
+        ],
+    );
+    assert_narrow(&text);
+    for part in [
+        "lean-splats is left out",
+        "no ratios here: the first machine has no figures",
+        "no means over scenes",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains("geometric means"), "{text}");
 }

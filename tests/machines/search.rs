@@ -187,3 +187,57 @@ fn why_a_search_finds_nothing_is_told() {
     let kept = fs::read_to_string(path.join("found.toml")).unwrap();
     assert_eq!(kept, "preset = \"paper\"\n");
 }
+
+/// Knobs that no preset has, as many as the table can hold: its figures stay, and a clock that no block reaches
+/// wins nothing.
+#[test]
+fn a_search_over_many_knobs_keeps_its_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let vary = [
+        "su.units=1,4",
+        "su.lanes=1",
+        "su.tiles=4",
+        "rit.pairs=all,that-may-count",
+        "vu.exp.pipelined=true",
+        "vu.lanes=8,24",
+        "vu.ops=[[\"exp\"], [\"square-sum\", \"exp\", \"multiply\"]]",
+        "gu.pipelined=false,true",
+        "system.array_rows=8,24",
+        "clock=reached,2.0",
+    ];
+    let vary = vary.iter().flat_map(|own| ["--vary", own]);
+    let search = [
+        "explore",
+        "paper",
+        "--width",
+        "16",
+        "--frames",
+        "1",
+        "--budget",
+        "40",
+        "--max-area",
+        "1.08",
+    ];
+    let text = expect(
+        folder.path(),
+        0,
+        &search.into_iter().chain(vary).collect::<Vec<_>>(),
+    );
+    assert_narrow(&text);
+    let front = text.split_once("front of fps, area and quality").unwrap().1;
+    let header: Vec<&str> = front
+        .lines()
+        .skip(1)
+        .take_while(|line| !line.contains("0."))
+        .collect();
+    assert!(header.concat().contains("psnr_db"), "{text}");
+    assert!(
+        text.contains("points is above the one that their slowest block reaches"),
+        "{text}"
+    );
+    let found = fs::read_to_string(folder.path().join("found.toml")).unwrap();
+    assert!(
+        found.contains("[su]") && !found.contains("clock_ghz"),
+        "{found}"
+    );
+}

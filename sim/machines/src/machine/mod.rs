@@ -58,6 +58,17 @@ pub(crate) fn shown(value: &Value) -> String {
     }
 }
 
+/// A value of a report as [`shown`] has it.
+fn in_toml(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::Array(all) => {
+            let each: Vec<String> = all.iter().map(in_toml).collect();
+            format!("[{}]", each.join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
 impl Machine {
     /// The machine that a command line names: a preset, or a file.
     ///
@@ -189,11 +200,10 @@ impl Machine {
             };
             let pointer = format!("/{}", field.replace('.', "/"));
             let found = whole.pointer(&pointer).filter(|own| !own.is_null())?;
-            Some(
-                found
-                    .as_str()
-                    .map_or_else(|| found.to_string(), str::to_owned),
-            )
+            Some(match found.as_str() {
+                Some(text) => text.to_owned(),
+                None => in_toml(found),
+            })
         };
         given.or_else(default)
     }

@@ -73,6 +73,7 @@ fn a_point_changes_one_field() {
         own.value("system.gpu.device").as_deref(),
         Some("xavier-maxn")
     );
+    assert_eq!(own.value("gu.vertices").as_deref(), Some("[8, 4, 2]"));
     assert_eq!(own.value("render.step"), None);
 }
 
