@@ -35,6 +35,9 @@ pub(crate) fn side_by_side(header: impl Into<Row>) -> Table {
     table
         .set_content_arrangement(ContentArrangement::Dynamic)
         .set_width(LINE);
+    if let Some(names) = table.column_mut(0) {
+        names.set_constraint(ColumnConstraint::ContentWidth);
+    }
     table
 }
 

@@ -91,17 +91,18 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             ]);
         }
     }
-    // Machines that render otherwise are beside another frame of the same GPU.
+    // Machines that render otherwise are beside another frame of the same GPU, which stands below its first.
     let mut alone: Vec<&Figures> = vec![];
     for own in rows.iter().filter_map(Row::figures) {
         if alone.iter().all(|known| !is_alone_alike(known, own)) {
-            alone.push(own);
+            let after = alone.iter().rposition(|known| known.gpu == own.gpu);
+            alone.insert(after.map_or(alone.len(), |at| at + 1), own);
         }
     }
     for (at, own) in alone.iter().enumerate() {
         let is_known = alone[..at].iter().any(|before| before.gpu == own.gpu);
         let name = match is_known {
-            true => format!("  {}, as {}", own.gpu, shortened(&own.machine)),
+            true => format!("  as {}", shortened(&own.machine)),
             false => format!("{} alone", own.gpu),
         };
         let first = rows.first().and_then(Row::figures);

@@ -28,6 +28,11 @@ pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
+/// A text with one space between its words: sentences of the output are broken at words.
+pub(crate) fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Runs, expects an exit code, and gives what was printed.
 pub(crate) fn expect(folder: &Path, code: i32, arguments: &[&str]) -> String {
     let output = run(folder, arguments);

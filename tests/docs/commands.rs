@@ -113,7 +113,8 @@ fn follow(page: &Path, with_slow: bool) -> usize {
                 _ => panic!("{command:?} gives figures: it succeeds"),
             },
             None => {
-                let arguments: Vec<&str> = command.arguments.split(' ').collect();
+                let words = shell_words::split(&command.arguments).expect("words of a shell");
+                let arguments: Vec<&str> = words.iter().map(String::as_str).collect();
                 expect(folder.path(), command.status, &arguments);
             }
         }

@@ -301,7 +301,8 @@ fn printed(commands: &[&str], is_wide: bool) -> Result<Printed, String> {
     let mut texts = vec![];
     for command in commands.iter().filter(|command| **command != "files") {
         let command = command.replace(SHARED, "shared");
-        let mut arguments: Vec<&str> = command.split(' ').collect();
+        let words = shell_words::split(&command).map_err(|error| format!("{command}: {error}"))?;
+        let mut arguments: Vec<&str> = words.iter().map(String::as_str).collect();
         arguments.extend(is_wide.then_some("--wide"));
         let done = run(folder.path(), &arguments);
         if !done.status.success() {

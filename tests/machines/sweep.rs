@@ -4,7 +4,7 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use super::assert_narrow;
-use crate::common::{expect, potamoi};
+use crate::common::{expect, potamoi, words};
 
 const PLAN: &str = "scenes = [\"garden\"]\nwidth = 48\n[vary]\n\"vu.lanes\" = { from = 2, to = 16, step = 1 }\n\
     \"system.memory_channels\" = [1, 2, 4]\n\"gu.banks\" = [16, 0, 32]\nclock_ghz = [\"reached\", 1.0]\n";
@@ -184,9 +184,7 @@ fn what_a_used_folder_has_is_told() {
         text.contains("psnr_db is not known for 2 of 2 rows"),
         "{text}"
     );
-    // Sentences are broken at words.
-    let words: Vec<&str> = text.split_whitespace().collect();
-    assert!(words.join(" ").contains("`quality = false`"), "{text}");
+    assert!(words(&text).contains("`quality = false`"), "{text}");
     sweep("a.toml", &[]);
     assert_eq!(rows(), first);
 }
