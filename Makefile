@@ -5,7 +5,7 @@ export CARGO_TERM_COLOR ?= auto
 
 step = @printf '\n==> %s\n' '$(1)'
 
-.PHONY: help demo test test-full refresh figures plots docs book parameters grid forms lint bench setup dist
+.PHONY: help demo test test-full refresh figures plots docs book parameters grid forms memories lint bench setup dist
 
 help:
 	@printf '%s\n' \
@@ -20,6 +20,7 @@ help:
 	  'make parameters LIBERTY=FILE  synthesise again: synth/PRESET-asap7.json and synth/records-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
 	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
+	  'make memories   memories by shape, with their area by CACTI: synth/memories-cacti.json' \
 	  'make lint       formatting and lints alone' \
 	  'make bench      the benchmarks' \
 	  'make dist       wheels and archives for Linux, x86-64 and aarch64: dist/' \
@@ -161,6 +162,10 @@ forms: setup
 	@tools/setup synth
 	cargo run --locked --release --quiet -- synth --liberty "$(LIBERTY)" --node 7 \
 	  --forms synth/forms-asap7.json
+
+memories:
+	@tools/setup memories
+	cargo run --locked --release --quiet -- synth --memories synth/memories-cacti.json
 
 bench: setup
 	cargo bench --locked

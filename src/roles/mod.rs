@@ -33,7 +33,9 @@ fn role(argument: &str) -> Option<Role> {
         | "scene" | "scenes" | "for_scene" | "camera" | "mesh" | "trace" | "system" | "synth"
         | "liberty" | "compare" | "activity" | "fit_to" => Role::Input,
         "out" | "picture" | "json" | "vcd" | "csv" | "prices" | "plot" | "plot_energy"
-        | "plot_roofline" | "found" | "chrome_trace" | "report" | "grid" | "forms" => Role::Output,
+        | "plot_roofline" | "found" | "chrome_trace" | "report" | "grid" | "forms" | "memories" => {
+            Role::Output
+        }
         _ => return None,
     })
 }

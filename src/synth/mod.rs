@@ -2,6 +2,7 @@
 
 mod fpga;
 mod grid;
+mod memories;
 mod power;
 mod print;
 
@@ -81,6 +82,10 @@ pub(crate) struct SynthArgs {
     /// multiply, two bits per step, straight pieces, other widths); --config and --unit are ignored
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists", "report", "grid"])]
     forms: Option<PathBuf>,
+    /// Ask CACTI about the memories of units and buffers over the usual values of their fields, for areas of
+    /// units that were not synthesised; --config, --unit and --liberty are ignored
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists", "report", "grid", "forms", "fpga"])]
+    memories: Option<PathBuf>,
     /// FPGA family to place and route for, with Yosys and nextpnr [default: cells of the library]
     #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid", "forms"])]
     fpga: Option<Family>,
@@ -152,10 +157,13 @@ impl Units {
 
 pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     check(args)?;
-    let written = [&args.report, &args.grid, &args.forms];
+    let written = [&args.report, &args.grid, &args.forms, &args.memories];
     args.files.prepare(written.map(Option::as_ref))?;
     let config = common.read_config()?;
     let cache = potamoi_verilated::cache::folder("synth").map_err(SynthError::from)?;
+    if let Some(path) = &args.memories {
+        return memories::run(&cache, path);
+    }
     if let Some(Family::Ecp5) = args.fpga {
         return fpga::run(&config, args, &cache);
     }

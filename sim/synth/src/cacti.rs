@@ -28,7 +28,9 @@ const TRANSISTORS: &str = "itrs-lstp";
 const KELVIN: u32 = 300;
 
 /// Words and ports of a memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 pub struct Shape {
     /// Words.
     pub words: u64,

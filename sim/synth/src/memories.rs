@@ -38,7 +38,7 @@ pub struct Memories {
 }
 
 /// Words and ports of a macro.
-fn shape(own: &MemoryArea) -> Shape {
+pub(super) fn shape(own: &MemoryArea) -> Shape {
     Shape {
         words: own.words,
         bits: own.bits,

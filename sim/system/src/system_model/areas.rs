@@ -2,7 +2,7 @@
 
 use potamoi_formats::config::Config;
 use potamoi_synth::fit::Fit;
-use potamoi_synth::{SYSTEM, SynthReport, Synthesised, UnitKind, scaling};
+use potamoi_synth::{MemoryTable, SYSTEM, Shape, SynthReport, Synthesised, UnitKind, scaling};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -128,12 +128,12 @@ fn unit(config: &Config, known: &Known<'_>, unit: UnitKind, count: u64) -> Block
     let logic = factors
         .ok_or_else(|| "the formulas are of a node without factors".to_owned())
         .and_then(|factors| Logic::of(known, config, unit, &factors));
-    // Vector units have no memories: their FIFO is flip-flops.
-    let memories_mm2 = (unit == UnitKind::Vector).then_some(0.0);
-    let lacks = match memories_mm2 {
-        Some(_) => "",
-        None => "; memories not known: potamoi synth --json F, then --synth F",
+    let memories = memories_by_shape(config, unit);
+    let lacks = match &memories {
+        Ok(_) => String::new(),
+        Err(why) => format!("; memories not known: {why}"),
     };
+    let memories_mm2 = memories.ok().map(times);
     let (logic_mm2, from) = match logic {
         Ok((own, from)) => (Some(times(own.area_um2 * 1e-6)), format!("{from}{lacks}")),
         Err(why) => (None, why),
@@ -145,6 +145,18 @@ fn unit(config: &Config, known: &Known<'_>, unit: UnitKind, count: u64) -> Block
         memories_mm2,
         from,
     }
+}
+
+/// Memories of a unit that was not synthesised, in square millimetres at the system's node.
+fn memories_by_shape(config: &Config, unit: UnitKind) -> Result<f64, String> {
+    // Vector units have none: their FIFO is flip-flops.
+    if unit == UnitKind::Vector {
+        return Ok(0.0);
+    }
+    let table = MemoryTable::checked_in().map_err(|error| error.to_string())?;
+    let factors = scaling::memory(table.origin.node_nm, NODE_NM)
+        .ok_or_else(|| format!("no factors from {} nm", table.origin.node_nm))?;
+    Ok(table.area_um2(config, unit)? * factors.area * 1e-6)
 }
 
 fn array(system: &SynthReport, macs: u64) -> BlockArea {
@@ -162,7 +174,7 @@ fn array(system: &SynthReport, macs: u64) -> BlockArea {
     }
 }
 
-/// The buffers around the units. Banks of another size than those that were modelled have no known area.
+/// The buffers around the units, whose words are as wide as those of the paper's.
 fn buffers(system: &SynthReport, around: &System) -> Vec<BlockArea> {
     let wanted = [
         (
@@ -172,33 +184,44 @@ fn buffers(system: &SynthReport, around: &System) -> Vec<BlockArea> {
         ),
         ("weight_buffer", around.weight_buffer_bytes, 1),
     ];
-    let all = memories(system, SYSTEM).unwrap_or_default();
-    let bytes_of = |name: &str| {
-        let shape = &system.memory(SYSTEM, name)?.0.shape;
-        Some(shape.words * shape.bits / 8)
-    };
     let of = |(block, bytes, count): (&str, u64, u64)| {
-        let known = all.iter().find(|(name, ..)| name == block);
-        let bank = bytes / count.max(1);
-        let same = bytes_of(block).filter(|own| *own == bank);
-        let each = known.map(|(_, count, mm2)| mm2 / *count as f64);
+        let each = bank_mm2(system, block, bytes / count.max(1));
         BlockArea {
             block: block.to_owned(),
             count,
             logic_mm2: Some(0.0),
-            memories_mm2: each
-                .filter(|_| same.is_some())
-                .map(|mm2| count as f64 * mm2),
-            from: match (same, bytes_of(block)) {
-                (Some(_), _) => "CACTI".to_owned(),
-                (None, Some(own)) => {
-                    format!("a bank of {bank} bytes was not modelled, one of {own} bytes was")
-                }
-                (None, None) => "the parameters lack this memory".to_owned(),
-            },
+            memories_mm2: each.as_ref().ok().map(|mm2| count as f64 * mm2),
+            from: each.err().unwrap_or_else(|| "CACTI".to_owned()),
         }
     };
     wanted.into_iter().map(of).collect()
+}
+
+/// A bank of a buffer in square millimetres: as in the parameters, or of the table of memories.
+fn bank_mm2(system: &SynthReport, block: &str, bytes: u64) -> Result<f64, String> {
+    let own = (system.memory(SYSTEM, block)).ok_or("the parameters lack this memory")?;
+    let own = own.0;
+    let node_nm = (system.raw.memories.as_ref()).map_or(0, |all| all.origin.node_nm);
+    let shape = Shape {
+        words: bytes * 8 / own.shape.bits,
+        ..own.shape
+    };
+    let table = MemoryTable::checked_in().map_err(|error| error.to_string())?;
+    let (figures, node_nm) = match shape == own.shape {
+        true => (Some(&own.figures), node_nm),
+        false => (table.figures(&shape), table.origin.node_nm),
+    };
+    let figures = figures.ok_or_else(|| {
+        let table: Vec<String> = (table.words(&own.shape).iter())
+            .map(|words| (words * own.shape.bits / 8).to_string())
+            .collect();
+        format!(
+            "CACTI did not model a bank of {bytes} bytes; it modelled {} bytes",
+            table.join(", ")
+        )
+    })?;
+    let factors = scaling::memory(node_nm, NODE_NM).ok_or("no factors for the memory's node")?;
+    Ok(figures.area_um2 * factors.area * 1e-6)
 }
 
 #[cfg(test)]
@@ -256,13 +279,14 @@ mod tests {
         );
         assert_eq!((all.units_mm2, all.total_mm2), (None, None));
         assert!(block(&all, "gathering_unit").mm2().is_some());
+        // Memories are known by shape, of units that were not synthesised too.
         let wide = area("[gu]\nbanks = 24\n");
-        let gathering = block(&wide, "gathering_unit");
-        assert!(gathering.logic_mm2.is_some() && gathering.memories_mm2.is_none());
-        assert!(
-            gathering.from.contains("memories not known"),
-            "{}",
-            gathering.from
-        );
+        assert!(block(&wide, "gathering_unit").mm2().is_some());
+        // A buffer of another size is of the table too; one that CACTI was not asked about names those.
+        let reports = Synthesised::checked_in().unwrap();
+        let of = |bytes| bank_mm2(&reports[0].report, "weight_buffer", bytes);
+        assert!(of(49_152).unwrap() < of(98_304).unwrap());
+        let error = of(50_000).unwrap_err();
+        assert!(error.contains("it modelled 24576, 49152, 98304"), "{error}");
     }
 }
