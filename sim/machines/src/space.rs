@@ -203,7 +203,8 @@ impl Space {
                 });
             }
         }
-        let own = Self { base, axes };
+        let mut own = Self { base, axes };
+        own.read_texts();
         let count =
             (own.axes.iter()).try_fold(1usize, |of, axis| of.checked_mul(axis.values.len()));
         if count.is_none_or(|count| count > MOST) {
@@ -211,6 +212,25 @@ impl Space {
         }
         own.check()?;
         Ok(own)
+    }
+
+    /// Takes a number for a text where a field takes texts alone: the device `3090`.
+    fn read_texts(&mut self) {
+        let base = &self.base;
+        let is_taken = |field: &str, value: &Value| {
+            let found = base.with(&base.name, &[(field, value.clone())]);
+            found.map_or_else(|error| error.is_rule(), |_| true)
+        };
+        for axis in &mut self.axes {
+            for values in &mut axis.values {
+                for (field, value) in axis.fields.iter().zip(values) {
+                    let text = Value::Text(shown(value).into());
+                    if value.text().is_none() && !is_taken(field, value) && is_taken(field, &text) {
+                        *value = text;
+                    }
+                }
+            }
+        }
     }
 
     /// Refuses values that no machine takes, before anything is counted. Values that break a rule
@@ -387,6 +407,9 @@ mod tests {
             let error = space(axes).unwrap_err().to_string();
             assert!(error.contains(said), "{axes:?}: {error}");
         }
+        // A device whose name is a number needs no quotation marks.
+        let own = space(&["system.gpu.device=3090,xavier-maxn"]).unwrap();
+        assert_eq!(own.machine(&[0]).unwrap().system.gpu.device.name, "3090");
         let own = space(&["gu.banks=16,0,32"]).unwrap();
         assert_eq!(own.len(), 3);
         assert!((0..3).any(|point| own.machine(&own.places(point)).is_err()));
