@@ -5,7 +5,7 @@ import json
 
 #: Columns of names. All others that a sweep writes are numbers.
 TEXTS = ("key", "machine", "preset", "scene", "algorithm", "variant", "gpu", "memory", "fidelity",
-         "clock_origin", "clock_bound_by", "bottleneck", "bottleneck_not_overlapped", "psnr_beside", "refused")
+         "clock_origin", "clock_bound_by", "bottleneck", "bottleneck_not_overlapped", "psnr_beside", "unknown", "refused")
 #: Columns of whole numbers.
 WHOLES = ("width", "height", "memory_channels")
 #: Columns of Booleans, in reports with a front.

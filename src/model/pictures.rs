@@ -44,7 +44,9 @@ fn energies(of: &Outcome) -> Vec<(&'static str, f64)> {
 
 /// Blocks without energy, for the title.
 fn not_known(found: &Modelled) -> String {
-    let blocks: Vec<_> = (found.energy_unknown.iter()).map(|own| own.block).collect();
+    let blocks: Vec<_> = (found.energy_unknown.iter())
+        .map(|own| own.block.as_str())
+        .collect();
     match blocks.is_empty() {
         true => String::new(),
         false => format!("; without {}, not known", blocks.join(" and ")),

@@ -84,7 +84,7 @@ const fn column(name: &'static str, of: fn(&Figures) -> Cell) -> Column {
 
 /// Columns of figures. `_low` and `_high` are the bounds of the GPU's kernels; without them a figure is
 /// their geometric mean.
-pub const COLUMNS: [Column; 38] = [
+pub const COLUMNS: [Column; 39] = [
     column("machine", |own| own.machine.as_str().into()),
     column("preset", |own| own.preset.into()),
     column("scene", |own| own.scene.as_str().into()),
@@ -136,5 +136,16 @@ pub const COLUMNS: [Column; 38] = [
     column("psnr_db", |own| own.quality.and_then(|own| own.db).into()),
     column("psnr_beside", |own| {
         own.quality.map(|own| own.beside.name()).into()
+    }),
+    column("unknown", |own| {
+        let each = own
+            .unknown
+            .iter()
+            .map(|of| format!("{}: {}", of.block, of.why));
+        let all: Vec<String> = each.collect();
+        match all.is_empty() {
+            true => Cell::Unknown,
+            false => Cell::Text(all.join("; ")),
+        }
     }),
 ];

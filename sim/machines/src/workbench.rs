@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use potamoi_explore::{Progress, Setup, Shared};
 use potamoi_scene::Scene;
 use potamoi_system::system_model::work::{PathOptions, PathParts};
-use potamoi_system::system_model::{Frames, GpuOnly, Scenario};
+use potamoi_system::system_model::{Frames, GpuOnly, Scenario, Unknown};
 
 use crate::figures::{Figures, Timed, alone};
 use crate::machine::{Machine, MachineError};
@@ -89,10 +89,24 @@ impl Workbench {
             memory_mj: timed.memory_mj(),
             units_mm2: area.units_mm2,
             mm2: area.total_mm2,
-            unknown: setup.costs().unknown.clone(),
+            unknown: unknown(&setup),
             quality,
         })
     }
+}
+
+/// Blocks whose energy or area is not known.
+fn unknown(setup: &Setup) -> Vec<Unknown> {
+    let mut all = setup.costs().unknown.clone();
+    for own in setup.area().blocks.iter().filter(|own| own.mm2().is_none()) {
+        let block = own.block.replace('_', " ");
+        // Where its energy is not known either, the reason is the same.
+        if all.iter().all(|known| known.block != block) {
+            let why = format!("its area: {}", own.from);
+            all.push(Unknown { block, why });
+        }
+    }
+    all
 }
 
 impl Workbench {

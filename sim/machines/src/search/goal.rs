@@ -163,6 +163,15 @@ pub(super) fn figure(cells: &[Cell], name: &str) -> Option<f64> {
     cells.get(at)?.number()
 }
 
+/// A text by the name of its column.
+pub(super) fn text<'a>(cells: &'a [Cell], name: &str) -> Option<&'a str> {
+    let at = COLUMNS.iter().position(|own| own.name == name)?;
+    match cells.get(at)? {
+        Cell::Text(own) => Some(own),
+        _ => None,
+    }
+}
+
 fn has_quality(cells: &[Cell]) -> bool {
     let at = COLUMNS.iter().position(|own| own.name == "psnr_beside");
     at.and_then(|at| cells.get(at))

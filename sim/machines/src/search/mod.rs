@@ -147,6 +147,13 @@ impl Tried {
         self.scenes.iter().all(Result::is_ok)
     }
 
+    /// Blocks whose energy or area is not known, with the reason, on the first scene with such blocks.
+    #[must_use]
+    pub fn unknown(&self) -> Option<&str> {
+        let mut rows = self.scenes.iter().flatten();
+        rows.find_map(|cells| goal::text(cells, "unknown"))
+    }
+
     /// Whether its clock is above the one that its slowest block reaches, on any scene.
     #[must_use]
     pub fn is_clock_above_reached(&self) -> bool {

@@ -49,7 +49,7 @@ pub enum CostError {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Unknown {
     /// The block.
-    pub block: &'static str,
+    pub block: String,
     /// The reason, with what to do.
     pub why: String,
 }
@@ -201,7 +201,10 @@ impl Costs {
             estimated: parameters.estimated,
         };
         let mut unknown = vec![];
-        let mut note = |block, why: String| unknown.push(Unknown { block, why });
+        let mut note = |block: &str, why: String| {
+            let block = block.to_owned();
+            unknown.push(Unknown { block, why });
+        };
         let mac = mac_energy(parameters.system);
         if mac.is_none() {
             note(
