@@ -88,7 +88,7 @@ pub(crate) fn show_all_columns() {
 /// then columns are left out, in the order of `last`, and a line below names them.
 pub(crate) fn fitted(table: &Table, last: &[&str]) -> String {
     match WIDE.load(Ordering::Relaxed) {
-        true => table.to_string(),
+        true => table.trim_fmt(),
         false => narrowed(table, last),
     }
 }
@@ -98,9 +98,16 @@ fn width(table: &Table) -> usize {
     lines.map(|line| line.chars().count()).max().unwrap_or(0)
 }
 
-/// Parts of a header between which a line may end: words, and those of a field's path.
+/// Longest part of a field's path that is not broken at its words, in characters.
+const PART: usize = 10;
+
+/// Parts of a header between which a line may end: words, those of a field's path, and words of its long
+/// ones.
 fn parts(header: &str) -> impl Iterator<Item = &str> {
-    header.split_inclusive([' ', '.', '_'])
+    header.split_inclusive([' ', '.']).flat_map(|part| {
+        let is_long = part.chars().count() > PART;
+        part.split_inclusive(move |c| is_long && c == '_')
+    })
 }
 
 /// A header of several lines, each as wide as its column's cells or its longest part.
@@ -145,16 +152,16 @@ fn without(table: &Table, column: usize) -> Table {
     own
 }
 
-fn narrowed(table: &Table, last: &[&str]) -> String {
-    let line = usize::from(LINE);
-    if width(table) <= line {
-        return table.to_string();
-    }
-    let mut own = table.clone();
-    let names: Vec<String> = match table.header() {
+fn header_of(table: &Table) -> Vec<String> {
+    match table.header() {
         Some(header) => header.cell_iter().map(Cell::content).collect(),
         None => vec![],
-    };
+    }
+}
+
+/// The table with headers of several lines.
+fn with_broken_header(table: &Table) -> Table {
+    let mut own = table.clone();
     let wide = |column: usize| {
         let cells = table
             .row_iter()
@@ -162,12 +169,25 @@ fn narrowed(table: &Table, last: &[&str]) -> String {
         let lines = cells.map(|cell| cell.content().lines().map(|l| l.chars().count()).max());
         lines.flatten().max().unwrap_or(0)
     };
-    own.set_header(
-        names
-            .iter()
-            .enumerate()
-            .map(|(at, name)| broken(name, wide(at))),
-    );
+    let names = header_of(table);
+    let each = names.iter().enumerate();
+    own.set_header(each.map(|(at, name)| broken(name, wide(at))));
+    own
+}
+
+/// Whether [`fitted`] leaves no column of a table out.
+pub(crate) fn fits(table: &Table) -> bool {
+    let is_wide = WIDE.load(Ordering::Relaxed);
+    is_wide || width(&with_broken_header(table)) <= usize::from(LINE)
+}
+
+fn narrowed(table: &Table, last: &[&str]) -> String {
+    let line = usize::from(LINE);
+    if width(table) <= line {
+        return table.trim_fmt();
+    }
+    let names = header_of(table);
+    let mut own = with_broken_header(table);
     let mut hidden: Vec<&str> = vec![];
     for name in last {
         if width(&own) <= line {
@@ -205,10 +225,10 @@ fn narrowed(table: &Table, last: &[&str]) -> String {
         }
     }
     match hidden.is_empty() {
-        true => own.to_string(),
+        true => own.trim_fmt(),
         false => {
             let names = format!("left out: {} (--wide)", hidden.join(", "));
-            format!("{own}\n{}", broken_at_words(&names, "", "  "))
+            format!("{}\n{}", own.trim_fmt(), broken_at_words(&names, "", "  "))
         }
     }
 }
@@ -261,7 +281,12 @@ mod tests {
             broken("speed-up the paper's mean", 4),
             "speed-up\nthe\npaper's\nmean"
         );
-        assert_eq!(broken("system.array_rows", 3), "system.\narray_\nrows");
+        assert_eq!(broken("system.array_rows", 3), "system.\narray_rows");
+        assert_eq!(
+            broken("system.array_columns", 3),
+            "system.\narray_\ncolumns"
+        );
+        assert_eq!(broken("psnr_db", 3), "psnr_db");
         assert_eq!(broken("vu.exp.pipelined", 6), "vu.exp.\npipelined");
         assert_eq!(broken("mm2", 9), "mm2");
     }

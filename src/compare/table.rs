@@ -60,13 +60,15 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
         let beside = first.quality.map_or_else(String::new, |own| {
             format!("; PSNR beside {}", own.beside.words())
         });
-        say!(
-            "{} ({}), {} x {}, {} frames{beside}",
+        prose!(
+            0,
+            "{} ({}), {} x {}, {} frame{}{beside}",
             first.scene,
             first.algorithm,
             first.size[0],
             first.size[1],
-            first.frames
+            first.frames,
+            if first.frames == 1 { "" } else { "s" }
         );
     }
     let mut table = tables::narrow([
@@ -122,7 +124,9 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             dash(),
         ]);
     }
-    say!("{}", tables::fitted(&table, &[]));
+    if rows.iter().any(|own| own.figures().is_some()) {
+        say!("{}", tables::fitted(&table, &[]));
+    }
     for own in rows {
         if let Row::Refused {
             machine, refused, ..
@@ -182,15 +186,17 @@ fn named(own: &Figures) -> String {
 /// Longest name of a machine in a table, in characters.
 const NAME: usize = 20;
 
-/// The end of a long name: files differ there.
+/// The end of a long name, of a path its last part: files differ there.
 pub(super) fn shortened(name: &str) -> String {
     let count = name.chars().count();
-    match count > NAME {
-        true => format!(
+    let last = name.rsplit_once('/').map(|(_, last)| format!("../{last}"));
+    match last.filter(|last| last.chars().count() <= NAME) {
+        _ if count <= NAME => name.to_owned(),
+        Some(last) => last,
+        None => format!(
             "..{}",
             name.chars().skip(count + 2 - NAME).collect::<String>()
         ),
-        false => name.to_owned(),
     }
 }
 

@@ -187,12 +187,11 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     beside_base(&search, &searched);
     table::front(&searched, &goal);
     table::above_reached_clock(&searched, &goal);
+    table::unknown(&searched);
+    table::refused(&searched);
     table::beside_random(&searched, &goal);
     let ended = match searched.found() {
-        None => {
-            table::refused(&searched);
-            Err(Failure::inconclusive(nothing_found(&args.found, &searched)))
-        }
+        None => Err(Failure::inconclusive(nothing_found(&args.found, &searched))),
         Some(found) if !found.is_better(&searched.base) => Err(Failure::inconclusive(format!(
             "nothing that was tried is better than {}, which keeps the limits; no machine is written",
             args.machine
@@ -265,7 +264,7 @@ fn prove(
     scenes: &[Scene],
 ) -> Result<Vec<Compared>, Failure> {
     let machine = search.machine(found)?;
-    let text = machine.to_toml()?;
+    let text = format!("{}{}", head(args.seed), machine.to_toml()?);
     files::write(&args.found, &format!("{UNPROVED}{text}"))?;
     let mut all = vec![];
     for scene in scenes {
@@ -302,6 +301,16 @@ fn prove(
     files::write(&args.found, &text)?;
     say!("written to {}", args.found.display());
     Ok(all)
+}
+
+/// The command that found a machine, as the head of its file.
+fn head(seed: u64) -> String {
+    let words: Vec<String> = std::env::args_os()
+        .skip(1)
+        .map(|own| own.to_string_lossy().replace(char::is_control, " "))
+        .collect();
+    let command = shell_words::join(&words);
+    format!("# Found by potamoi {command}, with seed {seed}.\n")
 }
 
 fn usage(error: SpaceError) -> Failure {

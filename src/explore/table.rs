@@ -7,20 +7,22 @@ use crate::front_fields::FrontFields;
 use crate::stdout::{prose, say};
 use crate::tables;
 
-/// Machines of a search that stand side by side, with their names.
+/// Machines with figures of a search that stand side by side, with their names.
 pub(super) fn shown(searched: &Searched) -> Vec<(&'static str, &Tried)> {
-    let found = match searched.found() {
-        Some(_) => "found",
-        None => "nearest",
+    let best = |own: &Tried| match (own.keeps_limits, own.is_better(&searched.base)) {
+        (true, true) => "found",
+        (true, false) => "best of all",
+        (false, _) => "nearest",
     };
     let all = [
         Some(("base", &searched.base)),
-        searched.nearest().map(|own| (found, own)),
+        searched.nearest().map(|own| (best(own), own)),
         (searched.random.as_ref())
             .and_then(|own| own.nearest())
             .map(|own| ("random search", own)),
     ];
-    all.into_iter().flatten().collect()
+    let has_figures = |(name, own): &(&str, &Tried)| *name == "base" || own.has_figures();
+    all.into_iter().flatten().filter(has_figures).collect()
 }
 
 /// The points that were tried, and the fields of the best.
@@ -47,7 +49,7 @@ pub(super) fn settings(searched: &Searched) {
         let each = rows.iter().map(|(_, tried)| value(tried));
         table.add_row([field.clone()].into_iter().chain(each).collect::<Vec<_>>());
     }
-    say!("{table}\n");
+    say!("{}\n", table.trim_fmt());
 }
 
 fn values(of: &Tried) -> Vec<&str> {
@@ -64,29 +66,29 @@ pub(super) fn front(searched: &Searched, goal: &Goal) {
     let on = searched.front(goal.objective);
     let Some(first) = on.first() else { return };
     let (column, _) = goal.objective.column();
-    say!("front of {column}, area and quality: {} machines", on.len());
+    let plural = if on.len() == 1 { "" } else { "s" };
+    say!(
+        "front of {column}, area and quality: {} machine{plural}",
+        on.len()
+    );
     let all: Vec<Vec<&str>> = on.iter().copied().map(values).collect();
     let names = first.setting.iter().map(|(field, _)| field.as_str());
     let fields = FrontFields::of(names.collect(), &all);
     let mut header = vec![column, "mm2", "psnr_db"];
     header.dedup();
-    header.extend(fields.header());
-    let mut table = tables::figures(header);
-    for (own, values) in on.iter().zip(&all).take(SHOWN) {
-        let Some([objective, area, psnr]) = own.place(goal.objective) else {
-            continue;
-        };
+    let rows = on.iter().zip(&all).take(SHOWN).filter_map(|(own, values)| {
+        let [objective, area, psnr] = own.place(goal.objective)?;
         let psnr = match psnr.is_finite() {
             true => number(psnr),
             false => "same".to_owned(),
         };
-        let mut cells = match column {
+        let cells = match column {
             "mm2" => vec![number(area), psnr],
             _ => vec![number(objective), number(area), psnr],
         };
-        cells.extend(fields.cells(values));
-        table.add_row(cells);
-    }
+        Some((cells, values))
+    });
+    let table = fields.table(&header, &rows.collect::<Vec<_>>());
     say!("{}", tables::fitted(&table, &[]));
     fields.say_others();
     if let Some(more) = on.len().checked_sub(SHOWN).filter(|more| *more > 0) {
@@ -98,24 +100,51 @@ pub(super) fn front(searched: &Searched, goal: &Goal) {
 /// Most reasons of refusals that are printed; the JSON report has all.
 const REASONS: usize = 4;
 
-/// Points without figures, by reason.
-pub(super) fn refused(searched: &Searched) {
+/// Reasons with the number of points that have each, the most frequent first.
+fn counted<'a>(all: impl Iterator<Item = &'a str>) -> Vec<(&'a str, usize)> {
     let mut reasons: Vec<(&str, usize)> = vec![];
-    let all = searched.tried().filter(|own| !own.has_figures());
-    for why in all.filter_map(|own| own.scenes.iter().find_map(|own| own.as_ref().err())) {
-        match reasons.iter_mut().find(|(known, _)| known == why) {
+    for why in all {
+        match reasons.iter_mut().find(|(known, _)| *known == why) {
             Some((_, count)) => *count += 1,
             None => reasons.push((why, 1)),
         }
     }
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    reasons
+}
+
+/// Says what points lack, by reason.
+fn lacking(what: &str, reasons: &[(&str, usize)], of: usize) {
     for (why, count) in reasons.iter().take(REASONS) {
-        let all = searched.tried().count();
-        let text = format!("no figures of {count} of {all} points: {why}");
-        prose!(0, "{text}");
+        prose!(0, "{what} of {count} of {of} points: {why}");
     }
     if let Some(more) = reasons.len().checked_sub(REASONS).filter(|more| *more > 0) {
         say!("and {more} more reasons, in --json");
+    }
+}
+
+/// Points without figures, by reason.
+pub(super) fn refused(searched: &Searched) {
+    let all = searched.tried().filter(|own| !own.has_figures());
+    let reasons = all.filter_map(|own| own.scenes.iter().find_map(|own| own.as_ref().err()));
+    let reasons = counted(reasons.map(String::as_str));
+    lacking("no figures", &reasons, searched.tried().count());
+}
+
+/// Points whose area or energy is not known, by the first such block, with the reason at one of them: they
+/// keep no limit of it, and are on no front.
+pub(super) fn unknown(searched: &Searched) {
+    let all: Vec<&str> = searched.tried().filter_map(Tried::unknown).collect();
+    let block = |why: &&str| why.split(':').next().unwrap_or_default().to_owned();
+    let blocks: Vec<String> = all.iter().map(block).collect();
+    for (name, count) in counted(blocks.iter().map(String::as_str)) {
+        let why = all.iter().find(|why| block(why) == name);
+        prose!(
+            0,
+            "area or energy of the {name} is not known at {count} of {} points; of one of them: {}",
+            searched.tried().count(),
+            why.map_or("", |why| why[name.len()..].trim_start_matches([':', ' ']))
+        );
     }
 }
 

@@ -14,6 +14,7 @@ use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_machines::Workload;
 use potamoi_machines::cells::COLUMNS;
+use potamoi_machines::search::is_clock_above_reached;
 use potamoi_machines::sweep::{
     Plan, Rows, SweepError, SweepRow, Swept, better, changes, front, program, setting,
 };
@@ -150,6 +151,7 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     let on = on_front(rows, &args.front)?;
     if let Some(on) = &on {
         table::front(rows, on, &args.front);
+        say_out_of_reach(rows);
         say_unknown(rows, &args.front, &plan.workload);
     }
     if let Some(before) = &before {
@@ -218,6 +220,21 @@ fn remark_replaced(path: &Path, earlier: &Rows, rows: &Rows) {
             path.display(),
             if gone == 1 { "" } else { "s" }
         ));
+    }
+}
+
+/// Says how many rows assume a clock that their machine does not reach.
+fn say_out_of_reach(rows: &Rows) {
+    let count = (0..rows.rows.len())
+        .filter(|at| is_out_of_reach(rows, *at))
+        .count();
+    if count > 0 {
+        prose!(
+            2,
+            "the clock of {count} of {} rows is above the one that their slowest block reaches: they are on no \
+             front",
+            rows.rows.len()
+        );
     }
 }
 
@@ -313,6 +330,14 @@ fn summary(swept: &Swept, seconds: f64) {
 /// Reasons of refusals that are printed.
 const SHOWN: usize = 3;
 
+/// Whether a row's clock is above the one that its slowest block reaches, in a sweep over clocks: where they
+/// do not vary, the machine's file assumes one on purpose.
+fn is_out_of_reach(rows: &Rows, at: usize) -> bool {
+    let row = &rows.rows[at];
+    let is_varied = rows.fields.iter().any(|field| field == "clock_ghz");
+    is_varied && row.refused.is_none() && is_clock_above_reached(&row.cells)
+}
+
 fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure> {
     if names.is_empty() {
         return Ok(None);
@@ -335,7 +360,7 @@ fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure>
         }
         done.push(scene);
         let own: Vec<usize> = (0..rows.rows.len())
-            .filter(|at| scene_of(*at) == scene)
+            .filter(|at| scene_of(*at) == scene && !is_out_of_reach(rows, *at))
             .collect();
         let cells: Vec<_> = own.iter().map(|at| rows.rows[*at].cells.clone()).collect();
         for (at, is_on) in own.into_iter().zip(front(&cells, &columns)?) {

@@ -63,25 +63,23 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
         .chain((is_above && !names.iter().any(|own| own == "clock_ghz")).then_some("clock_ghz"))
         .chain(["bottleneck"])
         .collect();
-    let mut table = tables::figures(
-        columns
-            .iter()
-            .copied()
-            .chain(fields.header())
-            .collect::<Vec<_>>(),
-    );
-    for ((row, _), values) in own.iter().zip(&settings).take(SHOWN) {
-        let cells = columns.iter().map(|name| {
-            let cell = at(name).and_then(|at| row.cells.get(at));
-            let own = cell.map_or_else(String::new, shown_cell);
-            match *name == "clock_ghz" && is_clock_above_reached(&row.cells) {
-                true => format!("!{own}"),
-                false => own,
-            }
+    let rows = own
+        .iter()
+        .zip(&settings)
+        .take(SHOWN)
+        .map(|((row, _), values)| {
+            let cells = columns.iter().map(|name| {
+                let cell = at(name).and_then(|at| row.cells.get(at));
+                let own = cell.map_or_else(String::new, shown_cell);
+                match *name == "clock_ghz" && is_clock_above_reached(&row.cells) {
+                    true => format!("!{own}"),
+                    false => own,
+                }
+            });
+            (cells.collect(), values)
         });
-        table.add_row(cells.chain(fields.cells(values)).collect::<Vec<_>>());
-    }
-    say!("{}", tables::fitted(&table, &[]));
+    let table = fields.table(&columns, &rows.collect::<Vec<_>>());
+    say!("{}", tables::fitted(&table, &["bottleneck"]));
     fields.say_others();
     if is_above {
         say!("  !: above the clock that the slowest block reaches, or that one is not known");
@@ -101,10 +99,10 @@ pub(super) fn changes((found, alone): &(Vec<Change>, usize)) {
     if found.is_empty() {
         return;
     }
-    let mut table = tables::lined(2, ["point", "figure", "there", "here"]);
+    let mut table = tables::plain(["figure", "there", "here", "point"]);
     for own in found.iter().take(SHOWN) {
         let [there, here] = own.cells.each_ref().map(shown_cell);
-        table.add_row([own.point.clone(), own.column.to_owned(), there, here]);
+        table.add_row([own.column.to_owned(), there, here, own.point.clone()]);
     }
     say!("{}", tables::fitted(&table, &[]));
     if let Some(more) = found.len().checked_sub(SHOWN).filter(|more| *more > 0) {
