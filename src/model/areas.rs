@@ -2,6 +2,7 @@
 
 use potamoi_system::system_model::Area;
 
+use crate::stdout::prose;
 use crate::tables;
 
 /// The blocks with their cells and memories, and the sums.
@@ -34,4 +35,18 @@ pub(super) fn table(area: &Area) -> comfy_table::Table {
         table.add_row([name.to_owned(), none(), none(), none(), figure(sum), none()]);
     }
     table
+}
+
+/// Says each memory of the blocks: number, words and bits of one, and the area of all.
+pub(super) fn say_memories(area: &Area) {
+    for block in area.blocks.iter().filter(|own| !own.memories.is_empty()) {
+        let each = block.memories.iter().map(|own| {
+            format!(
+                "{} {} of {} x {} bits, {:.4} mm^2",
+                own.count, own.memory, own.words, own.bits, own.mm2
+            )
+        });
+        let all: Vec<String> = each.collect();
+        prose!(2, "memories of {}: {}", block.block, all.join("; "));
+    }
 }

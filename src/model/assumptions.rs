@@ -16,6 +16,7 @@ pub(super) fn print(found: &Modelled, system: &System) {
         "\n{}",
         crate::tables::fitted(&areas::table(&found.area), &[])
     );
+    areas::say_memories(&found.area);
     say!("");
     prose!(0, "energy: {}", found.energy_origin);
     for unknown in &found.energy_unknown {

@@ -8,7 +8,7 @@ use potamoi_formats::document;
 use serde::{Deserialize, Serialize};
 
 use super::cacti::{Cacti, Figures, Settings, Shape, is_modelled};
-use super::memories::{macros, shape, system};
+use super::memories::{MemoryReport, macros, shape, system};
 use super::{SynthError, UnitKind};
 
 /// Version of the file.
@@ -84,31 +84,33 @@ impl MemoryTable {
         all.collect()
     }
 
-    /// Square micrometres of all memories of a unit that are not among its cells, at the node of the
-    /// model.
+    /// Memories of a unit that are not among its cells, with their figures at the node of the model.
     ///
     /// # Errors
     /// Why they are not known: a memory that is too small for the model, or of a shape that was not modelled.
-    pub fn area_um2(&self, config: &Config, unit: UnitKind) -> Result<f64, String> {
+    pub fn of_unit(&self, config: &Config, unit: UnitKind) -> Result<Vec<MemoryReport>, String> {
         let module = unit.module(config).map_err(|error| error.to_string())?;
         let each = module.memory_macros().into_iter().map(|own| {
-            let (name, count) = (own.module.clone(), f64::from(own.count));
+            let (memory, count) = (own.module.clone(), own.count.into());
             let shape = shape(&own.into());
-            let size = format!("{name}, {} words of {} bits", shape.words, shape.bits);
+            let size = format!("{memory}, {} words of {} bits", shape.words, shape.bits);
             if is_modelled(&shape).is_err() {
                 return Err(format!(
                     "{size}, is too small for CACTI: potamoi synth counts its cells"
                 ));
             }
-            let figures = self.figures(&shape);
-            let figures = figures.ok_or_else(|| {
-                format!(
-                    "{size}, is not among the memories that CACTI modelled: potamoi synth asks it"
-                )
-            })?;
-            Ok(count * figures.area_um2)
+            let figures = self.figures(&shape).copied();
+            Ok(MemoryReport {
+                of: unit.top().to_owned(),
+                figures: figures.ok_or_else(|| {
+                    format!("{size}, is not among the memories that CACTI modelled: potamoi synth asks it")
+                })?,
+                memory,
+                count,
+                shape,
+            })
         });
-        each.sum()
+        each.collect()
     }
 
     /// Asks CACTI about all shapes that units and buffers have over the usual values of their fields.
@@ -232,7 +234,11 @@ mod tests {
         let table = MemoryTable::checked_in().unwrap();
         let area = |text: &str| {
             let config = Config::from_toml(text, "test").unwrap();
-            table.area_um2(&config, UnitKind::Gathering)
+            let all = table.of_unit(&config, UnitKind::Gathering)?;
+            let each = all
+                .iter()
+                .map(|own| own.count as f64 * own.figures.area_um2);
+            Ok::<f64, String>(each.sum())
         };
         let paper = area("").unwrap();
         assert!(area("gu.ports = 1").unwrap() < paper);

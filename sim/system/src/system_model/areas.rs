@@ -2,13 +2,51 @@
 
 use potamoi_formats::config::Config;
 use potamoi_synth::fit::Fit;
-use potamoi_synth::{MemoryTable, SYSTEM, Shape, SynthReport, Synthesised, UnitKind, scaling};
+use potamoi_synth::{
+    MemoryReport, MemoryTable, SYSTEM, Shape, SynthReport, Synthesised, UnitKind, scaling,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::logic::{Logic, NODE_NM};
 use super::system::System;
 use super::unit_source::{Known, UnitSource};
+
+/// Memories of one kind in the blocks of one kind.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct BlockMemory {
+    /// Its name.
+    pub memory: String,
+    /// Number of such memories.
+    pub count: u64,
+    /// Words of one.
+    pub words: u64,
+    /// Width of a word in bits.
+    pub bits: u64,
+    /// Area of all of them by CACTI, in square millimetres.
+    pub mm2: f64,
+}
+
+impl BlockMemory {
+    fn of(own: &MemoryReport, factors: &scaling::Factors) -> Self {
+        Self {
+            memory: own.memory.clone(),
+            count: own.count,
+            words: own.shape.words,
+            bits: own.shape.bits,
+            mm2: own.count as f64 * own.figures.area_um2 * factors.area * 1e-6,
+        }
+    }
+
+    /// The memories of so many blocks.
+    fn times(self, blocks: u64) -> Self {
+        Self {
+            count: self.count * blocks,
+            mm2: self.mm2 * blocks as f64,
+            ..self
+        }
+    }
+}
 
 /// Area of the blocks of one kind, in square millimetres.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -21,6 +59,8 @@ pub struct BlockArea {
     pub logic_mm2: Option<f64>,
     /// Memories of all of them by CACTI; `None` where they are not known.
     pub memories_mm2: Option<f64>,
+    /// Each kind of memory; none where they are not known.
+    pub memories: Vec<BlockMemory>,
     /// Origin of the figures, or why one is not known.
     pub from: String,
 }
@@ -86,77 +126,79 @@ fn cells_mm2(report: &SynthReport, unit: UnitKind) -> Option<f64> {
     Some(report.unit(unit)?.area_um2 * factors.area * 1e-6)
 }
 
-/// Memories of an owner, at the system's node: names, number and square millimetres of each kind;
-/// `None` where they were not modelled.
-fn memories(report: &SynthReport, owner: &str) -> Option<Vec<(String, u64, f64)>> {
+/// Memories of a unit of a report, at the system's node; `None` where they were not modelled.
+fn memories(report: &SynthReport, unit: UnitKind) -> Option<Vec<BlockMemory>> {
+    if report.unit(unit).is_some_and(|own| own.memories.is_empty()) {
+        return Some(vec![]);
+    }
     let all = report.raw.memories.as_ref()?;
     let factors = scaling::memory(all.origin.node_nm, NODE_NM)?;
-    let own = all.macros.iter().filter(|own| own.of == owner);
-    Some(
-        own.map(|own| {
-            let each = own.figures.area_um2 * factors.area * 1e-6;
-            (own.memory.clone(), own.count, own.count as f64 * each)
-        })
-        .collect(),
-    )
+    let own = all.macros.iter().filter(|own| own.of == unit.top());
+    Some(own.map(|own| BlockMemory::of(own, &factors)).collect())
 }
 
 /// All units of a kind with their memories.
 fn unit(config: &Config, known: &Known<'_>, unit: UnitKind, count: u64) -> BlockArea {
-    let block = unit.top().to_owned();
     // A sum of none is -0.0.
     let times = |of: f64| count as f64 * of + 0.0;
-    if let UnitSource::Synthesised(own) = known.source(config, unit) {
-        let report = &own.report;
-        let memories = memories(report, unit.top());
-        let sum = |all: Vec<(String, u64, f64)>| all.iter().map(|(.., mm2)| mm2).sum();
-        let has_none = report.unit(unit).is_some_and(|own| own.memories.is_empty());
-        let memories_mm2 = memories.map(sum).or(has_none.then_some(0.0)).map(times);
-        let lacks = match memories_mm2 {
-            Some(_) => "",
-            None => "; memories not known: synthesise with CACTI (tools/setup memories)",
-        };
-        return BlockArea {
-            block,
-            count,
-            logic_mm2: cells_mm2(report, unit).map(times),
-            memories_mm2,
-            from: format!("synthesis in {}{lacks}", report.library.name),
-        };
-    }
-    let factors = (known.fit.grid().library.node_nm).and_then(|nm| scaling::logic(nm, NODE_NM));
-    let logic = factors
-        .ok_or_else(|| "the formulas are of a node without factors".to_owned())
-        .and_then(|factors| Logic::of(known, config, unit, &factors));
-    let memories = memories_by_shape(config, unit);
+    let (logic, memories) = match known.source(config, unit) {
+        UnitSource::Synthesised(own) => {
+            let report = &own.report;
+            let from = format!("synthesis in {}", report.library.name);
+            let logic = cells_mm2(report, unit).ok_or_else(|| from.clone());
+            let memories = memories(report, unit);
+            (
+                logic.map(|mm2| (mm2, from)),
+                memories.ok_or_else(|| "synthesise with CACTI (tools/setup memories)".to_owned()),
+            )
+        }
+        _ => {
+            let node = known.fit.grid().library.node_nm;
+            let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
+            let logic = factors
+                .ok_or_else(|| "the formulas are of a node without factors".to_owned())
+                .and_then(|factors| Logic::of(known, config, unit, &factors));
+            (
+                logic.map(|(own, from)| (own.area_um2 * 1e-6, from.to_owned())),
+                memories_by_shape(config, unit),
+            )
+        }
+    };
     let lacks = match &memories {
         Ok(_) => String::new(),
         Err(why) => format!("; memories not known: {why}"),
     };
-    let memories_mm2 = memories.ok().map(times);
-    let (logic_mm2, from) = match logic {
-        Ok((own, from)) => (Some(times(own.area_um2 * 1e-6)), format!("{from}{lacks}")),
-        Err(why) => (None, why),
-    };
+    let memories = memories.ok();
+    let sum = |all: &Vec<BlockMemory>| times(all.iter().map(|own| own.mm2).sum());
     BlockArea {
-        block,
+        block: unit.top().to_owned(),
         count,
-        logic_mm2,
-        memories_mm2,
-        from,
+        logic_mm2: logic.as_ref().ok().map(|(mm2, _)| times(*mm2)),
+        memories_mm2: memories.as_ref().map(sum),
+        memories: (memories.into_iter().flatten())
+            .map(|own| own.times(count))
+            .collect(),
+        from: match logic {
+            Ok((_, from)) => format!("{from}{lacks}"),
+            Err(why) => why,
+        },
     }
 }
 
-/// Memories of a unit that was not synthesised, in square millimetres at the system's node.
-fn memories_by_shape(config: &Config, unit: UnitKind) -> Result<f64, String> {
+/// Memories of a unit that was not synthesised, at the system's node.
+fn memories_by_shape(config: &Config, unit: UnitKind) -> Result<Vec<BlockMemory>, String> {
     // Vector units have none: their FIFO is flip-flops.
     if unit == UnitKind::Vector {
-        return Ok(0.0);
+        return Ok(vec![]);
     }
     let table = MemoryTable::checked_in().map_err(|error| error.to_string())?;
     let factors = scaling::memory(table.origin.node_nm, NODE_NM)
         .ok_or_else(|| format!("no factors from {} nm", table.origin.node_nm))?;
-    Ok(table.area_um2(config, unit)? * factors.area * 1e-6)
+    let all = table.of_unit(config, unit)?;
+    Ok(all
+        .iter()
+        .map(|own| BlockMemory::of(own, &factors))
+        .collect())
 }
 
 fn array(system: &SynthReport, macs: u64) -> BlockArea {
@@ -167,6 +209,7 @@ fn array(system: &SynthReport, macs: u64) -> BlockArea {
         count: macs,
         logic_mm2,
         memories_mm2: Some(0.0),
+        memories: vec![],
         from: match logic_mm2 {
             Some(_) => format!("synthesis of one in {}", system.library.name),
             None => "the parameters lack its unit: potamoi synth --unit mac".to_owned(),
@@ -185,20 +228,24 @@ fn buffers(system: &SynthReport, around: &System) -> Vec<BlockArea> {
         ("weight_buffer", around.weight_buffer_bytes, 1),
     ];
     let of = |(block, bytes, count): (&str, u64, u64)| {
-        let each = bank_mm2(system, block, bytes / count.max(1));
+        let bank = bank(system, block, bytes / count.max(1)).map(|own| own.times(count));
         BlockArea {
             block: block.to_owned(),
             count,
             logic_mm2: Some(0.0),
-            memories_mm2: each.as_ref().ok().map(|mm2| count as f64 * mm2),
-            from: each.err().unwrap_or_else(|| "CACTI".to_owned()),
+            memories_mm2: bank.as_ref().ok().map(|own| own.mm2),
+            from: match &bank {
+                Ok(_) => "CACTI".to_owned(),
+                Err(why) => why.clone(),
+            },
+            memories: bank.into_iter().collect(),
         }
     };
     wanted.into_iter().map(of).collect()
 }
 
-/// A bank of a buffer in square millimetres: as in the parameters, or of the table of memories.
-fn bank_mm2(system: &SynthReport, block: &str, bytes: u64) -> Result<f64, String> {
+/// A bank of a buffer: as in the parameters, or of the table of memories.
+fn bank(system: &SynthReport, block: &str, bytes: u64) -> Result<BlockMemory, String> {
     let own = (system.memory(SYSTEM, block)).ok_or("the parameters lack this memory")?;
     let own = own.0;
     let node_nm = (system.raw.memories.as_ref()).map_or(0, |all| all.origin.node_nm);
@@ -221,7 +268,13 @@ fn bank_mm2(system: &SynthReport, block: &str, bytes: u64) -> Result<f64, String
         )
     })?;
     let factors = scaling::memory(node_nm, NODE_NM).ok_or("no factors for the memory's node")?;
-    Ok(figures.area_um2 * factors.area * 1e-6)
+    let own = MemoryReport {
+        count: 1,
+        shape,
+        figures: *figures,
+        ..own.clone()
+    };
+    Ok(BlockMemory::of(&own, &factors))
 }
 
 #[cfg(test)]
@@ -284,7 +337,7 @@ mod tests {
         assert!(block(&wide, "gathering_unit").mm2().is_some());
         // A buffer of another size is of the table too; one that CACTI was not asked about names those.
         let reports = Synthesised::checked_in().unwrap();
-        let of = |bytes| bank_mm2(&reports[0].report, "weight_buffer", bytes);
+        let of = |bytes| Ok::<f64, String>(bank(&reports[0].report, "weight_buffer", bytes)?.mm2);
         assert!(of(49_152).unwrap() < of(98_304).unwrap());
         let error = of(50_000).unwrap_err();
         assert!(error.contains("it modelled 24576, 49152, 98304"), "{error}");
