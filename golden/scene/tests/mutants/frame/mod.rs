@@ -43,7 +43,7 @@ pub(crate) use rng::Rng;
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
 /// Numbers of mutants of a format, in quick and in exhaustive runs.
-pub(crate) const FEW: u64 = 300;
+pub(crate) const FEW: u64 = 100;
 pub(crate) const MANY: u64 = 10_000;
 /// Time limit of a reader, including rendering: about a hundred times the usual time on two loaded
 /// cores.
