@@ -174,6 +174,19 @@ impl Scene {
         }
     }
 
+    /// Bytes of the reorder buffer, which lies in the feature buffer of the system: records that wait for
+    /// their turn in depth order. None of a field, and none in approximate order.
+    #[must_use]
+    pub fn reorder_bytes(&self) -> u64 {
+        match (self.model(), self.order) {
+            (Model::Splats(_), splats::Order::Exact) => {
+                let records = splats::FixedOptions::default().hold_records;
+                (records * RECORD_CHANNELS * 2) as u64
+            }
+            _ => 0,
+        }
+    }
+
     fn field_fixed(
         &self,
         field: &dyn Field,

@@ -89,6 +89,22 @@ impl Shared {
     }
 }
 
+/// Refuses a feature buffer that has no room for a scene's reorder buffer beside two blocks.
+fn check_room(scene: &Scene, system: &System) -> Result<(), ExploreError> {
+    let records = scene.reorder_bytes();
+    let least = records + 2 * u64::from(system.feature_block_bytes);
+    match system.feature_buffer_bytes >= least {
+        true => Ok(()),
+        false => Err(ExploreError::Refused(format!(
+            "scene {}: `system.feature_buffer_bytes` is {}: expected {least} or more, for two blocks and the \
+             {records} bytes of records that wait for their turn in depth order; or render.order = \
+             \"approximate\"",
+            scene.name(),
+            system.feature_buffer_bytes
+        ))),
+    }
+}
+
 /// The memory of a system, with rates kept between runs; without a cache they are measured in each.
 fn memory_of(system: &System) -> Memory {
     match potamoi_verilated::cache::folder("work") {
@@ -128,6 +144,7 @@ impl Setup {
         scene: Scene,
         synth: Option<&Path>,
     ) -> Result<Self, ExploreError> {
+        check_room(&scene, system)?;
         let known = Arc::new(UnitParameters::read(
             &chosen.config,
             synth,
@@ -160,6 +177,7 @@ impl Setup {
         scene: Scene,
         shared: &Shared,
     ) -> Result<Self, ExploreError> {
+        check_room(&scene, system)?;
         let known = UnitParameters::checked_in(system.wire_margin)?;
         let of_buffers = [
             u64::from(system.array_rows),

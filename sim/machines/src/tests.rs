@@ -54,6 +54,29 @@ fn every_preset_is_modelled() {
     }
 }
 
+/// The reorder buffer of splats lies in the feature buffer, beside two blocks: a smaller one is no machine, and
+/// saves no area.
+#[test]
+fn a_feature_buffer_has_room_for_the_records_of_splats() {
+    let bench = Workbench::default();
+    let of = |name: &str, bytes: i64, render: &[(&str, Value)]| {
+        let size = ("system.feature_buffer_bytes", Value::Int(bytes));
+        let changes = [&[size][..], render].concat();
+        let machine = Machine::named("paper").unwrap().with("own", &changes);
+        bench.figures(&machine.unwrap(), &scene(name), &SHORT, &())
+    };
+    let least = 8192 * 32 + 2 * 32 * 1024;
+    assert!(of("garden", least, &[]).is_ok());
+    let error = of("garden", least - 32, &[]).unwrap_err().to_string();
+    assert!(
+        error.contains("feature_buffer_bytes") && error.contains(&least.to_string()),
+        "{error}"
+    );
+    assert!(of("lantern", least / 2, &[]).is_ok());
+    let order = [("render.order", Value::Text("approximate".into()))];
+    assert!(of("garden", least / 2, &order).is_ok());
+}
+
 /// The demands of a frame are a bound on every schedule of it.
 #[test]
 fn no_schedule_is_faster_than_the_largest_demand() {
