@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use potamoi_formats::document::{self, Value, Wrong};
+use potamoi_scene::Scene;
 
 use crate::machine::{Machine, MachineError, shown};
 
@@ -248,6 +249,30 @@ impl Space {
         Ok(())
     }
 
+    /// Refuses values of `[render]` that none of the scenes takes, before anything is counted.
+    ///
+    /// # Errors
+    /// The first such value.
+    pub fn check_on(&self, scenes: &[Scene]) -> Result<(), SpaceError> {
+        let is_render = |axis: &&Axis| axis.fields.iter().any(|own| own.starts_with("render."));
+        for axis in self.axes.iter().filter(is_render) {
+            for values in &axis.values {
+                let Ok(machine) = self.base.with(&self.base.name, &changes(axis, values)) else {
+                    continue;
+                };
+                let mut failed = None;
+                let is_taken = scenes.iter().any(|scene| {
+                    let own = machine.prepare(&mut scene.clone());
+                    own.map_err(|error| failed = Some(error)).is_ok()
+                });
+                if let (false, Some(error)) = (is_taken, failed) {
+                    return Err(error.into());
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Number of points.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -410,6 +435,14 @@ mod tests {
         // A device whose name is a number needs no quotation marks.
         let own = space(&["system.gpu.device=3090,xavier-maxn"]).unwrap();
         assert_eq!(own.machine(&[0]).unwrap().system.gpu.device.name, "3090");
+        // Each alone does not go with the base's other value.
+        let banks = [
+            "system.feature_banks=8,48",
+            "system.feature_block_banks=8,48",
+        ];
+        let own = space(&banks).unwrap();
+        let legal = (0..4).filter(|at| own.machine(&own.places(*at)).is_ok());
+        assert_eq!(legal.count(), 3);
         let own = space(&["gu.banks=16,0,32"]).unwrap();
         assert_eq!(own.len(), 3);
         assert!((0..3).any(|point| own.machine(&own.places(point)).is_err()));

@@ -85,7 +85,10 @@ impl MachineError {
     /// Whether values that are each allowed do not go together.
     #[must_use]
     pub const fn is_rule(&self) -> bool {
-        matches!(self, Self::Config(ConfigError::Rules { .. }))
+        matches!(
+            self,
+            Self::Config(ConfigError::Rules { .. }) | Self::System(SystemError::Together { .. })
+        )
     }
 
     pub(super) fn wrong(name: &str, wrong: &Wrong) -> Self {

@@ -144,11 +144,16 @@ impl Plan {
             path.is_file() || (path.is_dir() && !BUILTIN.contains(&own.as_str()))
         };
         inputs.extend(names.iter().filter(is_input).map(PathBuf::from));
+        let scenes: Vec<Scene> = scenes.collect::<Result<_, _>>()?;
+        for space in &spaces {
+            let own = space.check_on(&scenes);
+            own.map_err(|error| within("[vary]")(error.into()))?;
+        }
         Ok(Self {
             inputs,
             name: name.to_owned(),
             spaces,
-            scenes: scenes.collect::<Result<_, _>>()?,
+            scenes,
             workload: written.workload,
         })
     }

@@ -140,6 +140,18 @@ pub enum SystemError {
         /// The remedy.
         instead: String,
     },
+    /// A field does not go with another one.
+    #[error("{name}: `{field}` is {value}: expected {expected}")]
+    Together {
+        /// Name of its source.
+        name: String,
+        /// Path of the field.
+        field: &'static str,
+        /// Its value.
+        value: String,
+        /// The allowed values, by the other field.
+        expected: &'static str,
+    },
     /// A field is out of range.
     #[error("{name}: `{field}` is {value}: expected {expected}")]
     Value {
@@ -283,6 +295,14 @@ impl System {
                 expected,
             })
         };
+        let apart = |field, value: String, expected| {
+            Err(SystemError::Together {
+                name: name.to_owned(),
+                field,
+                value,
+                expected,
+            })
+        };
         let values = self.document().map_err(|problem| SystemError::Text {
             name: name.to_owned(),
             problem,
@@ -303,11 +323,11 @@ impl System {
         }
         if self.feature_buffer_bytes < 2 * u64::from(self.feature_block_bytes) {
             let value = self.feature_buffer_bytes.to_string();
-            return refuse("feature_buffer_bytes", value, "two blocks or more");
+            return apart("feature_buffer_bytes", value, "two blocks or more");
         }
         if !self.feature_banks.is_multiple_of(self.feature_block_banks) {
             let value = self.feature_block_banks.to_string();
-            return refuse("feature_block_banks", value, "a divisor of feature_banks");
+            return apart("feature_block_banks", value, "a divisor of feature_banks");
         }
         for (field, gpu) in [
             ("gpu.idle_watts", &self.gpu),
@@ -315,7 +335,7 @@ impl System {
         ] {
             if gpu.idle_watts > gpu.watts() {
                 let expected = "the watts of the device at most";
-                return refuse(field, gpu.idle_watts.to_string(), expected);
+                return apart(field, gpu.idle_watts.to_string(), expected);
             }
         }
         if self.remote.shares_memory {
