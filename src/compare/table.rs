@@ -174,12 +174,15 @@ fn unknown() -> String {
     "-".to_owned()
 }
 
-/// The machine, with its variant where that is not full frames through the unit.
+/// The machine, with its variant where that is not full frames through the unit: of a name within the usual
+/// length.
 fn named(own: &Figures) -> String {
-    let name = shortened(&own.machine);
     match own.variant {
-        "fs+gu" => name,
-        variant => format!("{name}: {variant}"),
+        "fs+gu" => shortened(&own.machine),
+        variant => {
+            let room = NAME.saturating_sub(variant.len() + 2).max(8);
+            format!("{}: {variant}", shortened_to(&own.machine, room))
+        }
     }
 }
 
@@ -187,15 +190,20 @@ fn named(own: &Figures) -> String {
 const NAME: usize = 20;
 
 /// The end of a long name, of a path its last part: files differ there.
-pub(super) fn shortened(name: &str) -> String {
+pub(crate) fn shortened(name: &str) -> String {
+    shortened_to(name, NAME)
+}
+
+/// As [`shortened`], to so many characters.
+fn shortened_to(name: &str, most: usize) -> String {
     let count = name.chars().count();
     let last = name.rsplit_once('/').map(|(_, last)| format!("../{last}"));
-    match last.filter(|last| last.chars().count() <= NAME) {
-        _ if count <= NAME => name.to_owned(),
+    match last.filter(|last| last.chars().count() <= most) {
+        _ if count <= most => name.to_owned(),
         Some(last) => last,
         None => format!(
             "..{}",
-            name.chars().skip(count + 2 - NAME).collect::<String>()
+            name.chars().skip(count + 2 - most).collect::<String>()
         ),
     }
 }

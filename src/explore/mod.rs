@@ -167,6 +167,7 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     let base = Machine::named(&args.machine)?;
     let space = Space::new(base, args.vary.clone()).map_err(usage)?;
     let scenes = args.scenes.open()?;
+    space.check_on(&scenes).map_err(usage)?;
     let workload = Workload {
         frames: args.frames,
         fidelity: args.fidelity.into(),
@@ -193,8 +194,9 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     let ended = match searched.found() {
         None => Err(Failure::inconclusive(nothing_found(&args.found, &searched))),
         Some(found) if !found.is_better(&searched.base) => Err(Failure::inconclusive(format!(
-            "nothing that was tried is better than {}, which keeps the limits; no machine is written",
-            args.machine
+            "nothing that was tried is better than {}, which keeps the limits{}; no machine is written",
+            args.machine,
+            table::behind(&searched, found, &goal)
         ))),
         Some(found) => prove(args, &search, found, &scenes),
     };

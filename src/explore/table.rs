@@ -164,6 +164,20 @@ pub(super) fn above_reached_clock(searched: &Searched, goal: &Goal) {
     }
 }
 
+/// By how much the best is behind the base in the objective, in words.
+pub(super) fn behind(searched: &Searched, found: &Tried, goal: &Goal) -> String {
+    let (column, is_more) = goal.objective.column();
+    let place = |own: &Tried| own.place(goal.objective).map(|own| own[0]);
+    match place(&searched.base).zip(place(found)) {
+        Some((base, own)) if own != base => {
+            let share = 100.0 * (own / base - 1.0).abs();
+            let way = if is_more { "less" } else { "more" };
+            format!(" (the best has {share:.2} % {way} {column})")
+        }
+        _ => String::new(),
+    }
+}
+
 /// When each method had its best.
 pub(super) fn beside_random(searched: &Searched, goal: &Goal) {
     let Some(random) = &searched.random else {

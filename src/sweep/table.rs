@@ -5,6 +5,7 @@ use potamoi_machines::search::is_clock_above_reached;
 use potamoi_machines::sweep::{Change, Rows, SweepRow};
 
 use crate::bounds::number;
+use crate::compare::table::shortened;
 use crate::front_fields::FrontFields;
 use crate::stdout::say;
 use crate::tables;
@@ -71,6 +72,10 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
             let cells = columns.iter().map(|name| {
                 let cell = at(name).and_then(|at| row.cells.get(at));
                 let own = cell.map_or_else(String::new, shown_cell);
+                let own = match shown.contains(name) {
+                    true => shortened(&own),
+                    false => own,
+                };
                 match *name == "clock_ghz" && is_clock_above_reached(&row.cells) {
                     true => format!("!{own}"),
                     false => own,

@@ -182,6 +182,15 @@ fn why_a_search_finds_nothing_is_told() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
+    // A field of [render] that no scene has is refused before any work, and so is the loss of the input.
+    let text = expect(path, 2, &search("render.steps=0.5,1"));
+    assert!(text.contains("steps"), "{text}");
+    let own = ["explore", "found.toml", "--vary", "vu.lanes=2,4"];
+    let text = expect(path, 2, &own);
+    assert!(
+        text.contains("--found found.toml would overwrite a file"),
+        "{text}"
+    );
     let text = expect(path, 4, &search("system.memory_channels=1"));
     assert!(text.contains("is better than paper"), "{text}");
     let kept = fs::read_to_string(path.join("found.toml")).unwrap();
