@@ -17,6 +17,13 @@ pub(super) fn print(found: &Modelled, system: &System) {
         crate::tables::fitted(&areas::table(&found.area), &[])
     );
     areas::say_memories(&found.area);
+    if found.reorder_bytes > 0 {
+        prose!(
+            2,
+            "the reorder buffer of {} bytes lies in global_feature_buffer",
+            found.reorder_bytes
+        );
+    }
     say!("");
     prose!(0, "energy: {}", found.energy_origin);
     for unknown in &found.energy_unknown {

@@ -41,6 +41,8 @@ pub struct Modelled {
     pub clock: Clock,
     /// Areas of the accelerator's blocks at 12 nm.
     pub area: Area,
+    /// Bytes of the feature buffer that are the reorder buffer of splats; 0 for fields.
+    pub reorder_bytes: u64,
     /// Source of the energies.
     pub energy_origin: String,
     /// Blocks whose energy and area are not known.
@@ -117,6 +119,7 @@ impl Modelled {
             outcomes,
             moved,
             keeps_all_pairs: setup.scene.keeps_all_pairs(&setup.config),
+            reorder_bytes: setup.scene.reorder_bytes(),
             not_checked: setup.scene.left_open_along(cameras),
         };
         Ok((found, last))

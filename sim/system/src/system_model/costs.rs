@@ -219,11 +219,17 @@ impl Costs {
         let splat = (config.su.as_ref()).map(|su| SplatUnitCosts::new(config, su, &known));
         let splat = splat.and_then(|own| own.map_err(|why| note("splat unit", why)).ok());
         let from = |name: Option<&str>| name.unwrap_or("not known").to_owned();
+        // Splat units are known as synthesised alone.
+        let splat_from = splat.as_ref().map(|_| "netlists of this configuration");
         let origin = format!(
-            "gathering unit: {}; vector unit: {}; all in {}, with glitches, scaled to {NODE_NM} nm; \
+            "gathering unit: {}; vector unit: {}{}; all in {}, with glitches, scaled to {NODE_NM} nm; \
              memories: CACTI; the array: a synthesised unit of it",
             from(gathering.as_ref().map(|own| &*own.from)),
             from(vector.as_ref().map(|(_, from)| *from)),
+            match &config.su {
+                Some(_) => format!("; splat unit: {}", from(splat_from)),
+                None => String::new(),
+            },
             fit.grid().library.name,
         );
         let port = |unit, name| port(parameters.system, unit, name).ok_or(CostError::Memory(name));
