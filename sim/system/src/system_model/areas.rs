@@ -110,7 +110,7 @@ impl Area {
         let sum = |all: &[BlockArea]| all.iter().map(BlockArea::mm2).sum();
         let units_mm2 = sum(&units);
         let mut blocks = units;
-        blocks.push(array(system, around.array().units()));
+        blocks.push(array(system, around));
         blocks.extend(buffers(system, around));
         Self {
             units_mm2,
@@ -201,18 +201,23 @@ fn memories_by_shape(config: &Config, unit: UnitKind) -> Result<Vec<BlockMemory>
         .collect())
 }
 
-fn array(system: &SynthReport, macs: u64) -> BlockArea {
-    let unit = UnitKind::ArrayMac;
-    let logic_mm2 = cells_mm2(system, unit).map(|of| macs as f64 * of);
+fn array(system: &SynthReport, around: &System) -> BlockArea {
+    let (unit, macs) = (UnitKind::ArrayMac, around.array().units());
+    let logic_mm2 = cells_mm2(system, unit)
+        .filter(|_| !around.array_double_buffered)
+        .map(|of| macs as f64 * of);
     BlockArea {
         block: unit.top().to_owned(),
         count: macs,
         logic_mm2,
         memories_mm2: Some(0.0),
         memories: vec![],
-        from: match logic_mm2 {
-            Some(_) => format!("synthesis of one in {}", system.library.name),
-            None => "the parameters lack its unit: potamoi synth --unit mac".to_owned(),
+        from: match (logic_mm2, around.array_double_buffered) {
+            (Some(_), _) => format!("synthesis of one in {}", system.library.name),
+            (None, true) => "its unit was synthesised with one register of weights, and \
+                 system.array_double_buffered asks for two"
+                .to_owned(),
+            (None, false) => "the parameters lack its unit: potamoi synth --unit mac".to_owned(),
         },
     }
 }
@@ -332,11 +337,21 @@ mod tests {
         );
         assert_eq!((all.units_mm2, all.total_mm2), (None, None));
         assert!(block(&all, "gathering_unit").mm2().is_some());
+        // Two registers of weights a unit are more than the one that was synthesised.
+        let doubled = System {
+            array_double_buffered: true,
+            ..System::default()
+        };
+        let reports = Synthesised::checked_in().unwrap();
+        let own = array(&reports[0].report, &doubled);
+        assert!(
+            own.logic_mm2.is_none() && own.from.contains("asks for two"),
+            "{own:?}"
+        );
         // Memories are known by shape, of units that were not synthesised too.
         let wide = area("[gu]\nbanks = 24\n");
         assert!(block(&wide, "gathering_unit").mm2().is_some());
         // A buffer of another size is of the table too; one that CACTI was not asked about names those.
-        let reports = Synthesised::checked_in().unwrap();
         let of = |bytes| Ok::<f64, String>(bank(&reports[0].report, "weight_buffer", bytes)?.mm2);
         assert!(of(49_152).unwrap() < of(98_304).unwrap());
         let error = of(50_000).unwrap_err();
