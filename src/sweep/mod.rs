@@ -225,9 +225,7 @@ fn remark_replaced(path: &Path, earlier: &Rows, rows: &Rows) {
 
 /// Says how many rows assume a clock that their machine does not reach.
 fn say_out_of_reach(rows: &Rows) {
-    let count = (0..rows.rows.len())
-        .filter(|at| is_out_of_reach(rows, *at))
-        .count();
+    let count = out_of_reach(rows).into_iter().filter(|own| *own).count();
     if count > 0 {
         prose!(
             2,
@@ -330,12 +328,16 @@ fn summary(swept: &Swept, seconds: f64) {
 /// Reasons of refusals that are printed.
 const SHOWN: usize = 3;
 
-/// Whether a row's clock is above the one that its slowest block reaches, in a sweep over clocks: where they
-/// do not vary, the machine's file assumes one on purpose.
-fn is_out_of_reach(rows: &Rows, at: usize) -> bool {
-    let row = &rows.rows[at];
-    let is_varied = rows.fields.iter().any(|field| field == "clock_ghz");
-    is_varied && row.refused.is_none() && is_clock_above_reached(&row.cells)
+/// Rows whose clock is above the one that their slowest block reaches, in a sweep that has rows of machines
+/// at a clock that they reach; none where all assume one, which is then on purpose.
+fn out_of_reach(rows: &Rows) -> Vec<bool> {
+    let is_above = |row: &SweepRow| row.refused.is_none() && is_clock_above_reached(&row.cells);
+    let above: Vec<bool> = rows.rows.iter().map(is_above).collect();
+    let mut both = rows.rows.iter().zip(&above);
+    match both.any(|(row, above)| row.refused.is_none() && !above) {
+        true => above,
+        false => vec![false; above.len()],
+    }
 }
 
 fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure> {
@@ -351,6 +353,7 @@ fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure>
     // Each scene has a front of its own: a light one is no better machine.
     let scene_at = COLUMNS.iter().position(|own| own.name == "scene");
     let scene_of = |at: usize| scene_at.and_then(|scene| rows.rows[at].cells.get(scene));
+    let is_out = out_of_reach(rows);
     let mut on = vec![false; rows.rows.len()];
     let mut done: Vec<_> = vec![];
     for first in 0..rows.rows.len() {
@@ -360,7 +363,7 @@ fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure>
         }
         done.push(scene);
         let own: Vec<usize> = (0..rows.rows.len())
-            .filter(|at| scene_of(*at) == scene && !is_out_of_reach(rows, *at))
+            .filter(|at| scene_of(*at) == scene && !is_out[*at])
             .collect();
         let cells: Vec<_> = own.iter().map(|at| rows.rows[*at].cells.clone()).collect();
         for (at, is_on) in own.into_iter().zip(front(&cells, &columns)?) {
