@@ -36,6 +36,17 @@ const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 /// Field of the clock, and its short name.
 const CLOCK: [&str; 2] = ["clock", "clock_ghz"];
 
+/// Fields of the system that the model assumes.
+const ASSUMED: [&str; 7] = [
+    "system.dma_descriptor_bytes",
+    "system.gpu.idle_watts",
+    "system.gpu.shares_memory",
+    "system.interconnect_over_memory",
+    "system.interconnect_pj_per_byte",
+    "system.remote.idle_watts",
+    "system.wire_margin",
+];
+
 #[derive(Debug, Args)]
 pub(crate) struct ExploreArgs {
     /// Machine whose fields vary: a preset, or a file
@@ -166,6 +177,13 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     let goal = args.goal()?;
     let base = Machine::named(&args.machine)?;
     let space = Space::new(base, args.vary.clone()).map_err(usage)?;
+    for field in args.vary.iter().flat_map(|axis| &axis.fields) {
+        if ASSUMED.contains(&field.as_str()) {
+            crate::stdout::remark(format_args!(
+                "{field} is an assumption of the model, not a choice of a machine: what it gains is not built"
+            ));
+        }
+    }
     let scenes = args.scenes.open()?;
     space.check_on(&scenes).map_err(usage)?;
     let workload = Workload {
@@ -345,5 +363,19 @@ impl ExploreArgs {
             needs_reached_clock: (self.vary.iter())
                 .any(|own| own.fields.iter().any(|field| field == CLOCK[1])),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn assumed_fields_are_fields_of_the_system() {
+        let paper = Machine::named("paper").unwrap();
+        for field in ASSUMED {
+            assert!(paper.value(field).is_some(), "{field}");
+        }
     }
 }

@@ -182,6 +182,12 @@ fn why_a_search_finds_nothing_is_told() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
+    // What the model assumes is no choice of a machine.
+    let text = expect(path, 4, &search("system.wire_margin=0.2"));
+    assert!(
+        text.contains("system.wire_margin is an assumption of the model"),
+        "{text}"
+    );
     // A field of [render] that no scene has is refused before any work, and so is the loss of the input.
     let text = expect(path, 2, &search("render.steps=0.5,1"));
     assert!(text.contains("steps"), "{text}");
