@@ -23,6 +23,9 @@ pub(crate) fn print(found: &Comparison) {
     for own in above_reached(any()) {
         prose!(2, "{own}");
     }
+    for own in other_arrays(found) {
+        prose!(2, "{own}");
+    }
     say!("a range is from where all demands of a GPU kernel overlap to where none do");
     say!("x: over the first machine, ? where it includes 1");
     say!("mm^2 at 12 nm: units with their memories, and all with array and buffers, before wires");
@@ -38,6 +41,31 @@ pub(crate) fn print(found: &Comparison) {
             prose!(2, "{own}");
         }
     }
+}
+
+/// Machines whose array or buffers are not those of the first, each once: what an area is paid with.
+fn other_arrays(found: &Comparison) -> BTreeSet<String> {
+    let said = |own: &Figures| {
+        let ([rows, columns], [features, weights]) = (own.array, own.buffer_bytes);
+        format!(
+            "an array of {rows} x {columns}, and buffers of {} KiB for features and {} KiB for weights",
+            features as f64 / 1024.0,
+            weights as f64 / 1024.0
+        )
+    };
+    let each = found.scenes.iter().flat_map(|rows| {
+        let first = rows.first().and_then(Row::figures);
+        let others = rows.iter().filter_map(Row::figures);
+        others.filter_map(move |own| {
+            let first = first?;
+            let is_alike = own.array == first.array && own.buffer_bytes == first.buffer_bytes;
+            (!is_alike).then(|| {
+                let (name, base) = (&own.machine, &first.machine);
+                format!("{name} has {}; {base} {}", said(own), said(first))
+            })
+        })
+    });
+    each.collect()
 }
 
 /// Machines whose assumed clock is above the one that they reach, each once.

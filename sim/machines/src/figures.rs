@@ -18,6 +18,10 @@ pub struct Figures {
     pub gpu: String,
     /// Its memory: name and channels.
     pub memory: (String, u32),
+    /// Rows and columns of its array.
+    pub array: [u32; 2],
+    /// Bytes of its feature buffer and of its weight buffer.
+    pub buffer_bytes: [u64; 2],
     /// The scene's name.
     pub scene: String,
     /// The model's algorithm.

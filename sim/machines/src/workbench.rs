@@ -69,6 +69,8 @@ impl Workbench {
             preset: setup.preset,
             gpu: system.gpu.device.name.clone(),
             memory: (system.memory.name.clone(), system.memory_channels),
+            array: [system.array_rows, system.array_columns],
+            buffer_bytes: [system.feature_buffer_bytes, system.weight_buffer_bytes],
             scene: path.scene.clone(),
             algorithm: path.algorithm.clone(),
             size: path.size,
