@@ -97,7 +97,7 @@ pub(super) fn png(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
         let Some(data) = rest.get(8..8 + length) else {
             break;
         };
-        let name = String::from_utf8_lossy(name).into_owned();
+        let name = printable(name);
         let is_end = name == "IEND";
         if !chunks.iter().any(|(known, _)| *known == name) {
             chunks.push((name, data));
@@ -131,8 +131,17 @@ pub(super) fn png(bytes: &[u8], notes: &mut Notes) -> Result<(), String> {
 /// A zero-terminated text, and the bytes behind it.
 fn text(bytes: &[u8]) -> Option<(String, &[u8])> {
     let end = bytes.iter().take(256).position(|b| *b == 0)?;
-    let text = String::from_utf8_lossy(&bytes[..end]).into_owned();
-    Some((text, &bytes[end + 1..]))
+    Some((printable(&bytes[..end]), &bytes[end + 1..]))
+}
+
+/// A name of a file with control characters as escapes: a message that quotes it stays one line.
+fn printable(name: &[u8]) -> String {
+    let text = String::from_utf8_lossy(name);
+    let each = text.chars().map(|own| match own.is_control() {
+        true => own.escape_default().to_string(),
+        false => own.to_string(),
+    });
+    each.collect()
 }
 
 /// The names in a list of channels; each name is followed by 16 bytes of properties.
@@ -302,6 +311,9 @@ mod tests {
             error,
             "its channels are Z: expected R, G and B, the depth in R"
         );
+        let damaged = with_attribute("channels", b"\n\0\x02\0\0\0\0\0\0\0\x01\0\0\0\x01\0\0\0\0");
+        let error = said(exr, &damaged).unwrap_err();
+        assert!(error.contains("its channels are \\n: expected"), "{error}");
         let mut parts = encoded(ImageFormat::OpenExr);
         parts[5] |= 0x10;
         assert!(said(exr, &parts).unwrap_err().contains("several parts"));
