@@ -45,24 +45,24 @@ pub(crate) fn print(found: &Comparison) {
 
 /// Machines whose array or buffers are not those of the first, each once: what an area is paid with.
 fn other_arrays(found: &Comparison) -> BTreeSet<String> {
-    let said = |own: &Figures| {
+    let parts = |own: &Figures| {
         let ([rows, columns], [features, weights]) = (own.array, own.buffer_bytes);
-        format!(
-            "an array of {rows} x {columns}, and buffers of {} KiB for features and {} KiB for weights",
-            features as f64 / 1024.0,
-            weights as f64 / 1024.0
-        )
+        let kib = |bytes: u64| format!("{} KiB", bytes as f64 / 1024.0);
+        [
+            ("an array of", format!("{rows} x {columns}")),
+            ("a feature buffer of", kib(features)),
+            ("a weight buffer of", kib(weights)),
+        ]
     };
     let each = found.scenes.iter().flat_map(|rows| {
         let first = rows.first().and_then(Row::figures);
         let others = rows.iter().filter_map(Row::figures);
         others.filter_map(move |own| {
-            let first = first?;
-            let is_alike = own.array == first.array && own.buffer_bytes == first.buffer_bytes;
-            (!is_alike).then(|| {
-                let (name, base) = (&own.machine, &first.machine);
-                format!("{name} has {}; {base} {}", said(own), said(first))
-            })
+            let both = parts(own).into_iter().zip(parts(first?));
+            let differ = both.filter(|((_, own), (_, first))| own != first);
+            let each = differ.map(|((what, own), (_, first))| format!("{what} {own} for {first}"));
+            let all: Vec<String> = each.collect();
+            (!all.is_empty()).then(|| format!("{} has {}", own.machine, all.join(", ")))
         })
     });
     each.collect()

@@ -252,3 +252,28 @@ fn a_first_machine_without_figures_is_told() {
     }
     assert!(!text.contains("geometric means"), "{text}");
 }
+
+/// What pays for an area beside the units stands below the table.
+#[test]
+fn a_smaller_array_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(
+        folder.path().join("small.toml"),
+        "preset = \"paper\"\n[system]\narray_rows = 8\n",
+    )
+    .unwrap();
+    let machines = [
+        "compare",
+        "paper",
+        "small.toml",
+        "--width",
+        "8",
+        "--frames",
+        "1",
+    ];
+    let text = expect(folder.path(), 0, &machines);
+    assert!(
+        text.contains("small.toml has an array of 8 x 24 for 24 x 24\n"),
+        "{text}"
+    );
+}
