@@ -212,10 +212,28 @@ mod tests {
     #[test]
     fn the_table_has_the_memories_of_the_presets() {
         let table = MemoryTable::checked_in().unwrap();
-        let mut count = 0;
+        let (mut count, mut units) = (0, 0);
         for own in Synthesised::checked_in().unwrap() {
             let memories = own.report.raw.memories.unwrap();
             assert_eq!(memories.origin, table.origin);
+            // Names, numbers and figures of a unit are those of its synthesis.
+            let unit = UnitKind::Gathering.top();
+            match table.of_unit(&own.config, UnitKind::Gathering) {
+                Ok(mut of_unit) => {
+                    let reported = memories.macros.iter().filter(|memory| memory.of == unit);
+                    let mut reported: Vec<_> = reported.cloned().collect();
+                    for all in [&mut of_unit, &mut reported] {
+                        all.sort_by(|a, b| a.memory.cmp(&b.memory));
+                    }
+                    assert_eq!(of_unit, reported);
+                    units += 1;
+                }
+                // Those of the lanes of the feature-major unit are cells.
+                Err(why) => assert!(
+                    why.contains("lane_entries") && why.contains("too small"),
+                    "{why}"
+                ),
+            }
             for memory in memories.macros {
                 assert_eq!(
                     table.figures(&memory.shape),
@@ -225,7 +243,7 @@ mod tests {
                 count += 1;
             }
         }
-        assert!(count > 20, "{count}");
+        assert!(count > 20 && units > 8, "{count} {units}");
     }
 
     /// More banks and more ports take more area; a memory that CACTI does not know is named.
