@@ -12,7 +12,7 @@ use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised};
 use potamoi_system::system_model::work::{FrameWork, PathOptions, PathParts, PathWork};
 use potamoi_system::system_model::{
-    Costs, Gathering, Memory, Model, Parameters, Program, Scenario, System, Variant,
+    Costs, Gathering, Memory, Model, OnChipSizes, Parameters, Program, Scenario, System, Variant,
 };
 use potamoi_warp::Profile;
 
@@ -70,6 +70,7 @@ fn pictures_of_samples_are_modelled() {
             reports: &reports,
             estimated: &[],
             records: &records,
+            sizes: OnChipSizes::default(),
             wire_margin: 0.0,
         };
         let fit = Fit::checked_in().unwrap();

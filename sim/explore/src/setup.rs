@@ -9,7 +9,7 @@ use potamoi_formats::config::{Config, PRESETS};
 use potamoi_scene::Scene;
 use potamoi_synth::{SynthError, UnitKind, scaling};
 use potamoi_system::system_model::work::{FrameWork, PathOptions, PathReplay, PathWork, WorkCache};
-use potamoi_system::system_model::{Area, Clock, Costs, Memory, Model, System};
+use potamoi_system::system_model::{Area, Clock, Costs, Memory, Model, OnChipSizes, System};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -150,8 +150,9 @@ impl Setup {
             synth,
             system.wire_margin,
         )?);
-        let costs = Arc::new(known.costs(&scene, &chosen.config)?);
-        let area = Arc::new(known.area(&chosen.config, system)?);
+        let sizes = OnChipSizes::from(system);
+        let costs = Arc::new(known.costs(&scene, &chosen.config, &sizes)?);
+        let area = Arc::new(known.area(&chosen.config, &sizes)?);
         Ok(Self {
             scene,
             config: chosen.config,
@@ -179,15 +180,9 @@ impl Setup {
     ) -> Result<Self, ExploreError> {
         check_room(&scene, system)?;
         let known = UnitParameters::checked_in(system.wire_margin)?;
-        let of_buffers = [
-            u64::from(system.array_rows),
-            system.array_columns.into(),
-            system.feature_buffer_bytes,
-            system.feature_banks.into(),
-            system.weight_buffer_bytes,
-        ];
+        let sizes = OnChipSizes::from(system);
         let key = format!(
-            "{} {:?} {} {of_buffers:?} {:?}",
+            "{} {:?} {} {sizes:?} {:?}",
             chosen.config.hash(),
             chosen.config.clock_mhz,
             scene.model().is_splats(),
@@ -195,8 +190,8 @@ impl Setup {
         );
         let (costs, area) = shared.priced(key, || {
             Ok((
-                Arc::new(known.costs(&scene, &chosen.config)?),
-                Arc::new(known.area(&chosen.config, system)?),
+                Arc::new(known.costs(&scene, &chosen.config, &sizes)?),
+                Arc::new(known.area(&chosen.config, &sizes)?),
             ))
         })?;
         Ok(Self {
@@ -223,7 +218,8 @@ impl Setup {
         (scene, config): (&Scene, &Config),
         estimated: &[UnitKind],
     ) -> Result<Costs, ExploreError> {
-        self.known.costs_by(scene, config, estimated)
+        self.known
+            .costs_by(scene, config, &OnChipSizes::from(&self.system), estimated)
     }
 
     /// Energy, area and clock of the configuration's units.
@@ -368,9 +364,12 @@ pub(crate) fn costs_and_area(
     scene: &Scene,
     config: &Config,
 ) -> Result<(Costs, Area), ExploreError> {
-    let system = System::default();
-    let known = UnitParameters::checked_in(system.wire_margin)?;
-    Ok((known.costs(scene, config)?, known.area(config, &system)?))
+    let known = UnitParameters::checked_in(System::default().wire_margin)?;
+    let sizes = OnChipSizes::default();
+    Ok((
+        known.costs(scene, config, &sizes)?,
+        known.area(config, &sizes)?,
+    ))
 }
 
 /// Area of all instances of a module of a synthesised unit, in square millimetres at 12 nm without
@@ -391,5 +390,5 @@ pub(crate) fn module_area(config: &Config, unit: UnitKind, module: &str) -> Opti
 /// None for those parameters.
 pub(crate) fn accelerator_clock(scene: &Scene, config: &Config) -> Result<Clock, ExploreError> {
     let known = UnitParameters::read(config, None, System::default().wire_margin)?;
-    Ok(known.costs(scene, config)?.clock)
+    Ok(known.costs(scene, config, &OnChipSizes::default())?.clock)
 }

@@ -7,7 +7,7 @@ use potamoi_formats::config::Config;
 use potamoi_scene::Scene;
 use potamoi_synth::fit::Fit;
 use potamoi_synth::{SynthReport, Synthesised, UnitKind};
-use potamoi_system::system_model::{Area, Costs, Parameters, Program, System};
+use potamoi_system::system_model::{Area, Costs, OnChipSizes, Parameters, Program};
 
 use crate::ExploreError;
 
@@ -72,20 +72,25 @@ impl UnitParameters {
     }
 
     /// Areas of the accelerator's blocks.
-    pub(crate) fn area(&self, config: &Config, system: &System) -> Result<Area, ExploreError> {
+    pub(crate) fn area(&self, config: &Config, sizes: &OnChipSizes) -> Result<Area, ExploreError> {
         let known = self.known;
         Ok(Area::of(
             config,
             &known.fit,
             self.reports(),
             &known.system,
-            system,
+            sizes,
         ))
     }
 
     /// Energy, area and clock of units and memories.
-    pub(crate) fn costs(&self, scene: &Scene, config: &Config) -> Result<Costs, ExploreError> {
-        self.costs_by(scene, config, &[])
+    pub(crate) fn costs(
+        &self,
+        scene: &Scene,
+        config: &Config,
+        sizes: &OnChipSizes,
+    ) -> Result<Costs, ExploreError> {
+        self.costs_by(scene, config, sizes, &[])
     }
 
     /// As [`UnitParameters::costs`], without the syntheses of the kinds in `estimated`.
@@ -93,6 +98,7 @@ impl UnitParameters {
         &self,
         scene: &Scene,
         config: &Config,
+        sizes: &OnChipSizes,
         estimated: &[UnitKind],
     ) -> Result<Costs, ExploreError> {
         let program = match scene.model().is_splats() {
@@ -109,6 +115,7 @@ impl UnitParameters {
             reports: self.reports(),
             records: &self.known.records,
             system: &self.known.system,
+            sizes: *sizes,
             wire_margin: self.wire_margin,
         };
         Ok(Costs::new(

@@ -247,7 +247,7 @@ impl<'a> Savings<'a> {
             let own = costs.of(self.done, true, self.array_units);
             let logic = [own.gathering_pj, own.vector_pj, own.splat_pj];
             let logic = logic.into_iter().sum::<Option<f64>>()?;
-            Some((logic + own.gathering_memories_pj) * 1e-6)
+            Some((logic + own.gathering_memories_pj?) * 1e-6)
         };
         match (of(&self.costs), of(small)) {
             (Some(all), Some(left)) => Figure::known(

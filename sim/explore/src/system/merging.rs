@@ -125,9 +125,10 @@ impl Side {
             computation_ns: done.array_cycles as f64 / model.clock_ghz,
             frame_ns: frame.span_ns().mid(),
             array_pj: spent.array_pj,
-            computation_pj: spent.array_pj.map(|array| array + spent.buffers_pj),
-            gathering_pj: (spent.gathering_pj)
-                .map(|logic| logic + spent.gathering_memories_pj + spent_pj),
+            computation_pj: (spent.array_pj.zip(spent.buffers_pj))
+                .map(|(array, buffers)| array + buffers),
+            gathering_pj: (spent.gathering_pj.zip(spent.gathering_memories_pj))
+                .map(|(logic, memories)| logic + memories + spent_pj),
             array_use: done.macs as f64 / (done.array_cycles.max(1) * held) as f64,
             done,
         })

@@ -2,14 +2,13 @@
 
 use potamoi_formats::config::Config;
 use potamoi_synth::fit::Fit;
-use potamoi_synth::{
-    MemoryReport, MemoryTable, SYSTEM, Shape, SynthReport, Synthesised, UnitKind, scaling,
-};
+use potamoi_synth::{MemoryReport, SynthReport, Synthesised, UnitKind, scaling};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::logic::{Logic, NODE_NM};
-use super::system::System;
+use super::on_chip_memories::{self, FEATURE_BUFFER, WEIGHT_BUFFER, feature_banks, weight_buffer};
+use super::on_chip_sizes::OnChipSizes;
 use super::unit_source::{Known, UnitSource};
 
 /// Memories of one kind in the blocks of one kind.
@@ -28,13 +27,13 @@ pub struct BlockMemory {
 }
 
 impl BlockMemory {
-    fn of(own: &MemoryReport, factors: &scaling::Factors) -> Self {
+    fn of(own: &MemoryReport) -> Self {
         Self {
             memory: own.memory.clone(),
             count: own.count,
             words: own.shape.words,
             bits: own.shape.bits,
-            mm2: own.count as f64 * own.figures.area_um2 * factors.area * 1e-6,
+            mm2: own.count as f64 * own.figures.area_um2 * 1e-6,
         }
     }
 
@@ -86,14 +85,14 @@ pub struct Area {
 
 impl Area {
     /// Areas of a configuration's units, from the first of the reports that has one or from formulas; of
-    /// the array and the buffers of `around`, whose unit and banks `system` has.
+    /// the array and the buffers of `sizes`, whose unit and banks `system` has.
     #[must_use]
     pub fn of(
         config: &Config,
         fit: &Fit,
         reports: &[Synthesised],
         system: &SynthReport,
-        around: &System,
+        sizes: &OnChipSizes,
     ) -> Self {
         let known = Known {
             fit,
@@ -110,8 +109,8 @@ impl Area {
         let sum = |all: &[BlockArea]| all.iter().map(BlockArea::mm2).sum();
         let units_mm2 = sum(&units);
         let mut blocks = units;
-        blocks.push(array(system, around));
-        blocks.extend(buffers(system, around));
+        blocks.push(array(system, sizes));
+        blocks.extend(buffers(system, sizes));
         Self {
             units_mm2,
             total_mm2: sum(&blocks),
@@ -126,49 +125,31 @@ fn cells_mm2(report: &SynthReport, unit: UnitKind) -> Option<f64> {
     Some(report.unit(unit)?.area_um2 * factors.area * 1e-6)
 }
 
-/// Memories of a unit of a report, at the system's node; `None` where they were not modelled.
-fn memories(report: &SynthReport, unit: UnitKind) -> Option<Vec<BlockMemory>> {
-    if report.unit(unit).is_some_and(|own| own.memories.is_empty()) {
-        return Some(vec![]);
-    }
-    let all = report.raw.memories.as_ref()?;
-    let factors = scaling::memory(all.origin.node_nm, NODE_NM)?;
-    let own = all.macros.iter().filter(|own| own.of == unit.top());
-    Some(own.map(|own| BlockMemory::of(own, &factors)).collect())
-}
-
 /// All units of a kind with their memories.
 fn unit(config: &Config, known: &Known<'_>, unit: UnitKind, count: u64) -> BlockArea {
     // A sum of none is -0.0.
     let times = |of: f64| count as f64 * of + 0.0;
-    let (logic, memories) = match known.source(config, unit) {
+    let logic = match known.source(config, unit) {
         UnitSource::Synthesised(own) => {
-            let report = &own.report;
-            let from = format!("synthesis in {}", report.library.name);
-            let logic = cells_mm2(report, unit).ok_or_else(|| from.clone());
-            let memories = memories(report, unit);
-            (
-                logic.map(|mm2| (mm2, from)),
-                memories.ok_or_else(|| "synthesise with CACTI (tools/setup memories)".to_owned()),
-            )
+            let from = format!("synthesis in {}", own.report.library.name);
+            let logic = cells_mm2(&own.report, unit).ok_or_else(|| from.clone());
+            logic.map(|mm2| (mm2, from))
         }
         _ => {
             let node = known.fit.grid().library.node_nm;
             let factors = node.and_then(|nm| scaling::logic(nm, NODE_NM));
-            let logic = factors
+            factors
                 .ok_or_else(|| "the formulas are of a node without factors".to_owned())
-                .and_then(|factors| Logic::of(known, config, unit, &factors));
-            (
-                logic.map(|(own, from)| (own.area_um2 * 1e-6, from.to_owned())),
-                memories_by_shape(config, unit),
-            )
+                .and_then(|factors| Logic::of(known, config, unit, &factors))
+                .map(|(own, from)| (own.area_um2 * 1e-6, from.to_owned()))
         }
     };
+    let memories = on_chip_memories::of_unit(config, known, unit);
     let lacks = match &memories {
         Ok(_) => String::new(),
         Err(why) => format!("; memories not known: {why}"),
     };
-    let memories = memories.ok();
+    let memories = (memories.ok()).map(|all| all.iter().map(BlockMemory::of).collect());
     let sum = |all: &Vec<BlockMemory>| times(all.iter().map(|own| own.mm2).sum());
     BlockArea {
         block: unit.top().to_owned(),
@@ -185,26 +166,10 @@ fn unit(config: &Config, known: &Known<'_>, unit: UnitKind, count: u64) -> Block
     }
 }
 
-/// Memories of a unit that was not synthesised, at the system's node.
-fn memories_by_shape(config: &Config, unit: UnitKind) -> Result<Vec<BlockMemory>, String> {
-    // Vector units have none: their FIFO is flip-flops.
-    if unit == UnitKind::Vector {
-        return Ok(vec![]);
-    }
-    let table = MemoryTable::checked_in().map_err(|error| error.to_string())?;
-    let factors = scaling::memory(table.origin.node_nm, NODE_NM)
-        .ok_or_else(|| format!("no factors from {} nm", table.origin.node_nm))?;
-    let all = table.of_unit(config, unit)?;
-    Ok(all
-        .iter()
-        .map(|own| BlockMemory::of(own, &factors))
-        .collect())
-}
-
-fn array(system: &SynthReport, around: &System) -> BlockArea {
-    let (unit, macs) = (UnitKind::ArrayMac, around.array().units());
+fn array(system: &SynthReport, sizes: &OnChipSizes) -> BlockArea {
+    let (unit, macs) = (UnitKind::ArrayMac, sizes.array.units());
     let logic_mm2 = cells_mm2(system, unit)
-        .filter(|_| !around.array_double_buffered)
+        .filter(|_| !sizes.array_double_buffered)
         .map(|of| macs as f64 * of);
     BlockArea {
         block: unit.top().to_owned(),
@@ -212,7 +177,7 @@ fn array(system: &SynthReport, around: &System) -> BlockArea {
         logic_mm2,
         memories_mm2: Some(0.0),
         memories: vec![],
-        from: match (logic_mm2, around.array_double_buffered) {
+        from: match (logic_mm2, sizes.array_double_buffered) {
             (Some(_), _) => format!("synthesis of one in {}", system.library.name),
             (None, true) => "its unit was synthesised with one register of weights, and \
                  system.array_double_buffered asks for two"
@@ -222,64 +187,23 @@ fn array(system: &SynthReport, around: &System) -> BlockArea {
     }
 }
 
-/// The buffers around the units, whose words are as wide as those of the paper's.
-fn buffers(system: &SynthReport, around: &System) -> Vec<BlockArea> {
-    let wanted = [
-        (
-            "global_feature_buffer",
-            around.feature_buffer_bytes,
-            u64::from(around.feature_banks),
-        ),
-        ("weight_buffer", around.weight_buffer_bytes, 1),
-    ];
-    let of = |(block, bytes, count): (&str, u64, u64)| {
-        let bank = bank(system, block, bytes / count.max(1)).map(|own| own.times(count));
+/// The buffers around the units.
+fn buffers(system: &SynthReport, sizes: &OnChipSizes) -> [BlockArea; 2] {
+    let of = |block: &str, banks: Result<MemoryReport, String>| {
+        let own = banks.as_ref().ok().map(BlockMemory::of);
         BlockArea {
             block: block.to_owned(),
-            count,
+            count: own.as_ref().map_or(0, |own| own.count),
             logic_mm2: Some(0.0),
-            memories_mm2: bank.as_ref().ok().map(|own| own.mm2),
-            from: match &bank {
-                Ok(_) => "CACTI".to_owned(),
-                Err(why) => why.clone(),
-            },
-            memories: bank.into_iter().collect(),
+            memories_mm2: own.as_ref().map(|own| own.mm2),
+            from: banks.map_or_else(|why| why, |_| "CACTI".to_owned()),
+            memories: own.into_iter().collect(),
         }
     };
-    wanted.into_iter().map(of).collect()
-}
-
-/// A bank of a buffer: as in the parameters, or of the table of memories.
-fn bank(system: &SynthReport, block: &str, bytes: u64) -> Result<BlockMemory, String> {
-    let own = (system.memory(SYSTEM, block)).ok_or("the parameters lack this memory")?;
-    let own = own.0;
-    let node_nm = (system.raw.memories.as_ref()).map_or(0, |all| all.origin.node_nm);
-    let shape = Shape {
-        words: bytes * 8 / own.shape.bits,
-        ..own.shape
-    };
-    let table = MemoryTable::checked_in().map_err(|error| error.to_string())?;
-    let (figures, node_nm) = match shape == own.shape {
-        true => (Some(&own.figures), node_nm),
-        false => (table.figures(&shape), table.origin.node_nm),
-    };
-    let figures = figures.ok_or_else(|| {
-        let table: Vec<String> = (table.words(&own.shape).iter())
-            .map(|words| (words * own.shape.bits / 8).to_string())
-            .collect();
-        format!(
-            "CACTI did not model a bank of {bytes} bytes; it modelled {} bytes",
-            table.join(", ")
-        )
-    })?;
-    let factors = scaling::memory(node_nm, NODE_NM).ok_or("no factors for the memory's node")?;
-    let own = MemoryReport {
-        count: 1,
-        shape,
-        figures: *figures,
-        ..own.clone()
-    };
-    Ok(BlockMemory::of(&own, &factors))
+    [
+        of(FEATURE_BUFFER, feature_banks(system, sizes)),
+        of(WEIGHT_BUFFER, weight_buffer(system, sizes)),
+    ]
 }
 
 #[cfg(test)]
@@ -296,7 +220,7 @@ mod tests {
             &fit,
             &reports,
             &reports[0].report,
-            &System::default(),
+            &OnChipSizes::default(),
         )
     }
 
@@ -338,9 +262,9 @@ mod tests {
         assert_eq!((all.units_mm2, all.total_mm2), (None, None));
         assert!(block(&all, "gathering_unit").mm2().is_some());
         // Two registers of weights a unit are more than the one that was synthesised.
-        let doubled = System {
+        let doubled = OnChipSizes {
             array_double_buffered: true,
-            ..System::default()
+            ..OnChipSizes::default()
         };
         let reports = Synthesised::checked_in().unwrap();
         let own = array(&reports[0].report, &doubled);
@@ -351,10 +275,5 @@ mod tests {
         // Memories are known by shape, of units that were not synthesised too.
         let wide = area("[gu]\nbanks = 24\n");
         assert!(block(&wide, "gathering_unit").mm2().is_some());
-        // A buffer of another size is of the table too; one that CACTI was not asked about names those.
-        let of = |bytes| Ok::<f64, String>(bank(&reports[0].report, "weight_buffer", bytes)?.mm2);
-        assert!(of(49_152).unwrap() < of(98_304).unwrap());
-        let error = of(50_000).unwrap_err();
-        assert!(error.contains("it modelled 24576, 49152, 98304"), "{error}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::blocks::{Block, blocks};
 use super::buffers::Buffered;
-use super::costs::Costs;
+use super::costs::{Costs, sum};
 use super::gpu_only::gpu_only_at;
 use super::gpu_work::GpuWork;
 use super::job_scheduler::{Job, JobId, Resource, Share, Shared};
@@ -367,7 +367,8 @@ impl<'a> Composer<'a> {
         transfers.read += bytes;
         transfers.dma_transfers += 1;
         self.spent.weight_bytes += bytes;
-        self.spent.on_chip.buffers_pj += self.costs.loaded_weights(bytes);
+        let buffers = &mut self.spent.on_chip.buffers_pj;
+        *buffers = sum(*buffers, self.costs.loaded_weights(bytes));
         bytes
     }
 

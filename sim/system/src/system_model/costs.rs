@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use potamoi_formats::config::{Config, Modes};
 use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_synth::fit::{Fit, Work};
-use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
+use potamoi_synth::{MemoryReport, SynthError, SynthReport, Synthesised, UnitKind, scaling};
 use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
@@ -15,7 +15,8 @@ use super::block_periods::Periods;
 use super::clock::Clock;
 use super::kernels::Program;
 use super::logic::{FORMULAS, Logic, NODE_NM, UnitEnergy, power_of};
-use super::memory_port::{Port, port};
+use super::on_chip_memories::{self, GatheringMemories, Port, feature_banks, weight_buffer};
+use super::on_chip_sizes::OnChipSizes;
 use super::splat_costs::SplatUnitCosts;
 use super::unit_source::Known;
 use potamoi_cycles::batch::Batch;
@@ -40,9 +41,6 @@ pub enum CostError {
         /// Their node in nanometres, if known.
         node: Option<u32>,
     },
-    /// The parameters lack a memory.
-    #[error("no memory {0} in the parameters: synthesise them with CACTI (tools/setup memories)")]
-    Memory(&'static str),
 }
 
 /// A block whose energy and area are not known.
@@ -87,14 +85,11 @@ pub struct Costs {
     logic: f64,
     /// A unit of the MAC array; its clock is gated between products.
     pub mac: Option<MacEnergy>,
-    /// A bank of the MFT.
-    pub mft: Port,
-    /// A bank of the RIT buffer.
-    pub rit: Port,
-    /// The global feature buffer.
-    pub features: Port,
-    /// The weight buffer.
-    pub weights: Port,
+    /// Memories of the gathering unit.
+    gathering_memories: Option<GatheringMemories>,
+    /// A bank of the global feature buffer, and the weight buffer.
+    pub(super) features: Option<Port>,
+    pub(super) weights: Option<Port>,
     /// Leakage of the units' memories and logic, in milliwatts, splat units with theirs.
     pub leakage_mw: Option<f64>,
     /// Clock of the accelerator.
@@ -121,6 +116,8 @@ pub struct Parameters<'a> {
     pub records: &'a SynthReport,
     /// The memories around the units, and the unit of the array.
     pub system: &'a SynthReport,
+    /// Sizes of the array and of the buffers around the units.
+    pub sizes: OnChipSizes,
     /// Share that is added to periods of logic for wires.
     pub wire_margin: f64,
 }
@@ -131,7 +128,7 @@ pub struct OnChip {
     /// The gathering unit's logic.
     pub gathering_pj: Option<f64>,
     /// The gathering unit's memories.
-    pub gathering_memories_pj: f64,
+    pub gathering_memories_pj: Option<f64>,
     /// The vector unit's logic.
     pub vector_pj: Option<f64>,
     /// The splat units with their memories.
@@ -139,35 +136,35 @@ pub struct OnChip {
     /// The MAC array.
     pub array_pj: Option<f64>,
     /// The global feature buffer and the weight buffer.
-    pub buffers_pj: f64,
+    pub buffers_pj: Option<f64>,
 }
 
 impl Default for OnChip {
     fn default() -> Self {
         Self {
             gathering_pj: Some(0.0),
-            gathering_memories_pj: 0.0,
+            gathering_memories_pj: Some(0.0),
             vector_pj: Some(0.0),
             splat_pj: Some(0.0),
             array_pj: Some(0.0),
-            buffers_pj: 0.0,
+            buffers_pj: Some(0.0),
         }
     }
 }
 
 /// The sum of two figures where both are known.
-fn sum(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+pub(super) fn sum(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     Some(a? + b?)
 }
 
 impl std::ops::AddAssign for OnChip {
     fn add_assign(&mut self, other: Self) {
         self.gathering_pj = sum(self.gathering_pj, other.gathering_pj);
-        self.gathering_memories_pj += other.gathering_memories_pj;
+        self.gathering_memories_pj = sum(self.gathering_memories_pj, other.gathering_memories_pj);
         self.vector_pj = sum(self.vector_pj, other.vector_pj);
         self.splat_pj = sum(self.splat_pj, other.splat_pj);
         self.array_pj = sum(self.array_pj, other.array_pj);
-        self.buffers_pj += other.buffers_pj;
+        self.buffers_pj = sum(self.buffers_pj, other.buffers_pj);
     }
 }
 
@@ -181,7 +178,7 @@ impl Costs {
     /// those of `records`, scaled by the ratio of the two units. What no source has is unknown.
     ///
     /// # Errors
-    /// Parameters without memories, or at a node without factors.
+    /// Parameters at a node without factors.
     pub fn new(
         config: &Config,
         program: Program,
@@ -232,12 +229,26 @@ impl Costs {
             },
             fit.grid().library.name,
         );
-        let port = |unit, name| port(parameters.system, unit, name).ok_or(CostError::Memory(name));
-        let unit = UnitKind::Gathering.top();
-        let (mft, mft_mw) = port(unit, "mft_bank")?;
-        let (rit, rit_mw) = port(unit, "rit_bank")?;
-        let (features, features_mw) = port("system", "global_feature_buffer")?;
-        let (weights, weights_mw) = port("system", "weight_buffer")?;
+        let memories = GatheringMemories::new(config, &known);
+        let memories = memories
+            .map_err(|why| note("memories of the gathering unit", why))
+            .ok();
+        let mut buffer =
+            |name, own: Result<MemoryReport, String>| own.map_err(|why| note(name, why)).ok();
+        let buffers = [
+            buffer(
+                "feature buffer",
+                feature_banks(parameters.system, &parameters.sizes),
+            ),
+            buffer(
+                "weight buffer",
+                weight_buffer(parameters.system, &parameters.sizes),
+            ),
+        ];
+        let memories_mw = memories.zip(buffers.iter().cloned().collect::<Option<Vec<_>>>());
+        let memories_mw = memories_mw
+            .map(|(own, buffers)| own.leakage_mw + on_chip_memories::leakage_mw(&buffers));
+        let [features, weights] = buffers.map(|own| own.as_ref().map(Port::of));
         let both = gathering.as_ref().zip(vector.as_ref());
         let both = both.and_then(|(gathering, (vector, _))| {
             let splat = match (&splat, &config.su) {
@@ -268,11 +279,12 @@ impl Costs {
             config: config.clone(),
             logic: factors.energy,
             mac,
-            mft,
-            rit,
+            gathering_memories: memories,
             features,
             weights,
-            leakage_mw: both.map(|(logic, _)| mft_mw + rit_mw + features_mw + weights_mw + logic),
+            leakage_mw: both
+                .zip(memories_mw)
+                .map(|((logic, _), memories)| memories + logic),
             unknown,
             fit,
         })
@@ -294,9 +306,11 @@ impl Costs {
             // A word of the RIT buffer is a beat of its stream.
             let rit_word = f64::from(self.config.rit_stream_bits()) / 8.0;
             let rit_words = done.rit_read_bytes as f64 / rit_word;
-            all.gathering_memories_pj = done.codes_read as f64 * self.mft.read_pj
-                + done.row_bytes as f64 / 2.0 * self.mft.write_pj
-                + rit_words * (self.rit.read_pj + self.rit.write_pj);
+            all.gathering_memories_pj = self.gathering_memories.map(|own| {
+                done.codes_read as f64 * own.mft.read_pj
+                    + done.row_bytes as f64 / 2.0 * own.mft.write_pj
+                    + rit_words * (own.rit.read_pj + own.rit.write_pj)
+            });
         }
         if done.vector_cycles > 0 {
             let vector = self.vector.as_ref();
@@ -315,9 +329,11 @@ impl Costs {
         let read = done.input_bytes + done.partial_bytes + done.operand_bytes + records;
         let written =
             done.feature_bytes + done.output_bytes + done.partial_bytes + done.result_bytes;
-        all.buffers_pj += read as f64 / FEATURE_WORD * self.features.read_pj
-            + written as f64 / FEATURE_WORD * self.features.write_pj
-            + done.weight_bytes as f64 / WEIGHT_WORD * self.weights.read_pj;
+        all.buffers_pj = self.features.zip(self.weights).map(|(features, weights)| {
+            read as f64 / FEATURE_WORD * features.read_pj
+                + written as f64 / FEATURE_WORD * features.write_pj
+                + done.weight_bytes as f64 / WEIGHT_WORD * weights.read_pj
+        });
         all
     }
 
@@ -333,10 +349,10 @@ impl Costs {
         Some(unit.of(done.gather_cycles, done.gather_busy))
     }
 
-    /// Picojoules of writing weights into their buffer.
+    /// Picojoules of writing weights into their buffer; `None` where it is not known.
     #[must_use]
-    pub(crate) fn loaded_weights(&self, bytes: f64) -> f64 {
-        bytes / WEIGHT_WORD * self.weights.write_pj
+    pub(crate) fn loaded_weights(&self, bytes: f64) -> Option<f64> {
+        Some(bytes / WEIGHT_WORD * self.weights?.write_pj)
     }
 
     /// Fitted energy of the gathering unit with so many banks at work.

@@ -314,11 +314,12 @@ impl Model<'_> {
             gpu_mj: mj((gpu.watts() * at_work + gpu.idle_watts * (span_ns - at_work)) * 1e3),
             gathering_unit_mj: on_chip
                 .gathering_pj
-                .map(|logic| mj(logic + on_chip.gathering_memories_pj)),
+                .zip(on_chip.gathering_memories_pj)
+                .map(|(logic, memories)| mj(logic + memories)),
             vector_unit_mj: on_chip.vector_pj.map(mj),
             splat_units_mj: (self.costs.has_splat_units()).then(|| on_chip.splat_pj.map(mj)),
             array_mj: on_chip.array_pj.map(mj),
-            buffers_mj: mj(on_chip.buffers_pj),
+            buffers_mj: on_chip.buffers_pj.map(mj),
             memory_mj: mj(spent.memory_pj),
             dma_mj: mj(spent.descriptor_pj),
             interconnect_mj: mj(spent.interconnect_bytes * self.system.interconnect_pj_per_byte),

@@ -70,7 +70,7 @@ pub struct EnergyByPart {
     /// MAC array.
     pub array_mj: Option<f64>,
     /// Feature and weight buffers.
-    pub buffers_mj: f64,
+    pub buffers_mj: Option<f64>,
     /// Memory accesses, without those of DMA descriptors.
     pub memory_mj: f64,
     /// DMA descriptors, read from memory.
@@ -97,7 +97,7 @@ impl EnergyByPart {
         ];
         let others = [
             ("MAC array", self.array_mj),
-            ("buffers", Some(self.buffers_mj)),
+            ("buffers", self.buffers_mj),
             ("memory accesses", Some(self.memory_mj)),
             ("DMA descriptors", Some(self.dma_mj)),
             ("interconnect", Some(self.interconnect_mj)),

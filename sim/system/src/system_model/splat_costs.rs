@@ -5,7 +5,7 @@ use potamoi_formats::config::{Config, SuConfig};
 use potamoi_synth::UnitKind;
 
 use super::logic::{Logic, UnitEnergy};
-use super::memory_port::{Port, port};
+use super::on_chip_memories::{self, Port};
 use super::unit_source::{Known, UnitSource};
 
 /// Memories of a splat unit: colours, transmittances and limits, by module.
@@ -62,12 +62,11 @@ impl SplatUnitCosts {
         let logic = Logic::measured(&own.report, unit)
             .ok_or("its parameters lack its power: synth without --activity none")?;
         let units = f64::from(su.units);
-        let mut memories_mw = 0.0;
-        let mut of = |name| -> Result<Port, String> {
+        let memories = on_chip_memories::of_unit(config, known, unit)?;
+        let of = |name| -> Result<Port, String> {
             let missing = || format!("no memory {name} in its parameters: synth with CACTI");
-            let (port, mw) = port(&own.report, unit.top(), name).ok_or_else(missing)?;
-            memories_mw += mw;
-            Ok(port)
+            let own = memories.iter().find(|own| own.memory == name);
+            own.map(Port::of).ok_or_else(missing)
         };
         let (colours, transmittances) = (of(COLOURS)?, of(TRANSMITTANCES)?);
         let limits = of(LIMITS)?;
@@ -76,7 +75,7 @@ impl SplatUnitCosts {
             colours,
             transmittances,
             limits,
-            leakage_mw: units * (logic.leakage_nw * 1e-6 + memories_mw),
+            leakage_mw: units * (logic.leakage_nw * 1e-6 + on_chip_memories::leakage_mw(&memories)),
             area_mm2: units * logic.area_um2 * 1e-6,
         })
     }

@@ -18,7 +18,9 @@ use potamoi_synth::fit::Fit;
 use potamoi_synth::grid::Grid;
 use potamoi_synth::{Library, SynthReport, Synthesised, UnitKind};
 use potamoi_system::system_model::work::FrameWork;
-use potamoi_system::system_model::{Costs, Gathering, Memory, Model, Parameters, Program, System};
+use potamoi_system::system_model::{
+    Costs, Gathering, Memory, Model, OnChipSizes, Parameters, Program, System,
+};
 
 use frame::{Format, Rng, Verdict, text, tree};
 
@@ -41,6 +43,7 @@ fn costs() -> &'static Costs {
             reports: &reports,
             estimated: &[],
             records: &records,
+            sizes: OnChipSizes::default(),
             wire_margin: 0.0,
         };
         let fit = Fit::checked_in().unwrap();

@@ -73,10 +73,10 @@ proptest! {
         prop_assert!(parts.iter().all(|(_, mj)| mj.is_some_and(|mj| mj >= 0.0 && mj.is_finite())));
         let chip = &spent.on_chip;
         let logic = [chip.gathering_pj, chip.vector_pj, chip.array_pj].map(Option::unwrap);
-        let units = logic.iter().sum::<f64>() + chip.gathering_memories_pj + chip.buffers_pj;
+        let units = logic.iter().sum::<f64>() + chip.gathering_memories_pj.unwrap() + chip.buffers_pj.unwrap();
         let energy = &found.energy;
         let logic = [energy.gathering_unit_mj, energy.vector_unit_mj, energy.array_mj].map(Option::unwrap);
-        let sum = logic.iter().sum::<f64>() + energy.buffers_mj;
+        let sum = logic.iter().sum::<f64>() + energy.buffers_mj.unwrap();
         prop_assert!(near(units * 1e-9, sum));
         prop_assert!(near(energy.memory_mj, spent.memory_pj * 1e-9));
         // The DMA and the interconnect: a descriptor a transfer, all bytes in whole bursts.

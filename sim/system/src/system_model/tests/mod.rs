@@ -35,6 +35,7 @@ pub(in crate::system_model) fn costs(program: Program) -> &'static Costs {
             reports: &reports,
             estimated: &[],
             records: &records,
+            sizes: OnChipSizes::default(),
             wire_margin: 0.0,
         };
         let fit = Fit::checked_in().unwrap();

@@ -73,12 +73,13 @@ fn ports_of_the_feature_buffer_are_a_limit() {
         weights / (48.0 * wide.span_ns)
     ));
     let own = costs(Program::Fields);
+    let (features, weights) = (own.features.unwrap(), own.weights.unwrap());
     let read = total.input_bytes + total.partial_bytes + total.operand_bytes;
-    let pj = read as f64 / 16.0 * own.features.read_pj
-        + (moved - read as f64) / 16.0 * own.features.write_pj
-        + total.weight_bytes as f64 / 48.0 * own.weights.read_pj
-        + loaded / 48.0 * own.weights.write_pj;
-    assert!(near(wide.energy.buffers_mj, pj * 1e-9));
+    let pj = read as f64 / 16.0 * features.read_pj
+        + (moved - read as f64) / 16.0 * features.write_pj
+        + total.weight_bytes as f64 / 48.0 * weights.read_pj
+        + loaded / 48.0 * weights.write_pj;
+    assert!(near(wide.energy.buffers_mj.unwrap(), pj * 1e-9));
     // One bank in all serves 16 bytes a nanosecond, to everyone.
     let one = System {
         feature_banks: 1,
@@ -118,6 +119,7 @@ fn costs_of(config: &Config, given: Option<&SynthReport>, reports: &[Synthesised
         estimated: &[],
         records: &SynthReport::of_records().unwrap(),
         system: &Synthesised::checked_in().unwrap()[0].report,
+        sizes: OnChipSizes::default(),
         wire_margin: 0.0,
     };
     let fit = Fit::checked_in().unwrap();
