@@ -33,7 +33,7 @@ pub struct Packet {
     /// Whether they were streamed once for every segment.
     pub streamed: bool,
     /// Whether the last beat has no bytes.
-    pub ends_bare: bool,
+    pub ends_null: bool,
 }
 
 /// The state of the RIT stream since reset.
@@ -63,8 +63,8 @@ impl RitStream {
     /// MVoxel's packet. After a flag the state is undefined until reset.
     pub fn take(&mut self, beat: &RitBeat<'_>) -> (u8, Option<Packet>) {
         let kept = beat.keep.iter().take_while(|k| **k).count();
-        let bare = beat.keep.iter().all(|k| !k);
-        if bare && !beat.last {
+        let null = beat.keep.iter().all(|k| !k);
+        if null && !beat.last {
             return (0, None);
         }
         let mut flags = 0;
@@ -87,7 +87,7 @@ impl RitStream {
             return (flags, None);
         }
         let mut packet = self.begun.take().unwrap_or_default();
-        packet.ends_bare = bare;
+        packet.ends_null = null;
         if packet.bytes.is_empty() || !packet.bytes.len().is_multiple_of(self.entry_bytes) {
             flags |= FLAG_RAGGED;
         }
@@ -110,7 +110,7 @@ pub struct FeatureFrame {
 /// a whole number of beats ends them with a beat that holds no entry, since the entries before it
 /// may have been sent by then.
 #[must_use]
-pub fn frames(entries: usize, side: usize, ends_bare: bool) -> Vec<FeatureFrame> {
+pub fn frames(entries: usize, side: usize, ends_null: bool) -> Vec<FeatureFrame> {
     let firsts = (0..entries).step_by(side.max(1));
     let mut frames: Vec<_> = firsts
         .map(|first| FeatureFrame {
@@ -119,7 +119,7 @@ pub fn frames(entries: usize, side: usize, ends_bare: bool) -> Vec<FeatureFrame>
             last: false,
         })
         .collect();
-    if ends_bare && entries.is_multiple_of(side.max(1)) {
+    if ends_null && entries.is_multiple_of(side.max(1)) {
         frames.push(FeatureFrame {
             first: entries,
             kept: 0,
@@ -147,11 +147,11 @@ impl BlockStream {
     /// at most `most` blocks. Returns whether the beat raises flag 6.
     pub fn take(&mut self, keep: &[bool], last: bool, channels: usize, most: u32) -> bool {
         let kept = keep.iter().take_while(|k| **k).count();
-        let bare = keep.iter().all(|k| !k);
-        if bare && !last {
+        let null = keep.iter().all(|k| !k);
+        if null && !last {
             return false;
         }
-        if bare {
+        if null {
             let amid = !self.channels.is_empty();
             *self = Self::default();
             return amid;
@@ -205,10 +205,10 @@ mod tests {
         assert_eq!(take(&mut stream, 0, false, true), (0, None));
         let (flags, packet) = take(&mut stream, 0, true, false);
         let packet = packet.unwrap();
-        assert_eq!((flags, packet.bytes.len(), packet.ends_bare), (0, 8, true));
+        assert_eq!((flags, packet.bytes.len(), packet.ends_null), (0, 8, true));
         assert_eq!(take(&mut stream, 0, true, false).0, FLAG_RAGGED);
         let (flags, packet) = take(&mut stream, 0xf, true, true);
-        assert_eq!((flags, packet.unwrap().ends_bare), (0, false));
+        assert_eq!((flags, packet.unwrap().ends_null), (0, false));
     }
 
     #[test]
@@ -244,8 +244,8 @@ mod tests {
 
     #[test]
     fn a_bare_end_behind_full_beats_is_a_beat_of_its_own() {
-        let all = |entries, bare| {
-            let frames = frames(entries, 2, bare);
+        let all = |entries, null| {
+            let frames = frames(entries, 2, null);
             frames
                 .iter()
                 .map(|f| (f.first, f.kept, f.last))

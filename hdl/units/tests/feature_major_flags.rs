@@ -126,20 +126,20 @@ fn blocks_that_are_not_as_they_must_be_are_flagged() {
             0,
         ),
         (
-            "bare beats within",
+            "null beats within",
             &[(0, 0), (BOTH, 0), (0, 0), (BOTH, 1)],
             0,
         ),
-        ("a bare end", &[(BOTH, 0), (BOTH, 0), (0, 1)], 0),
-        ("a bare end behind a row", &[(ROW, 0), (ROW, 0), (0, 1)], 0),
+        ("a null end", &[(BOTH, 0), (BOTH, 0), (0, 1)], 0),
+        ("a null end behind a row", &[(ROW, 0), (ROW, 0), (0, 1)], 0),
         (
-            "a bare end behind all rows",
+            "a null end behind all rows",
             &[(BOTH, 0), (BOTH, 0), (BOTH, 0), (BOTH, 0), (0, 1)],
             0,
         ),
         ("an end within a block", &[(BOTH, 1)], ROW_DROPPED),
         (
-            "a bare end within a block",
+            "a null end within a block",
             &[(BOTH, 0), (0, 1)],
             ROW_DROPPED,
         ),
@@ -168,7 +168,7 @@ fn blocks_that_are_not_as_they_must_be_are_flagged() {
     }
 }
 
-/// Features of two channels, of the rows that were loaded before the bare beat.
+/// Features of two channels, of the rows that were loaded before the null beat.
 #[test]
 fn a_bare_last_beat_of_rows_loads_what_came_before() {
     let mut unit = Unit::new(1);

@@ -34,7 +34,7 @@ module npu_registers (
   input  wire        gu_errors_weights_off_one,    // the weights of an entry do not sum to 1
   // an MVoxel's bytes are not a whole number of entries
   input  wire        gu_errors_ragged_entries,
-  // a beat of the RIT is neither full nor bare nor the last, or tuser changes
+  // a beat of the RIT is neither full nor null nor the last, or tuser changes
   input  wire        gu_errors_gap_in_beat,
   // an MVoxel exceeds both halves of the RIT buffer
   input  wire        gu_errors_rit_too_large,

@@ -168,7 +168,7 @@
 #define POTAMOI_NPU_GU_ERRORS_RAGGED_ENTRIES_SHIFT 3u
 #define POTAMOI_NPU_GU_ERRORS_RAGGED_ENTRIES_MASK UINT32_C(0x00000008)  /* an MVoxel's bytes are not a whole number of entries */
 #define POTAMOI_NPU_GU_ERRORS_GAP_IN_BEAT_SHIFT 4u
-#define POTAMOI_NPU_GU_ERRORS_GAP_IN_BEAT_MASK UINT32_C(0x00000010)  /* a beat of the RIT is neither full nor bare nor the last, or tuser changes */
+#define POTAMOI_NPU_GU_ERRORS_GAP_IN_BEAT_MASK UINT32_C(0x00000010)  /* a beat of the RIT is neither full nor null nor the last, or tuser changes */
 #define POTAMOI_NPU_GU_ERRORS_RIT_TOO_LARGE_SHIFT 5u
 #define POTAMOI_NPU_GU_ERRORS_RIT_TOO_LARGE_MASK UINT32_C(0x00000020)  /* an MVoxel exceeds both halves of the RIT buffer */
 #define POTAMOI_NPU_GU_ERRORS_MFT_ROW_DROPPED_SHIFT 6u

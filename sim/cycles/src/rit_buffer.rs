@@ -114,11 +114,11 @@ impl RitBuffer {
 
     fn write_rit(&mut self, beat: RitBeat) {
         // One that is neither last nor brings anything leaves nothing that the next does not set.
-        let bare = beat.halfwords == 0;
+        let null = beat.halfwords == 0;
         let half = &mut self.rit[self.rit_writer];
         half.bytes += 2 * u64::from(beat.halfwords);
         half.again = beat.again;
-        half.bare_group = bare && half.bytes.is_multiple_of(self.ports * self.entry);
+        half.bare_group = null && half.bytes.is_multiple_of(self.ports * self.entry);
         if beat.last || half.bytes >= self.half_bytes {
             half.closed = true;
             half.ends_mvoxel = beat.last;

@@ -114,7 +114,7 @@ impl GatherBeats {
     }
 }
 
-/// Feature beats of tasks. `features` are in task and entry order. `ends_bare` tells for each task
+/// Feature beats of tasks. `features` are in task and entry order. `ends_null` tells for each task
 /// and segment whether its request packet ends with a beat without bytes.
 ///
 /// # Errors
@@ -123,7 +123,7 @@ pub fn feature_beats<T: Copy + Into<i32>>(
     config: &Config,
     tasks: &[GatherTask],
     features: &[T],
-    ends_bare: impl Fn(usize, usize) -> bool,
+    ends_null: impl Fn(usize, usize) -> bool,
 ) -> Result<Vec<FeatureBeat>, StreamError> {
     let work = GatherWork::new(config, tasks)?;
     let mut beats = vec![];
@@ -131,7 +131,7 @@ pub fn feature_beats<T: Copy + Into<i32>>(
     for (task, t) in work.tasks().iter().enumerate() {
         for segment in 0..work.segments() {
             let channels = work.channels_of(segment);
-            for frame in frames(t.entries.len(), work.side(), ends_bare(task, segment)) {
+            for frame in frames(t.entries.len(), work.side(), ends_null(task, segment)) {
                 for low in channels.clone().step_by(work.width()) {
                     let group = Group {
                         task,

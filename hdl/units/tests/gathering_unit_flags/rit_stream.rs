@@ -9,7 +9,7 @@ use super::{Beat, FULL, UNIT, Unit, entry, even};
 /// their own, the table is let go of, and the next MVoxel finds it.
 #[test]
 fn a_bare_last_beat_ends_its_mvoxel_after_any_gap() {
-    let bare = (u64::MAX, 0, true);
+    let null = (u64::MAX, 0, true);
     // Two single ids fill a beat, an entry of eight vertices six.
     let ids = vec![(2 << 32 | 1, FULL, false)];
     let mut cell = entry(even());
@@ -25,7 +25,7 @@ fn a_bare_last_beat_ends_its_mvoxel_after_any_gap() {
             for gap in 0..24 {
                 let mut unit = Unit::new(&module, log2, 1);
                 let mut sent: Vec<_> = beats.iter().map(|beat| (*beat, 0)).collect();
-                sent.push((bare, gap));
+                sent.push((null, gap));
                 for mvoxel in 0..3 {
                     unit.rows(&[1, 2, 3, 4]);
                     let found = unit.play(&sent);
@@ -38,14 +38,14 @@ fn a_bare_last_beat_ends_its_mvoxel_after_any_gap() {
     }
 }
 
-/// Wherever bare beats stand and whatever they say: the same features.
+/// Wherever null beats stand and whatever they say: the same features.
 #[test]
 fn bare_beats_within_an_mvoxel_are_none() {
     let beats = entry(even());
     let mut unit = Unit::of("", 3, 1);
     unit.rows(&[1, 2, 3, 4]);
-    let bare = ((u64::MAX, 0, false), 1);
-    let sent: Vec<_> = beats.iter().flat_map(|b| [bare, bare, (*b, 0)]).collect();
+    let null = ((u64::MAX, 0, false), 1);
+    let sent: Vec<_> = beats.iter().flat_map(|b| [null, null, (*b, 0)]).collect();
     assert_eq!(unit.play(&sent), [(3, 1)]);
     assert_eq!(unit.get("stat_entries"), 1);
     assert_eq!(unit.flags(), 0);
@@ -54,12 +54,12 @@ fn bare_beats_within_an_mvoxel_are_none() {
 /// Halfway through an entry, and before any.
 #[test]
 fn a_bare_last_beat_behind_no_whole_entry_is_flagged() {
-    let bare = ((0, 0, true), 0);
+    let null = ((0, 0, true), 0);
     for beats in [&entry(even())[..3], &[]] {
         let mut unit = Unit::of("", 3, 1);
         unit.rows(&[1, 2, 3, 4]);
         let mut sent: Vec<_> = beats.iter().map(|beat| (*beat, 0)).collect();
-        sent.push(bare);
+        sent.push(null);
         unit.play(&sent);
         assert_eq!(unit.flags() & !0b111, 1 << 3, "{} beats", beats.len());
     }

@@ -49,7 +49,7 @@ pub(super) fn edge(
     garbage: &mut Garbage,
 ) -> Result<Job, RtlError> {
     let work = GatherWork::new(config, &edge.tasks)?;
-    let table = table(config, &work, edge.bare);
+    let table = table(config, &work, edge.null);
     let output = outputs(config, &work, features, &table)?;
     let (cycles, stats) = run(config, &work, &table, output.len(), edge.closed)?;
     let mut job = Job {
@@ -88,15 +88,15 @@ fn title(edge: &Edge, work: &GatherWork<'_>) -> String {
 /// unit busy.
 const IGNORED: usize = 5;
 
-/// Beats of the RIT stream. If `bare`, beats without bytes delay every second beat, and one ends the
+/// Beats of the RIT stream. If `null`, beats without bytes delay every second beat, and one ends the
 /// MVoxels that fill their last beat.
-fn table(config: &Config, work: &GatherWork<'_>, bare: bool) -> Vec<RitPiece> {
+fn table(config: &Config, work: &GatherWork<'_>, null: bool) -> Vec<RitPiece> {
     let full = config.rit_stream_bits() / 16;
     let mut pieces = vec![];
     for mut piece in work.run().rit_beats(config) {
-        let ends = bare && piece.beat.last && piece.beat.halfwords == full;
+        let ends = null && piece.beat.last && piece.beat.halfwords == full;
         piece.beat.last &= !ends;
-        if bare && (piece.byte / (2 * u64::from(full))) % 2 == 1 {
+        if null && (piece.byte / (2 * u64::from(full))) % 2 == 1 {
             let mut ignored = piece;
             (ignored.beat.halfwords, ignored.beat.last) = (0, false);
             pieces.extend([ignored; IGNORED]);
@@ -165,10 +165,10 @@ fn outputs(
     table: &[RitPiece],
 ) -> Result<Vec<Beat>, RtlError> {
     let slot_bits = work.slot_bits();
-    let bare = |piece: &&RitPiece| piece.beat.last && piece.beat.halfwords == 0;
-    let bare: Vec<_> = table.iter().filter(bare).map(|p| p.mvoxel).collect();
+    let null = |piece: &&RitPiece| piece.beat.last && piece.beat.halfwords == 0;
+    let null: Vec<_> = table.iter().filter(null).map(|p| p.mvoxel).collect();
     let beats = feature_beats(config, work.tasks(), features, |task, _| {
-        bare.contains(&task)
+        null.contains(&task)
     })?;
     let beat = |beat: FeatureBeat| {
         let mut user = vec![0u32; (slot_bits as usize * work.side()).div_ceil(32)];

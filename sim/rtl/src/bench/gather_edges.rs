@@ -14,7 +14,7 @@ pub(super) struct Edge {
     pub(super) what: &'static str,
     pub(super) tasks: Vec<GatherTask>,
     /// Whether beats without bytes end the MVoxels, where these end with a full beat.
-    pub(super) bare: bool,
+    pub(super) null: bool,
     /// Cycles in which the sink takes nothing.
     pub(super) closed: u32,
 }
@@ -36,7 +36,7 @@ impl Edge {
                 self.what
             },
             tasks: self.tasks.clone(),
-            bare: self.bare,
+            null: self.null,
             closed,
         }
     }
@@ -45,7 +45,7 @@ impl Edge {
         Self {
             what,
             tasks,
-            bare: false,
+            null: false,
             closed: 0,
         }
     }
@@ -174,12 +174,12 @@ fn ends(draw: &mut Draw<'_>, vertices: Vertices) -> Vec<Edge> {
     let whole = (1..=groups * side).filter(|count| (count * entry).is_multiple_of(beat));
     let whole: Vec<_> = whole.take(6).collect();
     let tasks: Vec<_> = whole.into_iter().map(|count| of(count, draw)).collect();
-    let bare = Edge {
-        bare: true,
+    let null = Edge {
+        null: true,
         ..Edge::of("delayed and ended by beats without bytes", tasks)
     };
-    let some = !bare.tasks.is_empty();
-    [every].into_iter().chain(some.then_some(bare)).collect()
+    let some = !null.tasks.is_empty();
+    [every].into_iter().chain(some.then_some(null)).collect()
 }
 
 /// Entries of any bits: rows that are loaded and others, weights that sum to anything.

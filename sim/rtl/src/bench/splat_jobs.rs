@@ -35,7 +35,7 @@ pub(super) struct Records {
     /// Cycles, the first ones, in which the sink takes nothing.
     pub(super) closed: u32,
     /// A beat without bytes ends the job.
-    pub(super) ends_bare: bool,
+    pub(super) ends_null: bool,
 }
 
 impl Records {
@@ -46,7 +46,7 @@ impl Records {
             entries,
             settings: PUBLISHED,
             closed: 0,
-            ends_bare: false,
+            ends_null: false,
         }
     }
 
@@ -181,7 +181,7 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
                 is_centred: false,
                 ..PUBLISHED
             },
-            ends_bare: true,
+            ends_null: true,
             ..Records::new("without threshold and cap", any(&mut draw, 1, 30))
         },
     ];

@@ -84,7 +84,7 @@ fn beats<'a>(config: &Config, own: &'a Records) -> Vec<(Input<'a>, bool)> {
         beats.push((Input::Record(entry), false));
     }
     match own.entries.last() {
-        Some(_) if own.ends_bare => beats.push((Input::Nothing, true)),
+        Some(_) if own.ends_null => beats.push((Input::Nothing, true)),
         None => beats.push((Input::Nothing, true)),
         Some(_) => {
             if let Some(last) = beats.last_mut() {

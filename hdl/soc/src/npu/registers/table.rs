@@ -99,7 +99,7 @@ const GATHER_FLAGS: [(&str, &str); 9] = [
     ),
     (
         "GAP_IN_BEAT",
-        "a beat of the RIT is neither full nor bare nor the last, or tuser changes",
+        "a beat of the RIT is neither full nor null nor the last, or tuser changes",
     ),
     (
         "RIT_TOO_LARGE",

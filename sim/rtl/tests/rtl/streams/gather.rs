@@ -501,7 +501,7 @@ impl<'a> Judge<'a> {
                 ]))
             };
             let channels = self.channels(pass);
-            for frame in frames(packet.bytes.len() / size, side as usize, packet.ends_bare) {
+            for frame in frames(packet.bytes.len() / size, side as usize, packet.ends_null) {
                 for channel in 0..channels {
                     found.push(Frame {
                         slots: (frame.first..frame.first + frame.kept).map(slot).collect(),

@@ -24,7 +24,7 @@ pub(crate) struct Traffic {
 }
 
 /// Entries of an MVoxel: few; a whole number of beats and groups, so that it can end
-/// bare; or about as many as halves of the buffer hold, where these are small.
+/// null; or about as many as halves of the buffer hold, where these are small.
 fn entries(random: &mut Pcg64Mcg, config: &Config, vertices: Vertices) -> usize {
     let half = config.rit_entries(vertices) as usize;
     match random.random_range(0..4) {
@@ -69,13 +69,13 @@ impl Traffic {
         traffic
     }
 
-    fn expect(&mut self, config: &Config, bare: &dyn Fn(usize, usize) -> bool) {
+    fn expect(&mut self, config: &Config, null: &dyn Fn(usize, usize) -> bool) {
         let twin = ReferenceGatheringUnit::new(config);
         let mut features = vec![];
         for task in &self.tasks {
             assert_eq!(twin.gather(task, &mut features), Ok(0));
         }
-        self.wanted = feature_beats(config, &self.tasks, &features, bare).unwrap();
+        self.wanted = feature_beats(config, &self.tasks, &features, null).unwrap();
     }
 
     /// The same work, with beats without bytes wherever they may be.
@@ -94,8 +94,8 @@ impl Traffic {
             // Two halves that are to be kept leave no room for an end by itself.
             let fills = traffic.segments > 1 && !end.user && packet.len() * bytes as usize == both;
             let end = packet.last_mut().unwrap();
-            let bare = is_full(&end.keep, bytes) && !fills && random.random_range(0..3) > 0;
-            if bare {
+            let null = is_full(&end.keep, bytes) && !fills && random.random_range(0..3) > 0;
+            if null {
                 end.last = false;
                 let user = end.user;
                 let end = InputBeat {
@@ -105,7 +105,7 @@ impl Traffic {
                 };
                 packet.push(end);
             }
-            ends.push(bare);
+            ends.push(null);
             rit.extend(sprinkle(random, packet));
         }
         traffic.rit = rit;
