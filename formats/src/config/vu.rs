@@ -12,7 +12,7 @@ use crate::units::OpCode;
 pub struct VuConfig {
     /// Number of lanes. The paper states none; 24, one for each MAC column, is a named assumption.
     pub lanes: u32,
-    /// Operations built; by default all but sigmoid and softplus.
+    /// Operations built; by default those that the paper's algorithms need.
     pub ops: Vec<OpCode>,
     /// Capacity of the output FIFO in results.
     pub fifo_depth: u32,
@@ -103,10 +103,15 @@ impl Default for VuConfig {
     fn default() -> Self {
         Self {
             lanes: 24,
-            ops: OpCode::ALL
-                .into_iter()
-                .filter(|op| !op.is_logistic())
-                .collect(),
+            ops: vec![
+                OpCode::Pass,
+                OpCode::Relu,
+                OpCode::Add,
+                OpCode::Multiply,
+                OpCode::SquareSum,
+                OpCode::Exp,
+                OpCode::OneMinusExp,
+            ],
             fifo_depth: 3,
             registered: false,
             operands: None,
