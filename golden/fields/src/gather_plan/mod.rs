@@ -17,7 +17,7 @@ mod tree;
 mod visit;
 
 use glam::DVec3;
-use potamoi_formats::config::{Config, Sums};
+use potamoi_formats::config::{Config, EntryKind, Sums, presets_that};
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
 use super::quantisation::{finest, quantised};
@@ -69,6 +69,22 @@ pub struct Located {
     pub place: DVec3,
 }
 
+/// Refuses units that find the rows of an entry from its cell: vertices of a hashed table lie anywhere.
+fn rows_anywhere(config: &Config) -> Result<(), FieldError> {
+    let compact = |own: &Config| own.rit.entry == EntryKind::Compact;
+    let able = presets_that(|own| !own.is_parity() && !compact(own));
+    let expected = |what| format!("{what}: rows of a hashed table are no cell{able}");
+    if compact(config) {
+        let expected = expected("\"paper\", which names each row");
+        return Err(part("rit.entry", "\"compact\"".to_owned(), &expected));
+    }
+    if config.is_parity() {
+        let expected = expected("\"channel-major\"");
+        return Err(part("gu.organisation", "\"parity\"".to_owned(), &expected));
+    }
+    Ok(())
+}
+
 impl CodedTable {
     /// Quantises a table with `frac_bits` fraction bits a channel, in MVoxels with a shared halo.
     ///
@@ -108,6 +124,9 @@ impl CodedTable {
             let found = config.gu.segments.to_string();
             let expected = format!("{segments} or more, for {channels} channels");
             return Err(part("gu.segments", found, expected));
+        }
+        if table.hash_unit() == Some(HashUnit::Vertex) {
+            rows_anywhere(config)?;
         }
         let bits = config.gu.feature_bits;
         let values = table.values().chunks_exact(channels);

@@ -230,6 +230,20 @@ fn units_that_cannot_gather_are_refused_by_field() {
         let error = made.unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     }
+    // Rows of a hashed table lie anywhere, and entries of other units are cells.
+    let hashed = Table::hashed([99; 3], 64, 2, vec![0.5; 128]).unwrap();
+    for (text, expected) in [
+        ("rit.entry = \"compact\"", "rit.entry"),
+        (
+            "[gu]\nchannels = 2\nmodes = \"structured\"\nvertices = [8]",
+            "gu.organisation",
+        ),
+    ] {
+        let config = Config::from_toml(text, "test").unwrap();
+        let made = CodedTable::new(&hashed, &[8; 2], &config);
+        let error = made.unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
     let odd = Table::new([3, 1, 6], 1, vec![0.0; 18]).unwrap();
     let error = CodedTable::new(&odd, &[8], &Config::paper()).unwrap_err();
     assert!(error.to_string().contains("table.points"), "{error}");
