@@ -7,7 +7,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::logic::{Logic, NODE_NM};
-use super::on_chip_memories::{self, FEATURE_BUFFER, WEIGHT_BUFFER, feature_banks, weight_buffer};
+use super::on_chip_memories::{
+    self, FEATURE_BUFFER, TABLE_QUEUE, WEIGHT_BUFFER, feature_banks, weight_buffer,
+};
 use super::on_chip_sizes::OnChipSizes;
 use super::unit_source::{Known, UnitSource};
 
@@ -110,6 +112,7 @@ impl Area {
         let units_mm2 = sum(&units);
         let mut blocks = units;
         blocks.push(array(system, sizes));
+        blocks.extend(on_chip_memories::unbuilt_queue(config).map(unbuilt));
         blocks.extend(buffers(system, sizes));
         Self {
             units_mm2,
@@ -184,6 +187,18 @@ fn array(system: &SynthReport, sizes: &OnChipSizes) -> BlockArea {
                 .to_owned(),
             (None, false) => "the parameters lack its unit: potamoi synth --unit mac".to_owned(),
         },
+    }
+}
+
+/// The queue of a table that takes no way through memory.
+fn unbuilt(why: &str) -> BlockArea {
+    BlockArea {
+        block: TABLE_QUEUE.to_owned(),
+        count: 1,
+        logic_mm2: None,
+        memories_mm2: None,
+        memories: vec![],
+        from: why.to_owned(),
     }
 }
 
@@ -272,6 +287,11 @@ mod tests {
             own.logic_mm2.is_none() && own.from.contains("asks for two"),
             "{own:?}"
         );
+        // What no unit has is not free.
+        let direct = area("rit.path = \"direct\"");
+        assert!(direct.total_mm2.is_none() && direct.units_mm2.is_some());
+        let queue = block(&direct, TABLE_QUEUE);
+        assert!(queue.from.contains("not built"), "{}", queue.from);
         // Memories are known by shape, of units that were not synthesised too.
         let wide = area("[gu]\nbanks = 24\n");
         assert!(block(&wide, "gathering_unit").mm2().is_some());

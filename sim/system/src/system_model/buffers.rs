@@ -5,8 +5,8 @@
 //! thus conflict once, and are a bank apart from then on: a group serves a word of each bank a
 //! clock, whoever asks.
 
-use super::costs::{FEATURE_WORD, RECORD_BYTES, WEIGHT_WORD};
 use super::job_scheduler::{Share, Shared};
+use super::memory_costs::{FEATURE_WORD, RECORD_BYTES, WEIGHT_WORD};
 use super::system::System;
 use super::variant::Gathering;
 use potamoi_cycles::batch::Batch;

@@ -368,7 +368,7 @@ impl<'a> Composer<'a> {
         transfers.dma_transfers += 1;
         self.spent.weight_bytes += bytes;
         let buffers = &mut self.spent.on_chip.buffers_pj;
-        *buffers = sum(*buffers, self.costs.loaded_weights(bytes));
+        *buffers = sum(*buffers, self.costs.memories.loaded_weights(bytes));
         bytes
     }
 

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use potamoi_formats::config::{Config, Modes};
-use potamoi_formats::record::RECORD_CHANNELS;
 use potamoi_synth::fit::{Fit, Work};
-use potamoi_synth::{MemoryReport, SynthError, SynthReport, Synthesised, UnitKind, scaling};
+use potamoi_synth::{SynthError, SynthReport, Synthesised, UnitKind, scaling};
 use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
@@ -15,17 +14,11 @@ use super::block_periods::Periods;
 use super::clock::Clock;
 use super::kernels::Program;
 use super::logic::{FORMULAS, Logic, NODE_NM, UnitEnergy, power_of};
-use super::on_chip_memories::{self, GatheringMemories, Port, feature_banks, weight_buffer};
+use super::memory_costs::MemoryCosts;
 use super::on_chip_sizes::OnChipSizes;
 use super::splat_costs::SplatUnitCosts;
 use super::unit_source::Known;
 use potamoi_cycles::batch::Batch;
-
-/// Bytes of a word of the global feature buffer; weights in a word of the weight buffer.
-pub(super) const FEATURE_WORD: f64 = 16.0;
-pub(super) const WEIGHT_WORD: f64 = 48.0;
-/// Bytes of a record.
-pub(super) const RECORD_BYTES: u64 = 2 * RECORD_CHANNELS as u64;
 
 /// Why no parameters can be used at all.
 #[derive(Debug, Error)]
@@ -85,11 +78,8 @@ pub struct Costs {
     logic: f64,
     /// A unit of the MAC array; its clock is gated between products.
     pub mac: Option<MacEnergy>,
-    /// Memories of the gathering unit.
-    gathering_memories: Option<GatheringMemories>,
-    /// A bank of the global feature buffer, and the weight buffer.
-    pub(super) features: Option<Port>,
-    pub(super) weights: Option<Port>,
+    /// Memories of the gathering unit and the buffers.
+    pub(super) memories: MemoryCosts,
     /// Leakage of the units' memories and logic, in milliwatts, splat units with theirs.
     pub leakage_mw: Option<f64>,
     /// Clock of the accelerator.
@@ -229,26 +219,7 @@ impl Costs {
             },
             fit.grid().library.name,
         );
-        let memories = GatheringMemories::new(config, &known);
-        let memories = memories
-            .map_err(|why| note("memories of the gathering unit", why))
-            .ok();
-        let mut buffer =
-            |name, own: Result<MemoryReport, String>| own.map_err(|why| note(name, why)).ok();
-        let buffers = [
-            buffer(
-                "feature buffer",
-                feature_banks(parameters.system, &parameters.sizes),
-            ),
-            buffer(
-                "weight buffer",
-                weight_buffer(parameters.system, &parameters.sizes),
-            ),
-        ];
-        let memories_mw = memories.zip(buffers.iter().cloned().collect::<Option<Vec<_>>>());
-        let memories_mw = memories_mw
-            .map(|(own, buffers)| own.leakage_mw + on_chip_memories::leakage_mw(&buffers));
-        let [features, weights] = buffers.map(|own| own.as_ref().map(Port::of));
+        let memories = MemoryCosts::new(config, &known, parameters, &mut note);
         let both = gathering.as_ref().zip(vector.as_ref());
         let both = both.and_then(|(gathering, (vector, _))| {
             let splat = match (&splat, &config.su) {
@@ -279,12 +250,10 @@ impl Costs {
             config: config.clone(),
             logic: factors.energy,
             mac,
-            gathering_memories: memories,
-            features,
-            weights,
             leakage_mw: both
-                .zip(memories_mw)
-                .map(|((logic, _), memories)| memories + logic),
+                .zip(memories.leakage_mw)
+                .map(|((logic, _), own)| own + logic),
+            memories,
             unknown,
             fit,
         })
@@ -303,14 +272,7 @@ impl Costs {
         let mut all = OnChip::default();
         if uses_gathering_unit && done.gather_cycles > 0 {
             all.gathering_pj = self.gathering_pj(done);
-            // A word of the RIT buffer is a beat of its stream.
-            let rit_word = f64::from(self.config.rit_stream_bits()) / 8.0;
-            let rit_words = done.rit_read_bytes as f64 / rit_word;
-            all.gathering_memories_pj = self.gathering_memories.map(|own| {
-                done.codes_read as f64 * own.mft.read_pj
-                    + done.row_bytes as f64 / 2.0 * own.mft.write_pj
-                    + rit_words * (own.rit.read_pj + own.rit.write_pj)
-            });
+            all.gathering_memories_pj = self.memories.gathering_pj(done);
         }
         if done.vector_cycles > 0 {
             let vector = self.vector.as_ref();
@@ -324,16 +286,7 @@ impl Costs {
             let mac = self.mac.as_ref();
             all.array_pj = mac.map(|mac| mac.rest_pj * clocked + mac.work_pj * done.macs as f64);
         }
-        let records = done.splat_records * RECORD_BYTES;
-        // Whoever gathers, features are written to the buffer that the array reads.
-        let read = done.input_bytes + done.partial_bytes + done.operand_bytes + records;
-        let written =
-            done.feature_bytes + done.output_bytes + done.partial_bytes + done.result_bytes;
-        all.buffers_pj = self.features.zip(self.weights).map(|(features, weights)| {
-            read as f64 / FEATURE_WORD * features.read_pj
-                + written as f64 / FEATURE_WORD * features.write_pj
-                + done.weight_bytes as f64 / WEIGHT_WORD * weights.read_pj
-        });
+        all.buffers_pj = self.memories.buffers_pj(done);
         all
     }
 
@@ -347,12 +300,6 @@ impl Costs {
             }
         };
         Some(unit.of(done.gather_cycles, done.gather_busy))
-    }
-
-    /// Picojoules of writing weights into their buffer; `None` where it is not known.
-    #[must_use]
-    pub(crate) fn loaded_weights(&self, bytes: f64) -> Option<f64> {
-        Some(bytes / WEIGHT_WORD * self.weights?.write_pj)
     }
 
     /// Fitted energy of the gathering unit with so many banks at work.

@@ -25,6 +25,7 @@ pub mod job_scheduler;
 mod kernels;
 mod logic;
 mod memory;
+mod memory_costs;
 mod memory_device;
 mod on_chip_memories;
 mod on_chip_sizes;

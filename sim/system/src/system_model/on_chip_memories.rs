@@ -1,6 +1,6 @@
 //! Memories of units and buffers at the system's node: as their synthesis has them, else by their shape.
 
-use potamoi_formats::config::{Config, ExtraPorts, Organisation};
+use potamoi_formats::config::{Config, RitPath};
 use potamoi_synth::{MemoryReport, MemoryTable, SYSTEM, Shape, SynthReport, UnitKind, scaling};
 use serde::Serialize;
 
@@ -87,6 +87,18 @@ pub(super) fn weight_buffer(
     of_buffer(system, WEIGHT_BUFFER, sizes.weight_buffer_bytes, 1)
 }
 
+/// Name of what keeps the table where it takes no way through memory.
+pub(super) const TABLE_QUEUE: &str = "queue of the ray index table";
+
+/// Why the queue of the table is not known: samples come in the order of pixels, and the unit takes them
+/// MVoxel by MVoxel.
+pub(super) fn unbuilt_queue(config: &Config) -> Option<&'static str> {
+    (config.rit.path == RitPath::Direct).then_some(
+        "rit.path = \"direct\" needs a memory that keeps entries until their MVoxel is loaded, which is not \
+         built; \"dram\" keeps them in memory",
+    )
+}
+
 /// Names of the buffers among the memories of the system.
 pub(super) const FEATURE_BUFFER: &str = "global_feature_buffer";
 pub(super) const WEIGHT_BUFFER: &str = "weight_buffer";
@@ -139,98 +151,12 @@ fn scaled(own: &MemoryReport, from_nm: u32) -> Result<MemoryReport, String> {
     })
 }
 
-/// Energies and leakage of the memories of a gathering unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct GatheringMemories {
-    /// A bank of the MFT; copies of a bank are written together.
-    pub(super) mft: Port,
-    /// A bank of the RIT buffer.
-    pub(super) rit: Port,
-    /// Leakage of all of them, in milliwatts.
-    pub(super) leakage_mw: f64,
-}
-
-impl GatheringMemories {
-    /// # Errors
-    /// Why they are not known.
-    pub(super) fn new(config: &Config, known: &Known<'_>) -> Result<Self, String> {
-        let all = of_unit(config, known, UnitKind::Gathering)?;
-        let bank = |name: &str| {
-            let own = all.iter().find(|own| own.memory == name);
-            let why = || format!("no memory {name} in its parameters: synth with CACTI");
-            own.map(Port::of).ok_or_else(why)
-        };
-        let (mft, rit) = (bank("mft_bank")?, bank("rit_bank")?);
-        Ok(Self {
-            mft: Port {
-                write_pj: copies(config) * mft.write_pj,
-                ..mft
-            },
-            rit,
-            leakage_mw: leakage_mw(&all),
-        })
-    }
-}
-
-/// Copies of a bank of the MFT: each has two ports.
-fn copies(config: &Config) -> f64 {
-    let feature_major = config.organisation().0 == Organisation::FeatureMajor;
-    match config.gu.extra_ports {
-        ExtraPorts::Copies if !feature_major => f64::from(config.gu.ports.div_ceil(2)),
-        _ => 1.0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use potamoi_synth::Synthesised;
-    use potamoi_synth::fit::Fit;
 
     use super::*;
-
-    fn gathering(text: &str) -> Result<GatheringMemories, String> {
-        let config = Config::from_toml(text, "test").unwrap();
-        let known = Known {
-            fit: &Fit::checked_in().unwrap(),
-            reports: &Synthesised::checked_in().unwrap(),
-            estimated: &[],
-        };
-        GatheringMemories::new(&config, &known)
-    }
-
-    /// An access of a smaller bank takes less, synthesised or not.
-    #[test]
-    fn energies_of_a_gathering_unit_are_those_of_its_own_banks() {
-        let paper = gathering("").unwrap();
-        let parity = gathering(include_str!("../../../../configs/parity.toml")).unwrap();
-        assert!(parity.mft.read_pj < paper.mft.read_pj / 2.0);
-        assert_eq!(parity.rit, paper.rit);
-        let small = gathering("mvoxel.rows = 128").unwrap();
-        assert!(small.mft.read_pj < paper.mft.read_pj && small.leakage_mw < paper.leakage_mw);
-        // Twice the banks: the same energy an access.
-        let wide = gathering("gu.banks = 64").unwrap();
-        assert_eq!((wide.mft, wide.rit.read_pj), (paper.mft, paper.rit.read_pj));
-        assert!(wide.leakage_mw > 1.5 * paper.leakage_mw);
-        let error = gathering("mvoxel.rows = 500").unwrap_err();
-        assert!(error.contains("mft_bank, 500 words"), "{error}");
-    }
-
-    /// A row is written into each copy of a bank: the netlist has as many words.
-    #[test]
-    fn copies_of_a_bank_are_those_of_the_netlist() {
-        for (extra, ports) in [("copies", &[1, 2, 4, 8][..]), ("split", &[4, 8])] {
-            for ports in ports {
-                let text = format!("[gu]\nports = {ports}\nextra_ports = \"{extra}\"\n");
-                let config = Config::from_toml(&text, "test").unwrap();
-                let banks = potamoi_synth::macros(&config, UnitKind::Gathering).unwrap();
-                let bank = banks.iter().filter(|own| own.module == "mft_bank");
-                let words: u64 = bank.map(|own| own.count * own.words).sum();
-                let once = f64::from(2 * config.gu.banks * config.mft_rows());
-                assert_eq!(words as f64, copies(&config) * once, "{text}");
-            }
-        }
-    }
 
     /// Banks of a size that CACTI modelled are known, others name those sizes.
     #[test]

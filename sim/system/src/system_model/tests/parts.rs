@@ -73,7 +73,10 @@ fn ports_of_the_feature_buffer_are_a_limit() {
         weights / (48.0 * wide.span_ns)
     ));
     let own = costs(Program::Fields);
-    let (features, weights) = (own.features.unwrap(), own.weights.unwrap());
+    let (features, weights) = (
+        own.memories.features.unwrap(),
+        own.memories.weights.unwrap(),
+    );
     let read = total.input_bytes + total.partial_bytes + total.operand_bytes;
     let pj = read as f64 / 16.0 * features.read_pj
         + (moved - read as f64) / 16.0 * features.write_pj
