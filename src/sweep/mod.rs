@@ -1,6 +1,7 @@
 //! `potamoi sweep`: every point of a plan.
 
 mod dask;
+mod front;
 mod table;
 
 use std::collections::HashSet;
@@ -14,9 +15,8 @@ use clap::{Args, ValueEnum};
 use potamoi_base::outputs as files;
 use potamoi_machines::Workload;
 use potamoi_machines::cells::COLUMNS;
-use potamoi_machines::search::is_clock_above_reached;
 use potamoi_machines::sweep::{
-    Plan, Rows, SweepError, SweepRow, Swept, better, changes, front, program, setting,
+    Plan, Rows, SweepError, SweepRow, Swept, better, changes, program, setting,
 };
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
@@ -148,11 +148,11 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     files::write(&path, &text)?;
     summary(&swept, begun.elapsed().as_secs_f64());
     say!("rows: {}", path.display());
-    let on = on_front(rows, &args.front)?;
+    let on = front::on_front(rows, &args.front)?;
     if let Some(on) = &on {
         table::front(rows, on, &args.front);
-        say_out_of_reach(rows);
-        say_unknown(rows, &args.front, &plan.workload);
+        front::say_out_of_reach(rows);
+        front::say_unknown(rows, &args.front, &plan.workload);
     }
     if let Some(before) = &before {
         table::changes(&changes(rows, before));
@@ -223,46 +223,6 @@ fn remark_replaced(path: &Path, earlier: &Rows, rows: &Rows) {
     }
 }
 
-/// Says how many rows assume a clock that their machine does not reach.
-fn say_out_of_reach(rows: &Rows) {
-    let count = out_of_reach(rows).into_iter().filter(|own| *own).count();
-    if count > 0 {
-        prose!(
-            2,
-            "the clock of {count} of {} rows is above the one that their slowest block reaches: they are on no \
-             front",
-            rows.rows.len()
-        );
-    }
-}
-
-/// Says why columns of a front keep rows off it: an unknown figure is on no front.
-fn say_unknown(rows: &Rows, names: &[String], workload: &Workload) {
-    let figured: Vec<_> = rows
-        .rows
-        .iter()
-        .filter(|row| row.refused.is_none())
-        .collect();
-    for name in names {
-        let at = COLUMNS.iter().position(|own| own.name == name);
-        let is_unknown = |row: &&&SweepRow| at.and_then(|at| row.cells.get(at)?.number()).is_none();
-        let count = figured.iter().filter(is_unknown).count();
-        let why = match name.as_str() {
-            "psnr_db" if !workload.quality => {
-                ": the plan has `quality = false` in [workload], so that no picture is rendered for it"
-            }
-            _ => "",
-        };
-        if count > 0 {
-            prose!(
-                2,
-                "{name} is not known for {count} of {} rows, which are on no front of it{why}",
-                figured.len()
-            );
-        }
-    }
-}
-
 /// Prints what a folder lacks.
 fn missing(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     let missing = plan.session(folder)?.missing();
@@ -328,51 +288,6 @@ fn summary(swept: &Swept, seconds: f64) {
 /// Reasons of refusals that are printed.
 const SHOWN: usize = 3;
 
-/// Rows whose clock is above the one that their slowest block reaches, in a sweep that has rows of machines
-/// at a clock that they reach; none where all assume one, which is then on purpose.
-fn out_of_reach(rows: &Rows) -> Vec<bool> {
-    let is_above = |row: &SweepRow| row.refused.is_none() && is_clock_above_reached(&row.cells);
-    let above: Vec<bool> = rows.rows.iter().map(is_above).collect();
-    let mut both = rows.rows.iter().zip(&above);
-    match both.any(|(row, above)| row.refused.is_none() && !above) {
-        true => above,
-        false => vec![false; above.len()],
-    }
-}
-
-fn on_front(rows: &Rows, names: &[String]) -> Result<Option<Vec<bool>>, Failure> {
-    if names.is_empty() {
-        return Ok(None);
-    }
-    let columns: Vec<(usize, &str)> = (names.iter())
-        .filter_map(|name| {
-            let at = COLUMNS.iter().position(|own| own.name == name)?;
-            Some((at, name.as_str()))
-        })
-        .collect();
-    // Each scene has a front of its own: a light one is no better machine.
-    let scene_at = COLUMNS.iter().position(|own| own.name == "scene");
-    let scene_of = |at: usize| scene_at.and_then(|scene| rows.rows[at].cells.get(scene));
-    let is_out = out_of_reach(rows);
-    let mut on = vec![false; rows.rows.len()];
-    let mut done: Vec<_> = vec![];
-    for first in 0..rows.rows.len() {
-        let scene = scene_of(first);
-        if done.contains(&scene) {
-            continue;
-        }
-        done.push(scene);
-        let own: Vec<usize> = (0..rows.rows.len())
-            .filter(|at| scene_of(*at) == scene && !is_out[*at])
-            .collect();
-        let cells: Vec<_> = own.iter().map(|at| rows.rows[*at].cells.clone()).collect();
-        for (at, is_on) in own.into_iter().zip(front(&cells, &columns)?) {
-            on[at] = is_on;
-        }
-    }
-    Ok(Some(on))
-}
-
 /// The schema of [`as_json`], whose keys depend on the plan.
 fn rows_schema(_: &mut SchemaGenerator) -> Schema {
     json_schema!({
@@ -387,7 +302,7 @@ fn rows_schema(_: &mut SchemaGenerator) -> Schema {
 
 /// Rows as objects; an unknown figure is null.
 fn as_json(rows: &Rows, on: Option<&[bool]>) -> Vec<Map<String, Value>> {
-    let of = |(at, row): (usize, &potamoi_machines::sweep::SweepRow)| {
+    let of = |(at, row): (usize, &SweepRow)| {
         let mut own = Map::new();
         own.insert("key".to_owned(), row.key.clone().into());
         for (field, value) in rows.fields.iter().zip(&row.setting) {
