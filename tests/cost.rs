@@ -51,7 +51,7 @@ fn iterations_trade_time_for_quality() {
         "--scene",
         "garden",
         "--width",
-        "24",
+        "12",
         "--knobs",
         "iterations,early-out,order",
         "--json",
@@ -170,7 +170,7 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
         "--scene",
         "garden",
         "--width",
-        "16",
+        "8",
         "--knobs",
         "iterations,early-out",
     ];
@@ -195,7 +195,7 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
 
     // Nothing is so good, and nothing so fast.
     for (goal, number) in [("--target-psnr", "500"), ("--budget-ms", "0.000001")] {
-        let knobs = "--scene garden --width 16 --knobs early-out";
+        let knobs = "--scene garden --width 8 --knobs early-out";
         let asked = knobs.split(' ').chain([goal, number]);
         let said = cost_of_few(at, 4, &asked.collect::<Vec<_>>());
         assert!(said.contains("no settings reach it"), "{said}");
@@ -208,7 +208,7 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
 fn the_cheapest_is_by_what_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let asked = "--scene garden --width 16 --knobs pieces,iterations --target-psnr 70 --by area --json c.json";
+    let asked = "--scene garden --width 8 --knobs pieces,iterations --target-psnr 70 --by area --json c.json";
     cost_of_few(at, 0, &asked.split(' ').collect::<Vec<_>>());
     let report = json(&at.join("c.json"));
     let found = &report["found"]["point"];
@@ -225,7 +225,7 @@ fn the_cheapest_is_by_what_was_asked_for() {
     let mut is_faster = good.map(|p| number(p, "frame_ns") < number(found, "frame_ns"));
     assert!(is_faster.any(|is| is), "pieces are faster, and larger");
 
-    let asked = "--scene garden --width 16 --knobs early-out --target-psnr 500 --by energy";
+    let asked = "--scene garden --width 8 --knobs early-out --target-psnr 500 --by energy";
     let said = cost_of_few(at, 4, &asked.split(' ').collect::<Vec<_>>());
     assert!(said.contains(" mJ a frame"), "{said}");
 }

@@ -128,7 +128,7 @@ fn a_search_is_its_seed() {
             "explore",
             "small",
             "--width",
-            "16",
+            "8",
             "--vary",
             "system.array_columns=8..32:+4",
             "--vary",

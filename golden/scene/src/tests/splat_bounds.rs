@@ -43,7 +43,7 @@ fn no_pixel_is_farther_off_than_its_bound() {
     let configs = [Config::paper(), with("[vu.exp]\ninput = \"U3.10\"")];
     pixels_keep_to_their_bounds(&configs);
     let mut scene = crate::tests::opened("garden");
-    scene.set_size(Some(32), Some(26)).unwrap();
+    scene.set_size(Some(20), Some(17)).unwrap();
     let coarse = with("[vu.exp]\niterations = 4");
     let (most, _) = used((&scene, &configs[0]), (&scene, &coarse));
     assert!(most > 1.0, "{most}");
@@ -65,7 +65,7 @@ fn no_pixel_is_farther_off_by_any_exponential() {
 fn pixels_keep_to_their_bounds(configs: &[Config]) {
     for name in ["garden", "cairn:splats"] {
         let mut scene = crate::tests::opened(name);
-        scene.set_size(Some(32), Some(26)).unwrap();
+        scene.set_size(Some(20), Some(17)).unwrap();
         for config in configs {
             let (most, squares) = used((&scene, config), (&scene, config));
             println!(

@@ -19,7 +19,7 @@ use potamoi_netlist::{Module, ModuleBuilder, Ty};
 use bench::{Bench, Outputs};
 
 /// Random modules of a default run.
-const SEEDS: u64 = 60;
+const SEEDS: u64 = 20;
 
 fn cache() -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("models")

@@ -41,7 +41,7 @@ fn the_paper_preset_passes_on_both_scenes() {
     let mut calls = 0;
     let mut count = |_| calls += 1;
     let mut verifier = Verifier::new(&config, settings(EngineKind::Verilator), &mut count);
-    garden_through(&mut verifier, 64).unwrap();
+    garden_through(&mut verifier, 32).unwrap();
     lantern_through(&mut verifier, &config, 48).unwrap();
     assert_eq!(verifier.failure(), None);
     let (g, v) = (
@@ -226,7 +226,7 @@ fn the_feature_major_preset_passes_on_both_scenes() {
         ..settings(EngineKind::Verilator)
     };
     let mut verifier = Verifier::new(&config, gathers, &mut none);
-    garden_through(&mut verifier, 64).unwrap();
+    garden_through(&mut verifier, 32).unwrap();
     lantern_through(&mut verifier, &config, 48).unwrap();
     assert_eq!(verifier.failure(), None);
     let g = verifier.gather_report();

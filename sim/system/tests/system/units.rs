@@ -61,7 +61,7 @@ fn one_flipped_constant_changes_the_picture() {
     let text = "[gu]\nbanks = 8\nports = 1\n[vu]\nlanes = 4\n";
     let config = Config::from_toml(text, "test").unwrap();
     let right = vector_unit(&config).unwrap();
-    let picture = |units: &mut RtlUnits| garden_picture(units, [32, 27]).picture;
+    let picture = |units: &mut RtlUnits| garden_picture(units, [16, 14]).picture;
     let expected = picture(&mut RtlUnits::new(&config));
     let flip = Fault {
         module: "exp_constants".to_owned(),
