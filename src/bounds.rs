@@ -1,20 +1,7 @@
 //! Figures at both bounds of the GPU's kernels, as text.
 
+pub(crate) use potamoi_plots::figures::number;
 use potamoi_system::system_model::AtBounds;
-
-/// Digits behind the point: about three in all.
-fn digits(value: f64) -> usize {
-    match value.abs() {
-        value if value < 10.0 => 2,
-        value if value < 100.0 => 1,
-        _ => 0,
-    }
-}
-
-/// A number with about three digits.
-pub(crate) fn number(value: f64) -> String {
-    format!("{value:.0$}", digits(value))
-}
 
 /// From the lower to the higher; one figure where both read alike.
 pub(crate) fn range(of: &AtBounds<f64>) -> String {

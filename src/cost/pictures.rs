@@ -12,8 +12,6 @@ const SIZE: [f64; 2] = [430.0, 420.0];
 const DEFAULT: usize = 0;
 /// Smallest change, as a share of a panel, of a knob that has a label.
 const SEEN: f64 = 0.03;
-/// What the marks mean.
-pub(crate) const LINES: &str = "line: front; square: default; ring: knee of the front; settings with equal pictures are not shown";
 /// What is said of knobs without a colour of their own.
 const OTHERS: &str = "other knobs";
 
@@ -61,7 +59,7 @@ pub(crate) fn spec(report: &Sweep) -> Value {
                 "{}, {} x {}: quality and time of a frame by knob",
                 report.scene, report.size[0], report.size[1]
             ),
-            "subtitle": LINES,
+            "subtitle": potamoi_page::FRONT_LINES,
         },
         "hconcat": panels,
         "spacing": 24,

@@ -10,6 +10,7 @@ use potamoi_explore::system::{Modelled, with_free_gpu};
 use potamoi_explore::{ExploreError, Progress, Setup};
 use potamoi_formats::config::Config;
 use potamoi_machines::{Comparison, Machine, Row, WINDOW, Workload};
+use potamoi_page::Images;
 use potamoi_scene::Scene;
 use potamoi_system::system_model::work::{PathOptions, PathParts};
 use potamoi_system::system_model::{AtBounds, Outcome, Run, Scenario, Variant};
@@ -20,7 +21,7 @@ use super::document::{
     Document, FORMAT_VERSION, Found, HardCases, IfFree, LibraryUsed, MachineFound, More, Pictures,
     Proved, SceneFound, SweepFound, UnitProved, VariantFound,
 };
-use super::pictures::{Difference, Images, keep};
+use super::pictures::{Difference, keep};
 use super::{paper, plots, provenance};
 use crate::failure::Failure;
 use crate::scene::left_open_of_files;

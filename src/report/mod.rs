@@ -3,7 +3,6 @@
 mod asked;
 mod collect;
 mod document;
-mod page;
 mod paper;
 mod pictures;
 mod plots;
@@ -77,7 +76,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
     let found = collect::collect(&asked, &Shown(&bar));
     bar.finish_and_clear();
     let found = found?;
-    let text = page::page(&found.document, &found.images)
+    let text = potamoi_page::page(&found.document, &found.images)
         .map_err(|error| Failure::Usage(format!("{}: {error}", args.out.display())))?;
     files::write(&args.out, &text)?;
     args.files.write(&found.document)?;

@@ -1,26 +1,12 @@
 //! Pictures of the page.
 
-use std::collections::BTreeMap;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use potamoi_base::picture::Picture;
+use potamoi_page::{Images, SCALE};
 
 use super::document::Image;
 use crate::failure::Failure;
-
-/// Pictures by name, as data URIs.
-pub(super) type Images = BTreeMap<String, String>;
-
-/// Colours of the scale of errors, from none to the end: those of viridis (van der Walt and Smith,
-/// 2015, public domain), which rise in lightness, so that they are told apart without hue.
-pub(super) const SCALE: [[u8; 3]; 5] = [
-    [68, 1, 84],
-    [59, 82, 139],
-    [33, 145, 140],
-    [94, 201, 98],
-    [253, 231, 37],
-];
 
 /// Keeps a picture as PNG.
 pub(super) fn keep(images: &mut Images, id: String, picture: &Picture) -> Result<Image, Failure> {

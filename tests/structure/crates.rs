@@ -5,7 +5,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 29] = [
+const FLOW: [&str; 30] = [
     "formats",
     // The oracle.
     "base",
@@ -38,6 +38,7 @@ const FLOW: [&str; 29] = [
     "explore",
     "machines",
     "plots",
+    "page",
 ];
 const ORACLE: std::ops::Range<usize> = 1..11;
 const GENERATOR: [&str; 5] = ["verilated", "netlist", "units", "soc", "rust-hdl"];

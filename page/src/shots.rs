@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 
 use super::Page;
+use super::SCALE;
 use super::value::{Form, Place};
-use crate::report::pictures::SCALE;
 
 impl Page<'_> {
     fn image(&self, place: &Place<'_>, what: &str, size: &Place<'_>) -> Markup {

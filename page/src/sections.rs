@@ -188,7 +188,7 @@ impl Page<'_> {
             false => own.get("db").number(Form::Hundredths),
         };
         Ok(html! {
-            p { (crate::cost::pictures::LINES) "." }
+            p { (super::FRONT_LINES) "." }
             p {
                 "The frame is that of the pictures, rendered again and again, with one setting changed. The rates \
                  above are of a path of frames, whose cameras differ. Areas are of the units' cells, without \

@@ -1,4 +1,14 @@
-//! The page: HTML of the document and of its pictures, by itself in one file.
+//! The page of a report: HTML of the report's document and of its pictures, by itself in one file.
+//!
+//! The page needs no network: styles, scripts and pictures are in it. Every value that it shows is read from
+//! the document, by path; what the document does not have is shown as "-".
+//!
+//! ```
+//! let document = serde_json::json!({ "version": "1.0", "scenes": [] });
+//! let page = potamoi_page::page(&document, &Default::default())?;
+//! assert!(page.starts_with("<!DOCTYPE html>"));
+//! # Ok::<(), potamoi_plots::PlotError>(())
+//! ```
 
 mod effects;
 mod hard_cases;
@@ -14,8 +24,25 @@ use potamoi_plots::library::LIBRARIES;
 use potamoi_plots::{PlotError, Renderer};
 use serde_json::Value;
 
-use super::pictures::Images;
+use std::collections::BTreeMap;
+
 use value::Place;
+
+/// Pictures by name, as data URIs.
+pub type Images = BTreeMap<String, String>;
+
+/// What the marks of the plot of a front are.
+pub const FRONT_LINES: &str = "line: front; square: default; ring: knee of the front; settings with equal pictures are not shown";
+
+/// Colours of the scale of errors, from none to the end: those of viridis (van der Walt and Smith,
+/// 2015, public domain), which rise in lightness, so that they are told apart without hue.
+pub const SCALE: [[u8; 3]; 5] = [
+    [68, 1, 84],
+    [59, 82, 139],
+    [33, 145, 140],
+    [94, 201, 98],
+    [253, 231, 37],
+];
 
 /// What sections are made of: the document, its pictures, and its plots as SVG.
 struct Page<'a> {
@@ -28,7 +55,7 @@ struct Page<'a> {
 ///
 /// # Errors
 /// A plot that cannot be drawn.
-pub(super) fn page(document: &Value, images: &Images) -> Result<String, PlotError> {
+pub fn page(document: &Value, images: &Images) -> Result<String, PlotError> {
     let own = Page {
         root: Place::root(document),
         images,

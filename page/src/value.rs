@@ -5,7 +5,7 @@ use serde_json::Value;
 
 /// How a number is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::report) enum Form {
+pub(crate) enum Form {
     /// About three digits.
     Short,
     /// A whole number with marks between thousands.
@@ -43,7 +43,7 @@ impl Form {
 
     pub(super) fn text(self, value: f64) -> String {
         match self {
-            Self::Short => crate::bounds::number(value),
+            Self::Short => potamoi_plots::figures::number(value),
             Self::Count => indicatif::HumanCount(value.max(0.0) as u64).to_string(),
             Self::Hundredths => format!("{value:.2}"),
             Self::Percent => match value {

@@ -5,9 +5,8 @@ use std::collections::BTreeSet;
 
 use serde_json::{Value, json};
 
-use super::super::pictures::Images;
-use super::page;
 use super::value::Form;
+use super::{Images, page};
 
 /// A document with a machine that has all parts, one that is refused, and unknown parts.
 fn document() -> Value {
