@@ -20,6 +20,9 @@ pub(crate) fn print(found: &Comparison) {
     if any().any(|own| own.clock_origin != ClockOrigin::Synthesised) {
         say!("GHz: ~ estimated by formulas, ! assumed; otherwise synthesised, before wires");
     }
+    if any().any(|own| own.clock_origin == ClockOrigin::Guessed) {
+        say!("  ? a guess, since the period of a block is not known: the slowest of its kind");
+    }
     for own in above_reached(any()) {
         prose!(2, "{own}");
     }
@@ -47,7 +50,10 @@ pub(crate) fn print(found: &Comparison) {
 fn other_arrays(found: &Comparison) -> BTreeSet<String> {
     let parts = |own: &Figures| {
         let ([rows, columns], [features, weights]) = (own.array, own.buffer_bytes);
-        let kib = |bytes: u64| format!("{} KiB", bytes as f64 / 1024.0);
+        let kib = |bytes: u64| match bytes % 1024 {
+            0 => format!("{} KiB", bytes / 1024),
+            _ => format!("{bytes} bytes"),
+        };
         [
             ("an array of", format!("{rows} x {columns}")),
             ("a feature buffer of", kib(features)),
@@ -242,12 +248,7 @@ fn is_alone_alike(one: &Figures, other: &Figures) -> bool {
 }
 
 fn clock(own: &Figures) -> String {
-    let mark = match own.clock_origin {
-        ClockOrigin::Synthesised => "",
-        ClockOrigin::Estimated => "~",
-        ClockOrigin::Assumed => "!",
-    };
-    format!("{mark}{:.2}", own.clock_ghz)
+    format!("{}{:.2}", own.clock_origin.mark(), own.clock_ghz)
 }
 
 fn decibels(own: &Figures) -> String {

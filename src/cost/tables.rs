@@ -6,7 +6,6 @@ use potamoi_explore::accuracy::knobs::Knob;
 use potamoi_explore::accuracy::{
     ImageQuality, Point, Reference, ReferenceKind, SearchResult, Sweep,
 };
-use potamoi_system::system_model::ClockOrigin;
 
 use crate::model::ladder;
 use crate::stdout::say;
@@ -238,12 +237,7 @@ const MID: &str = "us: the geometric mean of a frame's time where all demands of
 
 /// The accelerator's clock, marked where it is not synthesised.
 fn clock(point: &Point) -> String {
-    let mark = match point.clock_origin {
-        ClockOrigin::Synthesised => "",
-        ClockOrigin::Estimated => "~",
-        ClockOrigin::Assumed => "!",
-    };
-    format!("{mark}{:.2}", point.clock_ghz)
+    format!("{}{:.2}", point.clock_origin.mark(), point.clock_ghz)
 }
 
 /// One line a point.

@@ -1,5 +1,6 @@
 //! What a search seeks: an objective, and limits that the machine keeps.
 
+use potamoi_system::system_model::ClockOrigin;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -48,6 +49,8 @@ pub struct Goal {
     /// Whether a clock above the one that the slowest block reaches misses a limit: where the clock varies.
     /// A clock that the base assumes is the user's own.
     pub needs_reached_clock: bool,
+    /// Whether a clock that is a guess misses a limit: where the base's clock is none.
+    pub needs_known_clock: bool,
 }
 
 /// Where a machine stands: a smaller place is better.
@@ -111,6 +114,9 @@ impl Goal {
             if self.needs_reached_clock {
                 missed += excess(cells).map_or(UNKNOWN, f64::ln);
             }
+            if self.needs_known_clock && is_clock_guessed(cells) {
+                missed += UNKNOWN;
+            }
             for (name, limit) in under {
                 // Equal pictures have no PSNR: they keep every limit.
                 let is_equal = name == "psnr_db" && has_quality(cells);
@@ -157,6 +163,12 @@ pub fn is_clock_above_reached(cells: &[Cell]) -> bool {
     excess(cells).is_none_or(|own| own > 1.0)
 }
 
+/// Whether a row's clock rests on a block of unknown period.
+#[must_use]
+pub fn is_clock_guessed(cells: &[Cell]) -> bool {
+    text(cells, "clock_origin") == Some(ClockOrigin::Guessed.word())
+}
+
 /// A figure by the name of its column.
 pub(super) fn figure(cells: &[Cell], name: &str) -> Option<f64> {
     let at = COLUMNS.iter().position(|own| own.name == name)?;
@@ -199,6 +211,7 @@ mod tests {
             min_fps: None,
             max_mj: None,
             needs_reached_clock: false,
+            needs_known_clock: false,
         };
         let of = |fps, mm2, db| {
             let own = cells(&[("fps", fps), ("mm2", mm2), ("psnr_db", db)]);
@@ -229,6 +242,7 @@ mod tests {
             min_fps: None,
             max_mj: None,
             needs_reached_clock,
+            needs_known_clock: false,
         };
         let of = |fps, clock| {
             let own = cells(&[("fps", fps), ("clock_ghz", clock), ("reached_ghz", 0.6)]);
@@ -248,6 +262,7 @@ mod tests {
             min_fps: None,
             max_mj: None,
             needs_reached_clock: false,
+            needs_known_clock: false,
         };
         let [two, eight, four] = [2.0, 8.0, 4.0].map(|mj| cells(&[("mj", mj)]));
         let both = goal.standing(&[Some(&two), Some(&eight)]);

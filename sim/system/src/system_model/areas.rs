@@ -171,22 +171,21 @@ fn unit(config: &Config, known: &Known<'_>, unit: UnitKind, count: u64) -> Block
 
 fn array(system: &SynthReport, sizes: &OnChipSizes) -> BlockArea {
     let (unit, macs) = (UnitKind::ArrayMac, sizes.array.units());
-    let logic_mm2 = cells_mm2(system, unit)
-        .filter(|_| !sizes.array_double_buffered)
-        .map(|of| macs as f64 * of);
+    let cells = match sizes.unbuilt_array() {
+        Some(why) => Err(why),
+        None => {
+            cells_mm2(system, unit).ok_or("the parameters lack its unit: potamoi synth --unit mac")
+        }
+    };
     BlockArea {
         block: unit.top().to_owned(),
         count: macs,
-        logic_mm2,
+        logic_mm2: cells.ok().map(|of| macs as f64 * of),
         memories_mm2: Some(0.0),
         memories: vec![],
-        from: match (logic_mm2, sizes.array_double_buffered) {
-            (Some(_), _) => format!("synthesis of one in {}", system.library.name),
-            (None, true) => "its unit was synthesised with one register of weights, and \
-                 system.array_double_buffered asks for two"
-                .to_owned(),
-            (None, false) => "the parameters lack its unit: potamoi synth --unit mac".to_owned(),
-        },
+        from: cells.map_or_else(str::to_owned, |_| {
+            format!("synthesis of one in {}", system.library.name)
+        }),
     }
 }
 

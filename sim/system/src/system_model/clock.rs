@@ -29,20 +29,33 @@ pub struct Clock {
 pub enum ClockOrigin {
     /// The longest period is of a block that was synthesised, or of a memory.
     Synthesised,
-    /// The longest period is of formulas, or that of another block may be longer: it is not known, or
-    /// is within its error.
+    /// The longest period is of formulas, or that of another block may be longer within its error.
     Estimated,
+    /// The period of a block is not known: it is taken as the slowest of its kind that was synthesised.
+    Guessed,
     /// The user assumes it.
     Assumed,
 }
 
 impl ClockOrigin {
+    /// What marks a clock of this origin in tables.
+    #[must_use]
+    pub const fn mark(self) -> &'static str {
+        match self {
+            Self::Synthesised => "",
+            Self::Estimated => "~",
+            Self::Guessed => "?",
+            Self::Assumed => "!",
+        }
+    }
+
     /// The word for tables.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
             Self::Synthesised => "synthesised",
             Self::Estimated => "estimated",
+            Self::Guessed => "guessed",
             Self::Assumed => "assumed",
         }
     }
@@ -78,6 +91,9 @@ impl Clock {
             });
         let origin = match (config.clock_ghz(), is_certain) {
             (Some(_), _) => ClockOrigin::Assumed,
+            (None, _) if blocks.iter().any(|own| own.is_guess || own.ps.is_none()) => {
+                ClockOrigin::Guessed
+            }
             (None, true) => ClockOrigin::Synthesised,
             (None, false) => ClockOrigin::Estimated,
         };
@@ -167,14 +183,14 @@ mod tests {
         let slowest = &own.blocks[0];
         assert_eq!(slowest.block, "vector_unit");
         assert!(slowest.from.starts_with("not known"), "{}", slowest.from);
-        assert_eq!(own.origin, ClockOrigin::Estimated);
+        assert_eq!(own.origin, ClockOrigin::Guessed);
         assert!(own.ghz < 0.45, "{}", own.ghz);
         // Even if another block is slower: it might be slower still.
         let text = "[rit]\nentry = \"compact\"\n[gu]\nrecords_a_row = 2\n";
         let own = clock(text, 0.0);
         let found = own.blocks.iter().find(|own| own.block == "gathering_unit");
         assert!(found.unwrap().is_guess, "{found:?}");
-        assert_eq!(own.origin, ClockOrigin::Estimated);
+        assert_eq!(own.origin, ClockOrigin::Guessed);
     }
 
     /// A unit between two of the grid's is estimated, and said to be.

@@ -192,13 +192,9 @@ impl Costs {
             let block = block.to_owned();
             unknown.push(Unknown { block, why });
         };
-        let mac = mac_energy(parameters.system);
-        if mac.is_none() {
-            note(
-                "MAC array",
-                "the parameters lack its unit: potamoi synth --unit mac".to_owned(),
-            );
-        }
+        let mac = mac_energy(parameters.system, &parameters.sizes)
+            .map_err(|why| note("MAC array", why.to_owned()))
+            .ok();
         let gathering = Gathered::new(config, program, &known, parameters, &factors);
         let gathering = gathering.map_err(|why| note("gathering unit", why)).ok();
         let vector = Logic::of(&known, config, UnitKind::Vector, &factors);
@@ -331,9 +327,13 @@ impl Costs {
 }
 
 /// Energy of a unit of the array, as synthesised and scaled.
-fn mac_energy(system: &SynthReport) -> Option<MacEnergy> {
-    let own = Logic::measured(system, UnitKind::ArrayMac)?;
-    Some(MacEnergy {
+fn mac_energy(system: &SynthReport, sizes: &OnChipSizes) -> Result<MacEnergy, &'static str> {
+    if let Some(why) = sizes.unbuilt_array() {
+        return Err(why);
+    }
+    let own = Logic::measured(system, UnitKind::ArrayMac)
+        .ok_or("the parameters lack its unit: potamoi synth --unit mac")?;
+    Ok(MacEnergy {
         rest_pj: own.energy.rest_pj,
         work_pj: own.energy.work_pj,
         leakage_mw: own.leakage_nw * 1e-6,

@@ -20,6 +20,17 @@ pub struct OnChipSizes {
     pub weight_buffer_bytes: u64,
 }
 
+impl OnChipSizes {
+    /// Why area and energy of the array are not known, where its units are others than the one that was
+    /// synthesised.
+    pub(super) fn unbuilt_array(&self) -> Option<&'static str> {
+        self.array_double_buffered.then_some(
+            "its unit was synthesised with one register of weights, and \
+             system.array_double_buffered asks for two",
+        )
+    }
+}
+
 impl From<&System> for OnChipSizes {
     fn from(own: &System) -> Self {
         Self {
