@@ -205,17 +205,21 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     table::settings(&searched);
     beside_base(&search, &searched);
     table::front(&searched, &goal);
+    table::by_schedule(&searched);
     table::above_reached_clock(&searched, &goal);
+    table::guessed_clock(&searched);
     table::unknown(&searched);
     table::refused(&searched);
     table::beside_random(&searched, &goal);
     let ended = match searched.found() {
         None => Err(Failure::inconclusive(nothing_found(&args.found, &searched))),
-        Some(found) if !found.is_better(&searched.base) => Err(Failure::inconclusive(format!(
-            "nothing that was tried is better than {}, which keeps the limits{}; no machine is written",
-            args.machine,
-            table::behind(&searched, found, &goal)
-        ))),
+        Some(found) if !found.is_better(searched.judged_base()) => {
+            Err(Failure::inconclusive(format!(
+                "nothing that was tried is better than {}, which keeps the limits{}; no machine is written",
+                args.machine,
+                table::behind(&searched, found, &goal)
+            )))
+        }
         Some(found) => prove(args, &search, found, &scenes),
     };
     let not_checked = left_open_of_files();
@@ -362,6 +366,8 @@ impl ExploreArgs {
             max_mj: self.max_mj,
             needs_reached_clock: (self.vary.iter())
                 .any(|own| own.fields.iter().any(|field| field == CLOCK[1])),
+            // The search knows once the base has figures.
+            needs_known_clock: false,
         })
     }
 }

@@ -1,25 +1,37 @@
 //! The search as text, below 100 columns.
 
-use potamoi_machines::search::{Goal, Method, Searched, Trials, Tried};
+use potamoi_machines::search::{CHECKED, Goal, Method, Searched, Trials, Tried};
 
 use crate::bounds::number;
 use crate::front_fields::FrontFields;
 use crate::stdout::{prose, say};
 use crate::tables;
 
+/// The best of a method, where it is not what was found.
+fn other<'a>(
+    name: &'static str,
+    trials: Option<&'a Trials>,
+    nearest: Option<&Tried>,
+) -> Option<(&'static str, &'a Tried)> {
+    let own = trials?.nearest()?;
+    let is_it = nearest.is_some_and(|best| best.setting == own.setting);
+    (!is_it).then_some((name, own))
+}
+
 /// Machines with figures of a search that stand side by side, with their names.
 pub(super) fn shown(searched: &Searched) -> Vec<(&'static str, &Tried)> {
-    let best = |own: &Tried| match (own.keeps_limits, own.is_better(&searched.base)) {
+    let best = |own: &Tried| match (own.keeps_limits, own.is_better(searched.judged_base())) {
         (true, true) => "found",
         (true, false) => "best of all",
         (false, _) => "nearest",
     };
+    let nearest = searched.nearest();
+    let estimators = (searched.random.is_some()).then_some(&searched.trials);
     let all = [
         Some(("base", &searched.base)),
-        searched.nearest().map(|own| (best(own), own)),
-        (searched.random.as_ref())
-            .and_then(|own| own.nearest())
-            .map(|own| ("random search", own)),
+        nearest.map(|own| (best(own), own)),
+        other("estimators", estimators, nearest),
+        other("random search", searched.random.as_ref(), nearest),
     ];
     let has_figures = |(name, own): &(&str, &Tried)| *name == "base" || own.has_figures();
     all.into_iter().flatten().filter(has_figures).collect()
@@ -67,8 +79,13 @@ pub(super) fn front(searched: &Searched, goal: &Goal) {
     let Some(first) = on.first() else { return };
     let (column, _) = goal.objective.column();
     let plural = if on.len() == 1 { "" } else { "s" };
+    let by = if searched.by_schedule.is_some() {
+        ", by demand"
+    } else {
+        ""
+    };
     say!(
-        "front of {column}, area and quality: {} machine{plural}",
+        "front of {column}, area and quality{by}: {} machine{plural}",
         on.len()
     );
     let all: Vec<Vec<&str>> = on.iter().copied().map(values).collect();
@@ -164,11 +181,41 @@ pub(super) fn above_reached_clock(searched: &Searched, goal: &Goal) {
     }
 }
 
+/// What was judged by its schedule, of a search by demand.
+pub(super) fn by_schedule(searched: &Searched) {
+    let Some(own) = &searched.by_schedule else {
+        return;
+    };
+    let kept = own.tried.iter().filter(|own| own.keeps_limits).count();
+    prose!(
+        0,
+        "the {} best by demand were evaluated again by their schedule, {kept} of which keep the limits: what is \
+         found is the best of these",
+        own.tried.len().min(CHECKED)
+    );
+}
+
+/// Points whose clock is a guess.
+pub(super) fn guessed_clock(searched: &Searched) {
+    let count = searched
+        .tried()
+        .filter(|own| own.is_clock_guessed())
+        .count();
+    if count > 0 && !searched.base.is_clock_guessed() {
+        prose!(
+            0,
+            "the clock of {count} of {} points is a guess, since the period of a block is not known: they keep \
+             no limit",
+            searched.tried().count()
+        );
+    }
+}
+
 /// By how much the best is behind the base in the objective, in words.
 pub(super) fn behind(searched: &Searched, found: &Tried, goal: &Goal) -> String {
     let (column, is_more) = goal.objective.column();
     let place = |own: &Tried| own.place(goal.objective).map(|own| own[0]);
-    match place(&searched.base).zip(place(found)) {
+    match place(searched.judged_base()).zip(place(found)) {
         Some((base, own)) if own != base => {
             let share = 100.0 * (own / base - 1.0).abs();
             let way = if is_more { "less" } else { "more" };

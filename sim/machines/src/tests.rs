@@ -143,6 +143,7 @@ fn a_search_spends_its_budget() {
             min_fps: None,
             max_mj: None,
             needs_reached_clock: false,
+            needs_known_clock: false,
         },
         workload: SHORT,
         budget: 35,
@@ -168,6 +169,82 @@ fn a_search_spends_its_budget() {
             .all(|pair| place(pair[0]) >= place(pair[1]))
     );
     assert_eq!(place(front[0]), place(best));
+}
+
+/// Demands cannot tell channels apart that are not needed; the schedule can, and judges the limits.
+#[test]
+fn a_search_by_demand_is_judged_by_the_schedule() {
+    let folder = tempfile::tempdir().unwrap();
+    let axes = ["system.memory_channels=1,2,4,8", "vu.lanes=2,4"];
+    let axes = axes.map(|own| Axis::parse(own).unwrap()).to_vec();
+    let space = Space::new(Machine::named("small").unwrap(), axes).unwrap();
+    let scenes = [scene("garden")];
+    let search = |fidelity, min_fps| Search {
+        space: &space,
+        scenes: &scenes,
+        goal: Goal {
+            objective: Objective::Area,
+            max_area: None,
+            min_psnr: None,
+            min_fps,
+            max_mj: None,
+            needs_reached_clock: false,
+            needs_known_clock: false,
+        },
+        workload: Workload { fidelity, ..SHORT },
+        budget: 8,
+        seed: 3,
+    };
+    let fps = |own: &Tried| own.place(Objective::Rate).unwrap()[0];
+    let run = |fidelity, least| search(fidelity, least).run(folder.path(), &()).unwrap();
+    let whole = run(Fidelity::Schedule, None);
+    let mut rates: Vec<f64> = whole.tried().map(fps).collect();
+    rates.sort_by(f64::total_cmp);
+    // A limit that some machines keep by their schedule, and more by their demand.
+    let limit = rates[rates.len() - 1] * 0.999;
+    let bounded = run(Fidelity::Demand, Some(limit));
+    let best = bounded.found().unwrap();
+    assert!(fps(best) >= limit, "{best:?}");
+    let kept = |all: &[Tried]| all.iter().filter(|own| own.keeps_limits).count();
+    let again = bounded.by_schedule.as_ref().unwrap();
+    assert!(kept(&again.tried) < kept(&bounded.trials.tried), "{limit}");
+    assert_eq!(bounded.judged_base().setting, bounded.base.setting);
+    assert!(fps(bounded.judged_base()) < fps(&bounded.base));
+}
+
+/// What a guess gains is no machine to build.
+#[test]
+fn a_guessed_clock_keeps_no_limit_beside_a_known_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let space = |base: &str| {
+        let axes = vec![Axis::parse("su.lanes=1,2").unwrap()];
+        Space::new(Machine::named(base).unwrap(), axes).unwrap()
+    };
+    let own = space("lean-splats");
+    let scenes = [scene("garden")];
+    let search = Search {
+        space: &own,
+        scenes: &scenes,
+        goal: Goal {
+            objective: Objective::Rate,
+            max_area: None,
+            min_psnr: None,
+            min_fps: None,
+            max_mj: None,
+            needs_reached_clock: false,
+            needs_known_clock: false,
+        },
+        workload: SHORT,
+        budget: 2,
+        seed: 3,
+    };
+    let found = search.run(folder.path(), &()).unwrap();
+    let all: Vec<_> = (found
+        .tried()
+        .map(|own| (own.is_clock_guessed(), own.keeps_limits)))
+    .collect();
+    assert_eq!(all, [(false, true), (true, false)]);
+    assert!(!found.found().unwrap().is_clock_guessed());
 }
 
 /// Steps of a voxel and longer are as wide as the presets' narrow factors.

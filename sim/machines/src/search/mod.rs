@@ -1,5 +1,6 @@
 //! The search for the best machine of a space.
 
+mod by_schedule;
 mod goal;
 mod sampler;
 
@@ -11,7 +12,8 @@ use potamoi_scene::Scene;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-pub use goal::{Goal, Objective, Standing, is_clock_above_reached};
+pub use by_schedule::{BySchedule, CHECKED};
+pub use goal::{Goal, Objective, Standing, is_clock_above_reached, is_clock_guessed};
 
 use self::sampler::{Parzen, Random, Sampler};
 use crate::cells::Cell;
@@ -102,10 +104,18 @@ pub struct Searched {
     pub trials: Trials,
     /// A random search of the same budget beside it; `None` where every point was tried.
     pub random: Option<Trials>,
+    /// The best of a search by demand, evaluated again by their schedule; `None` of a search by schedule.
+    pub by_schedule: Option<BySchedule>,
 }
 
 impl Searched {
-    /// The best point that was tried by any method, where it keeps the limits.
+    /// The base, by the method that [`Searched::found`] is judged by.
+    #[must_use]
+    pub fn judged_base(&self) -> &Tried {
+        (self.by_schedule.as_ref()).map_or(&self.base, |own| &own.base)
+    }
+
+    /// The best point that was tried by any method, where it keeps the limits: by its schedule.
     #[must_use]
     pub fn found(&self) -> Option<&Tried> {
         self.nearest().filter(|own| own.keeps_limits)
@@ -128,9 +138,12 @@ impl Searched {
             .collect()
     }
 
-    /// The best point that was tried by any method.
+    /// The best point that was tried by any method, by its schedule.
     #[must_use]
     pub fn nearest(&self) -> Option<&Tried> {
+        if let Some(own) = &self.by_schedule {
+            return own.best();
+        }
         let all = [Some(&self.trials), self.random.as_ref()];
         let each = all.into_iter().flatten().filter_map(Trials::nearest);
         each.reduce(|best, own| match own.is_better(best) {
@@ -161,6 +174,13 @@ impl Tried {
         rows.any(|cells| is_clock_above_reached(cells))
     }
 
+    /// Whether its clock rests on a block of unknown period, on any scene.
+    #[must_use]
+    pub fn is_clock_guessed(&self) -> bool {
+        let mut rows = self.scenes.iter().flatten();
+        rows.any(|cells| is_clock_guessed(cells))
+    }
+
     /// Whether this stands better than another: limits first, then objective, then area.
     #[must_use]
     pub fn is_better(&self, other: &Self) -> bool {
@@ -184,20 +204,40 @@ impl Search<'_> {
             true => points,
             false => 2 * self.budget,
         };
-        progress.expect((self.scenes.len() * (1 + tried)) as u64);
+        let again = by_schedule::most(self, points);
+        progress.expect((self.scenes.len() * (1 + tried + again)) as u64);
         let base = self.base(&mut evaluation, progress)?;
+        // A clock that is a guess is no gain over one that is known.
+        let goal = Goal {
+            needs_known_clock: !base.is_clock_guessed(),
+            ..self.goal
+        };
+        let own = Search { goal, ..*self };
+        let searched = own.searched(base, &mut evaluation, progress)?;
+        by_schedule::checked(&own, searched, &mut evaluation, progress)
+    }
+
+    /// Tries points beside a base.
+    fn searched(
+        &self,
+        base: Tried,
+        evaluation: &mut Evaluation,
+        progress: &dyn Progress,
+    ) -> Result<Searched, SweepError> {
+        let points = self.space.len();
         if points <= self.budget {
             let all = (0..points).map(|at| self.space.places(at)).collect();
-            let tried = self.tried(all, &mut evaluation, progress)?;
+            let tried = self.tried(all, evaluation, progress)?;
             return Ok(Searched {
                 points,
                 base,
                 trials: trials(Method::Exhaustive, tried, self.goal.objective),
                 random: None,
+                by_schedule: None,
             });
         }
         let mut with = |method, sampler: &mut dyn Sampler| {
-            let tried = self.sampled(sampler, &mut evaluation, progress)?;
+            let tried = self.sampled(sampler, evaluation, progress)?;
             Ok::<_, SweepError>(trials(method, tried, self.goal.objective))
         };
         let own = with(Method::Estimators, &mut Parzen::new(self.space, self.seed))?;
@@ -207,6 +247,7 @@ impl Search<'_> {
             base,
             trials: own,
             random: Some(random),
+            by_schedule: None,
         })
     }
 
