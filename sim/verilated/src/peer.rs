@@ -55,6 +55,10 @@ pub struct DriverTimes {
     pub rust_ns: f64,
     /// Median processor time of a cycle driven from C++, in nanoseconds.
     pub cpp_ns: f64,
+    /// Processor time of a cycle in the fastest round driven from Rust, in nanoseconds.
+    pub rust_fastest_ns: f64,
+    /// Processor time of a cycle in the fastest round driven from C++, in nanoseconds.
+    pub cpp_fastest_ns: f64,
     /// Speed of the Rust side relative to C++: `cpp_ns / rust_ns`.
     pub ratio: f64,
     /// Checksum of all outputs, equal on both sides.
@@ -179,12 +183,17 @@ impl Peer {
             rust.push(ours.ns);
             cpp.push(theirs.ns);
         }
+        let fastest = |times: &[f64]| times.iter().copied().fold(f64::INFINITY, f64::min);
+        let [rust_fastest_ns, cpp_fastest_ns] =
+            [&rust, &cpp].map(|own| fastest(own) / cycles as f64);
         let per_cycle = |times: Vec<f64>| median(times) / cycles as f64;
         let (rust_ns, cpp_ns) = (per_cycle(rust), per_cycle(cpp));
         Ok(DriverTimes {
             cycles,
             rust_ns,
             cpp_ns,
+            rust_fastest_ns,
+            cpp_fastest_ns,
             ratio: cpp_ns / rust_ns,
             checksum,
         })
