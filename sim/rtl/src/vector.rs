@@ -100,18 +100,36 @@ impl VectorUnit {
         seed: u64,
     ) -> Result<VectorRun, RtlError> {
         let vectors = self.vectors(batches)?;
-        let mut collect = Collect {
-            vectors: &vectors,
-            results: Vec::with_capacity(vectors.elements()),
-            times: Vec::with_capacity(vectors.list.len()),
-            taken: 0,
-        };
+        let mut collect = Collect::new(&vectors);
         let totals = self.watch(&vectors, stalls, seed, 0, &mut collect)?;
         Ok(VectorRun {
             results: collect.results,
             vectors: collect.times,
             totals,
         })
+    }
+
+    /// Values of the named inputs in every clock of a run, reset included: 32-bit words, input
+    /// after input, clock after clock. Serves to measure other drivers of the Verilated unit with
+    /// the same stimulus.
+    ///
+    /// # Errors
+    /// As [`VectorUnit::run`].
+    pub fn stimulus(
+        &self,
+        batches: &[VectorBatch<'_>],
+        stalls: &Stalls,
+        seed: u64,
+        inputs: &[&str],
+    ) -> Result<Vec<u32>, RtlError> {
+        let vectors = self.vectors(batches)?;
+        let drive = Drive {
+            vectors: &vectors,
+            plan: Plan::new(seed, stalls)?,
+            drain: 0,
+            watch: &mut Collect::new(&vectors),
+        };
+        self.runner.run_recorded(seed, inputs, drive)
     }
 
     /// Runs under an observer, and `drain` further cycles after the last results.
@@ -178,6 +196,17 @@ struct Collect<'a> {
     results: Vec<i32>,
     times: Vec<(u64, u64)>,
     taken: usize,
+}
+
+impl<'a> Collect<'a> {
+    fn new(vectors: &'a Vectors<'a>) -> Self {
+        Self {
+            vectors,
+            results: Vec::with_capacity(vectors.elements()),
+            times: Vec::with_capacity(vectors.list.len()),
+            taken: 0,
+        }
+    }
 }
 
 impl VectorWatch for Collect<'_> {
