@@ -37,6 +37,7 @@ const FLOW: [&str; 30] = [
     "system",
     "explore",
     "machines",
+    "speed",
     "plots",
     "page",
 ];
