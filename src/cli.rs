@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use potamoi_formats::config::ExpForm;
 
 use crate::args::Common;
+use crate::bench::BenchArgs;
 use crate::cache::CacheArgs;
 use crate::characterise::CharacteriseArgs;
 use crate::compare::CompareArgs;
@@ -102,6 +103,8 @@ pub(crate) enum Command {
     Man(ManArgs),
     /// List the results kept between runs, or remove them
     Cache(CacheArgs),
+    /// Measure speed beside limits of the machine and peers: renderers, units, verification
+    Bench(BenchArgs),
     /// List the external tools: state, version, and the commands that need each
     Doctor(DoctorArgs),
 }

@@ -18,6 +18,7 @@ use potamoi_prove::ProveError;
 use potamoi_rtl::RtlError;
 use potamoi_scene::SceneError;
 use potamoi_scene::trace::TraceError;
+use potamoi_speed::SpeedError;
 use potamoi_synth::SynthError;
 use potamoi_system::path_schedule::ScheduleError;
 use potamoi_system::system_model::work::WorkCacheError;
@@ -94,6 +95,15 @@ impl From<MachineError> for Failure {
 impl From<SweepError> for Failure {
     fn from(error: SweepError) -> Self {
         Self::Sweep(Box::new(error))
+    }
+}
+
+impl From<SpeedError> for Failure {
+    fn from(error: SpeedError) -> Self {
+        match error {
+            SpeedError::Scene(error) => error.into(),
+            error => Self::Usage(error.to_string()),
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! broken tool, 4 inconclusive check.
 
 mod args;
+mod bench;
 mod bounds;
 mod cache;
 mod characterise;
@@ -166,6 +167,7 @@ fn run(cli: &cli::Cli) -> Result<(), Failure> {
         cli::Command::Man(args) => shell_files::man(args, refusals::prepared(cli::Cli::command())),
         cli::Command::Cache(args) => cache::run(args),
         cli::Command::Schema(args) => schemas::run(args.of.as_deref()),
+        cli::Command::Bench(args) => bench::run(args),
         cli::Command::Doctor(args) => doctor::run(&args.files),
     }
 }

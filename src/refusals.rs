@@ -4,7 +4,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Command};
 
 /// Commands whose result no configuration changes.
-pub(crate) const WITHOUT_CONFIGURATION: [&str; 12] = [
+pub(crate) const WITHOUT_CONFIGURATION: [&str; 13] = [
     "warp",
     "compare",
     "sweep",
@@ -16,6 +16,7 @@ pub(crate) const WITHOUT_CONFIGURATION: [&str; 12] = [
     "completions",
     "man",
     "cache",
+    "bench",
     "doctor",
 ];
 

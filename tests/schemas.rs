@@ -23,6 +23,7 @@ const QUICK: &[&str] = &[
 ];
 /// All others: minutes, and tools.
 const SLOW: &[&str] = &[
+    "bench --only splats --runs 1",
     "characterise --scene lantern --width 16",
     "characterise --scenes lantern,garden --width 16",
     "compare --rivals paper",

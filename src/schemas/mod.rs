@@ -8,7 +8,7 @@ use crate::published::Published;
 use crate::stdout::say;
 use crate::suggest;
 use crate::{
-    cache, characterise, compare, cost, doctor, effects, emit, estimate, explain, explore,
+    bench, cache, characterise, compare, cost, doctor, effects, emit, estimate, explain, explore,
     hard_cases, inspect, layouts, model, mutate, prove, render, report, sweep, synth, tables,
     trace, verify, warp,
 };
@@ -42,6 +42,7 @@ pub(crate) const ALL: &[&[Published]] = &[
         report::REPORT,
         explain::REPORT,
         cache::REPORT,
+        bench::REPORT,
         doctor::REPORT,
     ],
 ];
