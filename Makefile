@@ -22,7 +22,7 @@ help:
 	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
 	  'make memories   memories by shape, with their area by CACTI: synth/memories-cacti.json' \
 	  'make lint       formatting and lints alone' \
-	  'make bench      the benchmarks' \
+	  'make bench      speed beside limits and peers (potamoi bench), and the other benches' \
 	  'make dist       wheels and archives for Linux, x86-64 and aarch64: dist/' \
 	  'make setup      install what is missing (tools/setup --check only reports)'
 
@@ -168,6 +168,9 @@ memories:
 	cargo run --locked --release --quiet -- synth --memories synth/memories-cacti.json
 
 bench: setup
+	$(call step,speed beside limits and peers)
+	cargo run --locked --release --quiet -- bench
+	$(call step,other benches)
 	cargo bench --locked
 
 dist:
