@@ -215,7 +215,12 @@ impl Costs {
             },
             fit.grid().library.name,
         );
-        let memories = MemoryCosts::new(config, &known, parameters, &mut note);
+        let memories = MemoryCosts::new(
+            config,
+            &known,
+            (parameters.system, &parameters.sizes),
+            &mut note,
+        );
         let both = gathering.as_ref().zip(vector.as_ref());
         let both = both.and_then(|(gathering, (vector, _))| {
             let splat = match (&splat, &config.su) {

@@ -3,12 +3,12 @@
 use potamoi_cycles::batch::Batch;
 use potamoi_formats::config::{Config, ExtraPorts, Organisation};
 use potamoi_formats::record::RECORD_CHANNELS;
-use potamoi_synth::{MemoryReport, UnitKind};
+use potamoi_synth::{MemoryReport, SynthReport, UnitKind};
 
-use super::costs::Parameters;
 use super::on_chip_memories::{
     Port, TABLE_QUEUE, feature_banks, leakage_mw, of_unit, unbuilt_queue, weight_buffer,
 };
+use super::on_chip_sizes::OnChipSizes;
 use super::unit_source::Known;
 
 /// Bytes of a word of the global feature buffer; weights in a word of the weight buffer.
@@ -32,14 +32,14 @@ pub(super) struct MemoryCosts {
 }
 
 impl MemoryCosts {
-    /// `note` is told what is not known, and why.
+    /// Memories of a configuration, and the buffers of `sizes` whose banks `system` has; `note` is told what is
+    /// not known, and why.
     pub(super) fn new(
         config: &Config,
         known: &Known<'_>,
-        parameters: &Parameters<'_>,
+        (system, sizes): (&SynthReport, &OnChipSizes),
         note: &mut dyn FnMut(&str, String),
     ) -> Self {
-        let (system, sizes) = (parameters.system, &parameters.sizes);
         let gathering = GatheringMemories::new(config, known)
             .map_err(|why| note("memories of the gathering unit", why))
             .ok();
