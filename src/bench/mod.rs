@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::progress;
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
-use crate::scene::{note, scene_help};
+use crate::scene::{left_open_of_files, note, say_not_checked, scene_help};
 
 /// Version of the JSON report.
 const FORMAT_VERSION: u32 = 1;
@@ -84,6 +84,8 @@ struct Report {
     command: &'static str,
     #[serde(flatten)]
     found: Comparison,
+    /// Items that the scene's file leaves open.
+    not_checked: Vec<String>,
 }
 
 impl BenchArgs {
@@ -122,7 +124,9 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         format_version: FORMAT_VERSION,
         command: "bench",
         found: found?,
+        not_checked: left_open_of_files(),
     };
     table::print(&report.found);
+    say_not_checked(&report.not_checked);
     args.files.write(&report)
 }

@@ -23,7 +23,8 @@ const QUICK: [(&str, &str); 11] = [
     ("hard-cases", "--scene q.ply --width 8"),
 ];
 /// Those that build models or netlists, in `make test-full`.
-const SLOW: [(&str, &str); 6] = [
+const SLOW: [(&str, &str); 7] = [
+    ("bench", "--scene q.ply --width 8 --only splats --runs 1"),
     ("cost", "--scene q.ply --width 8 --frames 2 --knobs tail"),
     (
         "explore",

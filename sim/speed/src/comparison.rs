@@ -55,11 +55,11 @@ impl Options {
             Model::Field(_) if self.has(Section::Fields) => Ok(()),
             Model::Splats(_) => wrong(
                 "Gaussians, which are measured in the section splats",
-                "this section too, or no scene",
+                "that section (--only splats), or no scene",
             ),
             Model::Field(_) => wrong(
                 "a field, which is measured in the section fields",
-                "this section too, or no scene",
+                "that section (--only fields), or no scene",
             ),
             Model::Compact(_) => wrong(
                 "Gaussians coloured by a field, which no section measures",
