@@ -6,6 +6,7 @@ use potamoi_explore::accuracy::knobs::Knob;
 use potamoi_explore::accuracy::{
     ImageQuality, Point, Reference, ReferenceKind, SearchResult, Sweep,
 };
+use potamoi_system::system_model::ClockOrigin;
 
 use crate::model::ladder;
 use crate::stdout::say;
@@ -119,6 +120,10 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
          unit; mJ and mm^2: - where no synthesis and no formula covers the units (potamoi synth \
          measures them); PSNR: - where there is no such picture; {MID}"
     );
+    let mut points = report.points.iter();
+    if points.any(|point| point.clock_origin == ClockOrigin::Guessed) {
+        say!("GHz: ? a guess, since the period of a block is not known: the slowest of its kind");
+    }
     say!("{}", beside(&report.reference));
     for knob in knobs {
         say!("{}", sentence(knob, report));
