@@ -174,7 +174,7 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
         "--knobs",
         "iterations,early-out",
     ];
-    let arguments = [&knobs[..], &["--target-psnr", "78", "--json", "c.json"]].concat();
+    let arguments = [&knobs[..], &["--target-psnr", "74", "--json", "c.json"]].concat();
     let said = cost_of_few(at, 0, &arguments);
     assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
     let report = json(&at.join("c.json"));
@@ -183,7 +183,7 @@ fn a_search_finds_a_cheaper_configuration_and_proves_it() {
         number(found, "frame_ns") <= 0.75 * number(default, "frame_ns"),
         "{found}"
     );
-    assert!(number(&found["converged"], "db") >= 78.0);
+    assert!(number(&found["converged"], "db") >= 74.0);
     let written = std::fs::read_to_string(at.join("found.toml")).unwrap();
     assert!(written.contains("early_out = true"), "{written}");
     let output = potamoi()
