@@ -97,7 +97,14 @@ pub(super) fn print(found: &Comparison) {
         machine.system
     );
     let tools = found.tools.iter();
-    let tools = tools.filter_map(|tool| Some(format!("{} {}", tool.name, tool.version.as_ref()?)));
+    // Some tools begin their version with their name.
+    let tools = tools.filter_map(|tool| {
+        let version = tool.version.as_ref()?;
+        Some(match version.starts_with(tool.name) {
+            true => version.clone(),
+            false => format!("{} {version}", tool.name),
+        })
+    });
     let tools: Vec<String> = tools.collect();
     if !tools.is_empty() {
         prose!(0, "{}", tools.join("; "));
