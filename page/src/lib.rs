@@ -3,7 +3,7 @@
 //! The page needs no network: styles, scripts and pictures are in it. Every value that it shows is read from
 //! the document, by path; what the document does not have is shown as "-".
 //!
-//! ```
+//! ```no_run
 //! let document = serde_json::json!({ "version": "1.0", "scenes": [] });
 //! let page = potamoi_page::page(&document, &Default::default())?;
 //! assert!(page.starts_with("<!DOCTYPE html>"));
