@@ -1,4 +1,4 @@
-//! Sizes of what is on chip around the units.
+//! Sizes of the MAC array and of the buffers.
 
 use potamoi_cycles::mac_array::MacArray;
 
