@@ -8,6 +8,13 @@ use super::logic::NODE_NM;
 use super::on_chip_sizes::OnChipSizes;
 use super::unit_source::{Known, UnitSource};
 
+/// Names of the buffers among the memories of the system.
+pub(super) const FEATURE_BUFFER: &str = "global_feature_buffer";
+pub(super) const WEIGHT_BUFFER: &str = "weight_buffer";
+
+/// Name of what keeps the table where it takes no way through memory.
+pub(super) const TABLE_QUEUE: &str = "queue of the ray index table";
+
 /// Energy of a memory, in picojoules an access.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Port {
@@ -87,9 +94,6 @@ pub(super) fn weight_buffer(
     of_buffer(system, WEIGHT_BUFFER, sizes.weight_buffer_bytes, 1)
 }
 
-/// Name of what keeps the table where it takes no way through memory.
-pub(super) const TABLE_QUEUE: &str = "queue of the ray index table";
-
 /// Why the queue of the table is not known: samples come in the order of pixels, and the unit takes them
 /// MVoxel by MVoxel.
 pub(super) fn unbuilt_queue(config: &Config) -> Option<&'static str> {
@@ -98,10 +102,6 @@ pub(super) fn unbuilt_queue(config: &Config) -> Option<&'static str> {
          built; \"dram\" keeps them in memory",
     )
 }
-
-/// Names of the buffers among the memories of the system.
-pub(super) const FEATURE_BUFFER: &str = "global_feature_buffer";
-pub(super) const WEIGHT_BUFFER: &str = "weight_buffer";
 
 /// Banks of a buffer, whose words are as wide as those of the paper's: as in the parameters, or by shape.
 fn of_buffer(

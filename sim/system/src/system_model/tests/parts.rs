@@ -116,13 +116,22 @@ fn ports_of_the_feature_buffer_are_a_limit() {
 }
 
 fn costs_of(config: &Config, given: Option<&SynthReport>, reports: &[Synthesised]) -> Costs {
+    costs_around(config, given, reports, OnChipSizes::default())
+}
+
+fn costs_around(
+    config: &Config,
+    given: Option<&SynthReport>,
+    reports: &[Synthesised],
+    sizes: OnChipSizes,
+) -> Costs {
     let parameters = Parameters {
         given,
         reports,
         estimated: &[],
         records: &SynthReport::of_records().unwrap(),
         system: &Synthesised::checked_in().unwrap()[0].report,
-        sizes: OnChipSizes::default(),
+        sizes,
         wire_margin: 0.0,
     };
     let fit = Fit::checked_in().unwrap();
@@ -184,6 +193,42 @@ fn time_is_known_without_energy() {
     // The GPU gathers: that part is 0 and known.
     let other = model.frame(&work, Gathering::PixelOrder).unwrap();
     assert_eq!(other.max.energy.gathering_unit_mj, Some(0.0));
+}
+
+/// What no unit of the array and no queue was built for has no energy either, with its reason.
+#[test]
+fn what_is_not_built_has_no_energy() {
+    let reports = Synthesised::checked_in().unwrap();
+    let of = |config: &Config, sizes| costs_around(config, None, &reports, sizes);
+    let doubled = OnChipSizes {
+        array_double_buffered: true,
+        ..OnChipSizes::default()
+    };
+    let paper = Config::paper();
+    let why = |own: &Costs| {
+        own.unknown
+            .iter()
+            .map(|of| of.block.clone())
+            .collect::<Vec<_>>()
+    };
+    let own = of(&paper, doubled);
+    assert!(own.mac.is_none());
+    assert_eq!(why(&own), ["MAC array"]);
+    let direct = Config::from_toml("rit.path = \"direct\"", "test").unwrap();
+    let own = of(&direct, OnChipSizes::default());
+    assert!(own.mac.is_some() && own.leakage_mw.is_none());
+    assert_eq!(why(&own), ["queue of the ray index table"]);
+    let small = OnChipSizes {
+        weight_buffer_bytes: 50_000,
+        ..OnChipSizes::default()
+    };
+    let own = of(&paper, small);
+    assert_eq!(why(&own), ["weight buffer"]);
+    let done = Batch {
+        weight_bytes: 48,
+        ..Batch::default()
+    };
+    assert_eq!(own.of(&done, false, 576).buffers_pj, None);
 }
 
 /// A unit that was synthesised with other numbers is composed of it and of formulas.
