@@ -36,7 +36,7 @@ use crate::warp::WarpArgs;
 
 /// Hardware generator, golden models and simulation for neural rendering.
 #[derive(Debug, Parser)]
-#[command(name = "potamoi", version)]
+#[command(name = "potamoi", version, max_term_width = 98)]
 pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) common: Common,
