@@ -54,6 +54,7 @@ fn iterations_trade_time_for_quality() {
         "12",
         "--knobs",
         "iterations,early-out,order",
+        "--ladder",
         "--json",
         "c.json",
         "--csv",
@@ -70,6 +71,14 @@ fn iterations_trade_time_for_quality() {
         assert!(said.contains(part), "{part}: {said}");
     }
     let report = json(&at.join("c.json"));
+    let ladder = report["ladder"].as_array().unwrap();
+    let [_, cycles, verilated] = ladder.as_slice() else {
+        panic!("{ladder:?}")
+    };
+    for unit in ["gather_cycles", "vector_cycles"] {
+        assert!(number(verilated, unit) > 0.0);
+        assert_eq!(cycles[unit], verilated[unit]);
+    }
     let default = point(&report, "default", "");
     let of = |n: &str| point(&report, "iterations", n);
     let all = [of("8"), of("12"), default, of("24")];
@@ -138,6 +147,7 @@ fn settings_of_paths_are_compared_on_one_path() {
     ];
     cost(at, 0, &arguments);
     let report = json(&at.join("c.json"));
+    assert_eq!(report["ladder"], serde_json::json!([]));
     let default = point(&report, "default", "");
     let db = |p: &Value| ["converged", "truth"].map(|beside| number(&p[beside], "db"));
     // By less than a degree this path turns nowhere.

@@ -19,7 +19,7 @@ use crate::report_files::ReportFiles;
 use crate::scene::SceneArgs;
 
 /// Version of the JSON reports.
-const FORMAT_VERSION: u32 = 2;
+const FORMAT_VERSION: u32 = 3;
 
 /// The report of `--json`.
 pub(crate) const REPORT: Published = Published {
@@ -78,6 +78,10 @@ pub(crate) struct CostArgs {
     /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,
+    /// Compare cycles and time of a frame by formulas, by cycle models and by the Verilated units,
+    /// each with its error and wall time
+    #[arg(long, conflicts_with = "study")]
+    ladder: bool,
     /// Write the results as CSV: a line of names, and one for each machine, case, setting, form or input
     /// that the command measures
     #[arg(long, value_name = "FILE")]

@@ -4,6 +4,7 @@ use potamoi_base::outputs as files;
 use potamoi_explore::Setup;
 use potamoi_explore::accuracy::knobs::{self, Knob, Setting};
 use potamoi_explore::accuracy::{Bench, Goal, Proof, Search, SearchResult, Sweep};
+use potamoi_explore::system::rungs;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -49,6 +50,10 @@ pub(super) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
     let bench = Bench::new(setup, args.frames)?;
     let bar = progress::bar(0, "rendering");
     let mut sweep = Sweep::of(&bench, &knobs, &Shown(&bar))?;
+    if args.ladder {
+        bar.set_message("three ways to the frame's time");
+        sweep.ladder = rungs(&bench.setup)?;
+    }
     bar.finish_and_clear();
     for line in answers::answers(&sweep, &knobs, iterations) {
         say!("{line}");

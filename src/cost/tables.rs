@@ -9,7 +9,7 @@ use potamoi_explore::accuracy::{
 use potamoi_system::system_model::ClockOrigin;
 
 use crate::model::ladder;
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 fn number(of: Option<f64>, digits: usize) -> String {
@@ -114,7 +114,8 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
         ]));
     }
     say!("{}", tables::fitted(&table, &last));
-    say!(
+    prose!(
+        0,
         "GHz: 1 over the longest period of the accelerator's blocks at 12 nm, before wires: ~ \
          estimated, ! assumed, else synthesised; mm^2: cells, ~ where formulas give the change of a \
          unit; mJ and mm^2: - where no synthesis and no formula covers the units (potamoi synth \
@@ -122,11 +123,14 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     );
     let mut points = report.points.iter();
     if points.any(|point| point.clock_origin == ClockOrigin::Guessed) {
-        say!("GHz: ? a guess, since the period of a block is not known: the slowest of its kind");
+        prose!(
+            0,
+            "GHz: ? a guess, since the period of a block is not known: the slowest of its kind"
+        );
     }
-    say!("{}", beside(&report.reference));
+    prose!(0, "{}", beside(&report.reference));
     for knob in knobs {
-        say!("{}", sentence(knob, report));
+        prose!(0, "{}", sentence(knob, report));
     }
     let place = |i: usize| {
         let point = &report.points[i];
@@ -148,15 +152,21 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
         (None, []) => {}
     }
     for refused in &report.refused {
-        say!(
+        prose!(
+            0,
             "not possible for this scene and configuration: {} {}: {}",
             refused.knob,
             refused.setting,
             refused.why
         );
     }
-    say!("\nfidelity of the time model, for one full frame by itself");
-    ladder::print(&report.ladder);
+    match report.ladder.as_slice() {
+        [] => say!("time: by the cycle models; --ladder compares them with the Verilated units"),
+        rungs => {
+            say!("\nfidelity of the time model, for one full frame by itself");
+            ladder::print(rungs);
+        }
+    }
 }
 
 fn mark(report: &Sweep, i: usize) -> &'static str {
@@ -208,8 +218,10 @@ pub(super) fn found(found: &SearchResult, default: &Point, kind: ReferenceKind) 
         tried,
     } = found;
     let quality = |p: &Point| number(Some(p.place().quality).filter(|q| q.is_finite()), 2);
-    say!(
-        "\nfound after {tried} combinations beside single settings: {}",
+    say!("");
+    prose!(
+        0,
+        "found after {tried} combinations beside single settings: {}",
         match settings.is_empty() {
             true => "the default itself".to_owned(),
             false => settings.join(", "),
@@ -220,8 +232,9 @@ pub(super) fn found(found: &SearchResult, default: &Point, kind: ReferenceKind) 
         saved if saved < 0.0 => format!("{:.1} % more", -saved),
         saved => format!("{saved:.1} % less"),
     };
-    say!(
-        "  {} dB PSNR to {} instead of {}; {:.1} us a frame instead of {:.1}: {}{}",
+    prose!(
+        2,
+        "{} dB PSNR to {} instead of {}; {:.1} us a frame instead of {:.1}: {}{}",
         quality(point),
         kind.name(),
         quality(default),
@@ -233,7 +246,7 @@ pub(super) fn found(found: &SearchResult, default: &Point, kind: ReferenceKind) 
             _ => String::new(),
         }
     );
-    say!("  {MID}");
+    prose!(2, "{MID}");
 }
 
 /// What a time in these tables is.

@@ -296,11 +296,7 @@ impl Collector<'_> {
             .map_err(|error| Failure::Usage(format!("--knobs {error}")))?;
         let bench = Bench::new(setup, self.asked.frames)?;
         let sweep = match Sweep::of(&bench, &all, &Silent(self.progress)) {
-            Ok(mut own) => {
-                // Its wall times differ from run to run.
-                own.ladder.clear();
-                own
-            }
+            Ok(own) => own,
             Err(error) => return unless_input(error),
         };
         let mut names = vec![];

@@ -8,7 +8,7 @@ use super::knobs::Knob;
 use super::pareto_front::{CostQuality, front, knee};
 use super::point::Point;
 use super::references::Reference;
-use crate::system::{Rung, rungs};
+use crate::system::Rung;
 use crate::{ExploreError, Progress};
 
 /// Largest loss against the default, in dB, that counts as equal quality.
@@ -35,7 +35,8 @@ pub struct Sweep {
     pub front: Vec<usize>,
     /// Index of the knee of the front.
     pub knee: Option<usize>,
-    /// Accuracy of the time model: formulas, cycle models and the Verilated units.
+    /// Accuracy of the time model: formulas, cycle models and the Verilated units; empty where it was
+    /// not asked for.
     pub ladder: Vec<Rung>,
     /// Result of a search, if one was run.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -65,18 +66,18 @@ pub struct SearchResult {
 }
 
 impl Sweep {
-    /// Measures the default and each setting alone, one step each, and in a further step the
-    /// accuracy of the time model. Settings that cannot be applied are listed.
+    /// Measures the default and each setting alone, one step each. Settings that cannot be applied
+    /// are listed. The ladder is empty.
     ///
     /// # Errors
-    /// The default cannot be rendered or modelled, or Verilog cannot be run.
+    /// The default cannot be rendered or modelled.
     pub fn of(
         bench: &Bench,
         knobs: &[Knob],
         progress: &dyn Progress,
     ) -> Result<Self, ExploreError> {
         let count: usize = knobs.iter().map(|knob| knob.settings.len()).sum();
-        progress.expect(count as u64 + 2);
+        progress.expect(count as u64 + 1);
         let mut points = vec![bench.point("default", "", &[])?];
         progress.advance(1);
         let mut refused = vec![];
@@ -84,8 +85,6 @@ impl Sweep {
             progress.now(knob.name);
             turn(bench, knob, &mut points, &mut refused, progress);
         }
-        progress.now("three ways to the frame's time");
-        let ladder = rungs(&bench.setup)?;
         let places: Vec<CostQuality> = points.iter().map(Point::place).collect();
         let front = front(&places);
         let scene = &bench.setup.scene;
@@ -99,7 +98,7 @@ impl Sweep {
             front,
             points,
             refused,
-            ladder,
+            ladder: vec![],
             found: None,
         })
     }
