@@ -25,7 +25,7 @@ use crate::emit_unit::EmitUnit;
 use crate::failure::Failure;
 use crate::published::{Published, either};
 use crate::scene;
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 
 /// Folder of the testbenches.
 const SIM: &str = "sim";
@@ -313,7 +313,8 @@ fn print(
         "testbenches with golden vectors: make -C {}",
         crate::args::quoted(&args.out_dir.join(SIM))
     );
-    say!(
+    prose!(
+        0,
         "banks of the gathering unit: {}, since {}",
         name_of(report.organisation),
         report.organisation_reason

@@ -14,7 +14,7 @@ use crate::args::Common;
 use crate::failure::Failure;
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::synth::Units;
 use crate::tables;
 
@@ -147,7 +147,7 @@ fn print(own: &UnitEstimate, fit: &Fit) {
     say!("{}", tables::fitted(&table, &[]));
     totals(own);
     if let Some(of) = &own.energies_of {
-        say!("{}", covered(of));
+        prose!(0, "{}", covered(of));
     }
     for memory in &own.memories {
         say!(
@@ -159,10 +159,13 @@ fn print(own: &UnitEstimate, fit: &Fit) {
         );
     }
     if !own.memories.is_empty() {
-        say!("{}", untimed(library, own.unit));
+        prose!(0, "{}", untimed(library, own.unit));
     }
     for number in &estimate.beyond {
-        say!("extrapolated beyond the grid, where the errors above do not hold: {number}");
+        prose!(
+            0,
+            "extrapolated beyond the grid, where the errors above do not hold: {number}"
+        );
     }
 }
 

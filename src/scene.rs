@@ -12,7 +12,7 @@ use potamoi_splats::{Axes, files};
 
 use crate::args::{Common, quoted};
 use crate::failure::Failure;
-use crate::stdout::say;
+use crate::stdout::prose;
 
 /// Kinds of scenes, for help.
 fn scenes() -> String {
@@ -143,7 +143,10 @@ pub(crate) fn left_open_of_files() -> Vec<String> {
 
 /// Says why all pairs are listed although the configuration asks for fewer.
 pub(crate) fn say_all_pairs(why: &str) {
-    say!("  rit.pairs = \"that-may-count\" leaves out no pair of tile and Gaussian: {why}");
+    prose!(
+        2,
+        "rit.pairs = \"that-may-count\" leaves out no pair of tile and Gaussian: {why}"
+    );
 }
 
 /// Prints one line on unchecked items, if there are any.
@@ -153,7 +156,7 @@ pub(crate) fn say_not_checked(list: &[String]) {
     }
     if !list.is_empty() {
         let told: Vec<_> = list.iter().map(|s| told_within(s, TOLD)).collect();
-        say!("  not checked: {}", told.join("; "));
+        prose!(2, "not checked: {}", told.join("; "));
     }
 }
 

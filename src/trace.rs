@@ -17,7 +17,7 @@ use crate::progress;
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 
 #[derive(Debug, Args)]
 pub(crate) struct TraceArgs {
@@ -108,7 +108,8 @@ pub(crate) fn run(common: &Common, args: &TraceArgs) -> Result<(), Failure> {
         bytes: std::fs::metadata(&args.out).map_or(0, |m| m.len()),
         not_checked: scene.not_checked(&config),
     };
-    say!(
+    prose!(
+        0,
         "{}: {} feature vectors of {} MVoxels, {} elements of {} vector operations, \
          configuration {}, {} bytes",
         args.out.display(),

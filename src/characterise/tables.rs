@@ -8,7 +8,7 @@ use potamoi_march::tiling::Halo;
 use potamoi_scene::characterise::{SplatPairs, Stages, Traffic};
 
 use super::paper::{conflicts_16, percent};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 fn megabytes(bytes: u64) -> String {
@@ -138,8 +138,10 @@ pub(super) fn print(found: &Characterisation) {
 
 /// Pairs of pixel and Gaussian, each kind a part of the one before.
 fn pixel_pairs(pairs: &SplatPairs) {
-    say!(
-        "pairs of pixel and Gaussian in depth order, counted; pairs that neither draw nor stop a pixel change no bit of the picture"
+    prose!(
+        0,
+        "pairs of pixel and Gaussian in depth order, counted; pairs that neither draw nor stop a \
+         pixel change no bit of the picture"
     );
     let mut table = tables::lined(1, ["pairs", "count", "share of the row above"]);
     for (what, count, of) in [

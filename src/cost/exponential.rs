@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{CostArgs, FORMAT_VERSION};
 use crate::failure::Failure;
 use crate::progress;
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Report<'a> {
@@ -67,7 +67,8 @@ fn method(report: &ExponentialReport) -> String {
 }
 
 fn print(report: &ExponentialReport, args: &CostArgs) {
-    say!(
+    prose!(
+        0,
         "exponential, configuration {}: {}, widths {}/{}/{:+}, all {} inputs \
          through the Verilated unit",
         report.configuration,
@@ -78,15 +79,17 @@ fn print(report: &ExponentialReport, args: &CostArgs) {
         report.inputs
     );
     if let Some(table) = &report.pieces {
-        say!(
-            "  table {} bits; multipliers of {} partial-product bits (slope) and {} (log2 e)",
+        prose!(
+            2,
+            "table {} bits; multipliers of {} partial-product bits (slope) and {} (log2 e)",
             table.table_bits,
             table.slope_product_bits,
             table.scale_product_bits
         );
     }
-    say!(
-        "  error: at most {:.4} ulp (input code {}), {:.4} ulp on average, {:.4} ulp rms, bias \
+    prose!(
+        2,
+        "error: at most {:.4} ulp (input code {}), {:.4} ulp on average, {:.4} ulp rms, bias \
          {:+.4} ulp (measured RTL against 120 bits; 1 ulp = 2^-{})",
         report.max_ulp,
         report.worst_code,
@@ -97,8 +100,9 @@ fn print(report: &ExponentialReport, args: &CostArgs) {
     );
     // Of a form without a formula there is none.
     if report.budget_ulp.is_finite() {
-        say!(
-            "  budget: at most {:.4} ulp, {:.4} ulp of which for {} (formula)",
+        prose!(
+            2,
+            "budget: at most {:.4} ulp, {:.4} ulp of which for {} (formula)",
             report.budget_ulp,
             report.truncation_ulp,
             match report.form {
@@ -108,19 +112,22 @@ fn print(report: &ExponentialReport, args: &CostArgs) {
         );
     }
     if let Some(bound) = report.netlist_ulp {
-        say!(
-            "  bound: at most {bound:.4} ulp, {:.4} ulp of which for dropped bits (analysis of the \
+        prose!(
+            2,
+            "bound: at most {bound:.4} ulp, {:.4} ulp of which for dropped bits (analysis of the \
              netlist)",
             report.netlist_dropped_ulp.unwrap_or_default()
         );
     }
-    say!(
-        "  results not the nearest code: {}; monotone: {}",
+    prose!(
+        2,
+        "results not the nearest code: {}; monotone: {}",
         report.misrounded,
         if report.monotone { "yes" } else { "no" }
     );
-    say!(
-        "  latency {} cycles, a vector of {} every {} cycles: {:.2} exponentials a cycle \
+    prose!(
+        2,
+        "latency {} cycles, a vector of {} every {} cycles: {:.2} exponentials a cycle \
          (measured RTL)",
         report.latency_cycles,
         report.lanes,

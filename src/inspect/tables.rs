@@ -3,11 +3,8 @@
 use potamoi_explore::inspection::{Beside, FrameWork, Inspected, Splats};
 use potamoi_splats::{AxesFrom, Facts, Pairing};
 
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
-
-/// Width of lines in characters.
-const LINE: usize = 96;
 
 /// Prints what a model's file says and holds.
 pub(super) fn print(own: &Inspected) {
@@ -24,7 +21,7 @@ pub(super) fn print(own: &Inspected) {
     }
     for (what, all) in [("assumed", &own.assumed), ("not used", &own.not_used)] {
         if !all.is_empty() {
-            wrapped(&format!("{what}: {}", all.join(", ")));
+            prose!(2, "{what}: {}", all.join(", "));
         }
     }
 }
@@ -102,13 +99,14 @@ pub(super) fn print_beside(own: &Beside) {
     let db = |own: Option<f64>| own.map_or("equal".to_owned(), |db| format!("{db:.2} dB"));
     let each: Vec<_> = pictures.each.iter().map(|own| db(own.db)).collect();
     say!("the first beside the second");
-    wrapped(&format!(
+    prose!(
+        2,
         "pictures (floating point, {} x {}, linear RGB): {} over all, {}",
         pictures.width,
         pictures.height,
         db(pictures.db),
         each.join(", ")
-    ));
+    );
     match (&own.differences, &own.no_differences) {
         (Some(found), _) => {
             let paired = match found.pairing {
@@ -178,20 +176,6 @@ fn number(value: f64) -> String {
 fn trimmed(text: &str) -> String {
     let lines: Vec<_> = text.lines().map(str::trim_end).collect();
     lines.join("\n")
-}
-
-/// Says a sentence in lines of limited width.
-fn wrapped(text: &str) {
-    let mut line = String::from(" ");
-    for word in text.split(' ') {
-        if line.chars().count() + word.chars().count() >= LINE && !line.trim().is_empty() {
-            say!("{line}");
-            line = "   ".to_owned();
-        }
-        line.push(' ');
-        line.push_str(word);
-    }
-    say!("{line}");
 }
 
 #[cfg(test)]

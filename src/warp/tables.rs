@@ -8,7 +8,7 @@ use potamoi_warp::Counts;
 use super::report::Reports;
 use super::timing;
 use crate::scene::say_not_checked;
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 fn number(value: Option<f64>, digits: usize) -> String {
@@ -30,10 +30,21 @@ const SHARES: [&str; 10] = [
     "edge %",
     "void %",
     "foreground: warped %",
-    "disoccluded %",
-    "angle %",
-    "edge %",
-    "void %",
+    "foreground: disoccluded %",
+    "foreground: angle %",
+    "foreground: edge %",
+    "foreground: void %",
+];
+
+/// Columns that a narrow table leaves out first.
+const LAST: [&str; 7] = [
+    "foreground: void %",
+    "foreground: angle %",
+    "foreground: edge %",
+    "foreground: disoccluded %",
+    "foreground: warped %",
+    "foreground: PSNR",
+    "SSIM",
 ];
 
 /// Shares of pixels in per cent: warped, disoccluded, by angle, at edges, void.
@@ -79,8 +90,9 @@ pub(super) fn print(found: &Warping, trace: Option<&PathBuf>) {
     print_totals(found);
     for variant in &found.variants {
         if let Some(prediction) = &variant.prediction {
-            say!(
-                "  {}: prediction error of {} references: {:.4} rad on average, {:.4} rad at most; \
+            prose!(
+                2,
+                "{}: prediction error of {} references: {:.4} rad on average, {:.4} rad at most; \
                  {:.4} units of the scene on average (the paper: below 0.01 rad)",
                 variant.name,
                 prediction.references,
@@ -121,7 +133,7 @@ fn print_frames(variant: &Variant) {
         }
         all.add_row(row);
     }
-    say!("{all}");
+    say!("{}", tables::fitted(&all, &LAST));
 }
 
 fn print_totals(found: &Warping) {
@@ -172,13 +184,18 @@ fn print_totals(found: &Warping) {
         row.push(format!("{:.1}", 100.0 * variant.rendered_share));
         pixels.add_row(row);
     }
-    say!("{quality}");
-    say!("{pixels}");
-    say!(
-        "  loss: fall of the PSNR to ground truth below that of the model's own frames; PSNR to \
-         truth is the mean over frames, PSNR to model is over all pixels; the paper's loss is of \
-         trained models\n  rendered in total: pixels that the model renders, references \
-         included, as a share of all frames in full"
+    say!("{}", tables::fitted(&quality, &LAST));
+    say!("{}", tables::fitted(&pixels, &LAST));
+    prose!(
+        2,
+        "loss: fall of the PSNR to ground truth below that of the model's own frames; PSNR to truth \
+         is the mean over frames, PSNR to model is over all pixels; the paper's loss is of trained \
+         models"
+    );
+    prose!(
+        2,
+        "rendered in total: pixels that the model renders, references included, as a share of all \
+         frames in full"
     );
 }
 
@@ -223,7 +240,7 @@ impl Reports {
                 let row: Vec<Option<f64>> = std::iter::once(None).chain(papers).collect();
                 all.add_row(cells("the paper, trained models".to_owned(), &row));
             }
-            say!("{all}");
+            say!("{}", tables::fitted(&all, &LAST));
         }
         for found in self.scenes.iter().filter(|f| !f.not_checked.is_empty()) {
             say!("{}:", found.scene);
