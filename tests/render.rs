@@ -171,7 +171,7 @@ fn every_exponential_is_listed() {
     let r = json(&at.join("r.json"));
     assert_eq!(
         (&r["format_version"], &r["inputs"]),
-        (&2.into(), &65_536.into())
+        (&3.into(), &65_536.into())
     );
     assert!(r["max_ulp"].as_f64().unwrap() < 1.0);
     std::fs::write(

@@ -201,7 +201,7 @@ fn means(found: &Comparison) {
             ratios.energy.map_or_else(unknown, |own| times(&own)),
         ]);
     }
-    say!("{table}\n");
+    say!("{}\n", table.trim_fmt());
 }
 
 fn unknown() -> String {
