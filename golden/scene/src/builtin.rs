@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::built_models::BUILT;
 use super::ready_models::Representation;
 use super::{Model, Scene, SceneError, garden, lantern};
 use potamoi_analytic::Analytic;
@@ -54,7 +55,11 @@ impl Scene {
             expected: all.iter().map(|r| r.name()).collect::<Vec<_>>().join(", "),
         })?;
         let camera = analytic.camera(0.0, SIDE, SIDE);
-        let model = found.model(analytic)?;
+        let build = || found.model(analytic);
+        let model = match found.is_full_size() {
+            true => build()?.into(),
+            false => BUILT.get(&format!("{scene}:{}", found.name()), build)?,
+        };
         let background = analytic.background();
         Ok(Self {
             truth: Some(analytic),
@@ -67,12 +72,12 @@ impl Scene {
         Ok(match name {
             "garden" => {
                 let camera = garden::camera().resized(SIDE, SIDE);
-                let model = Model::Splats(garden::cloud());
+                let model = BUILT.get(name, || Ok(Model::Splats(garden::cloud())))?;
                 Self::of(name, model, camera, DVec3::Y, garden::BACKGROUND)
             }
             "lantern" => {
                 let camera = lantern::camera(SIDE, SIDE);
-                let model = Model::Field(lantern::lantern()?.into());
+                let model = BUILT.get(name, || Ok(Model::Field(lantern::lantern()?.into())))?;
                 Self::of(name, model, camera, DVec3::Z, lantern::BACKGROUND)
             }
             _ => return Err(Self::unknown(name)),

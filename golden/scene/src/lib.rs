@@ -11,6 +11,7 @@
 //! ```
 
 mod bound;
+mod built_models;
 mod builtin;
 pub mod camera_file;
 mod camera_path;

@@ -1,6 +1,7 @@
 //! Loading of scenes by name.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -135,7 +136,13 @@ impl Scene {
     /// A scene from a model in memory, with default options. `up` is the vertical axis for paths
     /// around it, `background` is linear RGB.
     #[must_use]
-    pub fn of(name: &str, model: Model, camera: Camera, up: DVec3, background: [f32; 3]) -> Self {
+    pub fn of(
+        name: &str,
+        model: impl Into<Arc<Model>>,
+        camera: Camera,
+        up: DVec3,
+        background: [f32; 3],
+    ) -> Self {
         Self {
             name: name.to_owned(),
             model: model.into(),

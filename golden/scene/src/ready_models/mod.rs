@@ -91,6 +91,11 @@ impl Representation {
         }
     }
 
+    /// Whether it has the original's size.
+    pub(super) fn is_full_size(self) -> bool {
+        Self::FULL_SIZE.contains(&self)
+    }
+
     /// The representations of a scene.
     pub(super) fn of(analytic: Analytic) -> Vec<Self> {
         let mut all = Self::ALL.to_vec();

@@ -58,7 +58,7 @@ fn sized(name: &str, size: [u32; 2]) -> Scene {
 fn no_bit_changes() {
     no_bit_changes_by(
         &EXPONENTIALS[..2],
-        [("garden", [64, 40]), ("cairn:splats", [32, 27])],
+        [("garden", [40, 24]), ("cairn:splats", [32, 27])],
     );
 }
 
