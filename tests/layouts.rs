@@ -7,7 +7,7 @@ fn organisations_of_both_built_in_scenes_stand_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
     // 16 splats in the order of their rows do not conflict; 64 do.
     for (scene, conflicting) in [("garden", [64].as_slice()), ("lantern", &[16, 64])] {
-        let size = ["--scene", scene, "--width", "32"];
+        let size = ["--scene", scene, "--width", "20"];
         let arguments = [&["layouts"], &size[..], &["--json", "r.json"]].concat();
         let said = expect(folder.path(), 0, &arguments);
         assert!(said.contains("feature-major, 16 banks, 64 lanes"), "{said}");

@@ -28,14 +28,18 @@ fn picture(folder: &Path, preset: &str, scene: &str) -> Vec<u8> {
 /// Register stages, narrow multiplications and fewer steps a clock change no bit, of any field.
 #[test]
 fn pictures_of_lean_fields_and_lean_are_those_of_fields() {
+    pictures_are_those_of_fields(&["lantern", "cairn:ngp"]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn pictures_of_other_fields_are_those_of_fields_too() {
+    pictures_are_those_of_fields(&["cairn:dvgo", "cairn:tensorf", "cairn:efficientnerf"]);
+}
+
+fn pictures_are_those_of_fields(scenes: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
-    for scene in [
-        "lantern",
-        "cairn:dvgo",
-        "cairn:tensorf",
-        "cairn:ngp",
-        "cairn:efficientnerf",
-    ] {
+    for scene in scenes {
         let expected = picture(folder.path(), "fields", scene);
         for preset in ["lean-fields", "lean"] {
             let found = picture(folder.path(), preset, scene);
@@ -47,21 +51,30 @@ fn pictures_of_lean_fields_and_lean_are_those_of_fields() {
 /// Steps of a voxel and more have 25 bits and more, as many as the presets' second factors.
 #[test]
 fn long_steps_have_the_pictures_of_fields_too() {
+    long_steps_have_the_pictures_of_fields("voxels", &["2.5"]);
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn other_long_steps_have_the_pictures_of_fields_too() {
+    long_steps_have_the_pictures_of_fields("voxels", &["1"]);
+    long_steps_have_the_pictures_of_fields("tensorf", &["1", "2.5"]);
+}
+
+fn long_steps_have_the_pictures_of_fields(representation: &str, steps: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
-    for representation in ["voxels", "tensorf"] {
-        for step in ["1", "2.5"] {
-            let text = format!(
-                "[model]\nkind = \"builtin\"\nname = \"cairn\"\nrepresentation = \"{representation}\"\n\
-                 [render]\nstep = {step}\n"
-            );
-            std::fs::write(&path, text).unwrap();
-            let scene = path.to_string_lossy();
-            let expected = picture(folder.path(), "fields", &scene);
-            for preset in ["lean-fields", "lean"] {
-                let found = picture(folder.path(), preset, &scene);
-                assert!(found == expected, "{representation}, step {step}: {preset}");
-            }
+    for step in steps {
+        let text = format!(
+            "[model]\nkind = \"builtin\"\nname = \"cairn\"\nrepresentation = \"{representation}\"\n\
+             [render]\nstep = {step}\n"
+        );
+        std::fs::write(&path, text).unwrap();
+        let scene = path.to_string_lossy();
+        let expected = picture(folder.path(), "fields", &scene);
+        for preset in ["lean-fields", "lean"] {
+            let found = picture(folder.path(), preset, &scene);
+            assert!(found == expected, "{representation}, step {step}: {preset}");
         }
     }
 }

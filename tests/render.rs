@@ -17,7 +17,7 @@ fn the_hardware_renders_the_fixed_picture_and_counts_its_work() {
                     "--scene",
                     scene,
                     "--width",
-                    "32",
+                    "16",
                     "--numerics",
                     numerics,
                     "--out",
@@ -50,7 +50,7 @@ fn the_hardware_renders_the_fixed_picture_and_counts_its_work() {
                 fixed["frame"]["elements"]["multiply"],
                 pairs("evaluated") + pairs("drawn")
             );
-            assert!(pairs("drawn") > 0 && pairs("stopped") <= 32 * 32);
+            assert!(pairs("drawn") > 0 && pairs("stopped") <= 16 * 16);
             assert!(4 * (pairs("drawn") + pairs("stopped")) < pairs("evaluated"));
         }
         assert!(rtl["cycles"]["gather"].as_u64().unwrap() > 100, "{rtl}");

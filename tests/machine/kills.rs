@@ -214,9 +214,9 @@ fn kill_over(times: u64, random: &mut Random) {
 #[test]
 fn a_killed_run_leaves_nothing_behind() {
     let mut random = Random(1);
-    kill(&EMIT, 4, &mut random);
-    kill(&WARP, 2, &mut random);
-    kill_over(12, &mut random);
+    kill(&EMIT, 2, &mut random);
+    kill(&WARP, 1, &mut random);
+    kill_over(6, &mut random);
 }
 
 #[test]

@@ -66,7 +66,7 @@ fn machines_stand_side_by_side() {
         "--scene",
         "garden,lantern",
         "--width",
-        "32",
+        "24",
         "--csv",
         "c.csv",
         "--json",

@@ -174,7 +174,7 @@ fn the_feature_major_preset_agrees_in_every_bit_and_cycle() {
             "--scene",
             scene,
             "--width",
-            "32",
+            "20",
             "--json",
             "r.json",
         ];
@@ -258,7 +258,7 @@ fn algorithms_agree(scenes: &[&str]) {
 
 #[test]
 fn an_injected_fault_is_found_with_its_first_cycle() {
-    faults_are_found("small", "16", &[("bit", "gathering_unit")]);
+    faults_are_found("small", "8", &[("bit", "gathering_unit")]);
 }
 
 /// Whose turn it is, and which of a part's reads is whose.
@@ -356,7 +356,7 @@ fn other_engines_agree_on_a_share() {
             folder.path(),
             0,
             &[
-                "verify", "--scene", "garden", "--width", "32", "--engine", engine,
+                "verify", "--scene", "garden", "--width", "16", "--engine", engine,
             ],
         );
         assert!(

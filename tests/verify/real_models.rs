@@ -17,6 +17,7 @@ fn a_trained_field_agrees_in_every_gather() {
 
 /// Its gathers in the organisation that the paper argues against.
 #[test]
+#[ignore = "exhaustive; run with make test-full"]
 fn a_trained_field_agrees_in_banks_of_whole_vectors() {
     let Some(data) = common::shared() else {
         return;

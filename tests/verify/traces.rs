@@ -60,7 +60,7 @@ fn a_trace_of_exact_sums_is_verified_whole() {
     )
     .unwrap();
     let exact = ["--config", "exact.toml"];
-    let scene = ["--scene", "split.toml", "--width", "6"];
+    let scene = ["--scene", "split.toml", "--width", "4"];
     let trace = ["trace", "--all", "--out", "t.npz", "--json", "t.json"];
     expect(at, 0, &[&exact[..], &trace, &scene].concat());
     let verify = [

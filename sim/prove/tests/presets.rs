@@ -127,6 +127,7 @@ fn hold(preset: &str, cover: u32) {
 }
 
 #[test]
+#[ignore = "exhaustive; run with make test-full"]
 fn small_is_proven_as_kept() {
     hold("small", 0);
 }

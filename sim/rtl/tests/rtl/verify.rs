@@ -41,24 +41,24 @@ fn the_paper_preset_passes_on_both_scenes() {
     let mut calls = 0;
     let mut count = |_| calls += 1;
     let mut verifier = Verifier::new(&config, settings(EngineKind::Verilator), &mut count);
-    garden_through(&mut verifier, 32).unwrap();
-    lantern_through(&mut verifier, &config, 48).unwrap();
+    garden_through(&mut verifier, 20).unwrap();
+    lantern_through(&mut verifier, &config, 32).unwrap();
     assert_eq!(verifier.failure(), None);
     let (g, v) = (
         verifier.gather_report().clone(),
         verifier.vector_report().clone(),
     );
-    assert!(g.samples > 5_000 && g.mvoxels > 40, "{g:?}");
+    assert!(g.samples > 2_000 && g.mvoxels > 20, "{g:?}");
     assert_eq!((g.samples, g.mvoxels), (g.samples_total, g.mvoxels_total));
     assert_eq!((g.cycles, g.fill), (g.cycles_predicted, g.fill_predicted));
     assert_eq!(g.cycles, g.busy + g.stall_fifo + g.stall_mft + g.stall_rit);
     assert!(g.cycles_stalled > g.cycles, "{g:?}");
-    assert!(v.elements > 100_000, "{v:?}");
+    assert!(v.elements > 40_000, "{v:?}");
     assert_eq!(
         (v.elements, v.cycles),
         (v.elements_total, v.cycles_predicted)
     );
-    assert!(calls > 10);
+    assert!(calls > 4);
 }
 
 #[test]
@@ -93,12 +93,12 @@ fn engines_agree() {
     .map(|engine| {
         let mut none = |_| {};
         let share = Settings {
-            gather_every: 60,
+            gather_every: 40,
             vector_every: 997,
             ..settings(engine)
         };
         let mut verifier = Verifier::new(&small, share, &mut none);
-        garden_through(&mut verifier, 16).unwrap_or_else(|e| panic!("{engine}: {e}"));
+        garden_through(&mut verifier, 12).unwrap_or_else(|e| panic!("{engine}: {e}"));
         (
             verifier.gather_report().clone(),
             verifier.vector_report().clone(),

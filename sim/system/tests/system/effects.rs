@@ -21,7 +21,8 @@ fn opened(name: &str, width: u32) -> Scene {
 /// unit is built with the first work for it.
 #[test]
 fn reduced_units_give_the_same_bits_in_the_same_cycles() {
-    let config = Config::paper();
+    let few = "[gu]\nbanks = 8\nports = 1\n[vu]\nlanes = 4\n";
+    let config = Config::from_toml(few, "few").unwrap();
     for name in ["garden", "lantern"] {
         let scene = opened(name, 12);
         let hardware = Hardware::of(&scene, &config).unwrap();

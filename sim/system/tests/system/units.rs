@@ -61,7 +61,7 @@ fn one_flipped_constant_changes_the_picture() {
     let text = "[gu]\nbanks = 8\nports = 1\n[vu]\nlanes = 4\n";
     let config = Config::from_toml(text, "test").unwrap();
     let right = vector_unit(&config).unwrap();
-    let picture = |units: &mut RtlUnits| garden_picture(units, [16, 14]).picture;
+    let picture = |units: &mut RtlUnits| garden_picture(units, [10, 8]).picture;
     let expected = picture(&mut RtlUnits::new(&config));
     let flip = Fault {
         module: "exp_constants".to_owned(),
@@ -83,7 +83,8 @@ fn one_flipped_constant_changes_the_picture() {
 /// a structured scene, and some pixels of each.
 #[test]
 fn a_composed_frame_takes_the_cycles_of_the_hardware() {
-    let config = Config::paper();
+    let few = "[gu]\nbanks = 8\nports = 1\n[vu]\nlanes = 4\n";
+    let config = Config::from_toml(few, "few").unwrap();
     for name in ["garden", "lantern"] {
         let mut scene = Scene::open(name).unwrap();
         scene.set_size(Some(24), Some(20)).unwrap();

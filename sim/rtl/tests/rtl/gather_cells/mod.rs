@@ -44,19 +44,7 @@ fn compact_entries_give_the_features_of_the_paper_s() {
 
 #[test]
 fn whole_cells_are_read_at_once_by_parity() {
-    for (entry, rows) in [("paper", 8), ("compact", 64)] {
-        let rit = format!("[rit]\nentry = \"{entry}\"\n");
-        // C = 4, C = 2, and two segments.
-        for channels in [4, 2, 7] {
-            let text = format!("[gu]\norganisation = \"parity\"\n{EIGHT}{rit}");
-            all(&text, &[(Vertices::Eight, channels)]);
-        }
-        let small = format!(
-            "[mvoxel]\nrows = {rows}\n[gu]\norganisation = \"parity\"\nbanks = 8\nports = 1\n\
-             pipelined = true\nweight_bits = 10\nfeature_bits = 12\n{EIGHT}{rit}"
-        );
-        all(&small, &[(Vertices::Eight, 1)]);
-    }
+    whole_cells_are_read_at_once("paper", 8);
     let pipelined = format!(
         "[gu]\norganisation = \"parity\"\npipelined = true\n{EIGHT}[rit]\nentry = \"compact\"\n"
     );
@@ -64,11 +52,31 @@ fn whole_cells_are_read_at_once_by_parity() {
         &pipelined,
         &[4, 7].map(|channels| (Vertices::Eight, channels)),
     );
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn whole_cells_of_other_units_are_read_at_once_by_parity() {
+    whole_cells_are_read_at_once("compact", 64);
     let wide = format!(
         "[mvoxel]\nrows = 4096\n[gu]\norganisation = \"parity\"\nbanks = 16\nports = 3\n{EIGHT}\
          weights = \"any\"\n[rit]\nslot_bits = 32\nentries = 24\n"
     );
     all(&wide, &[(Vertices::Eight, 2)]);
+}
+
+/// C = 4, C = 2, two segments, and a small unit of `rows` rows.
+fn whole_cells_are_read_at_once(entry: &str, rows: u32) {
+    let rit = format!("[rit]\nentry = \"{entry}\"\n");
+    for channels in [4, 2, 7] {
+        let text = format!("[gu]\norganisation = \"parity\"\n{EIGHT}{rit}");
+        all(&text, &[(Vertices::Eight, channels)]);
+    }
+    let small = format!(
+        "[mvoxel]\nrows = {rows}\n[gu]\norganisation = \"parity\"\nbanks = 8\nports = 1\n\
+         pipelined = true\nweight_bits = 10\nfeature_bits = 12\n{EIGHT}{rit}"
+    );
+    all(&small, &[(Vertices::Eight, 1)]);
 }
 
 /// Two samples a cycle, without a bubble, of 4 channels and of 2, with compact

@@ -10,19 +10,27 @@ use super::random::{all, check};
 use super::{EIGHT, config};
 use crate::cells::cells;
 
+const SPLIT: &str = "extra_ports = \"split\"\nbanks = 8\n";
+
 #[test]
 fn ports_take_turns_at_the_parts_of_banks() {
     let sizes = Vertices::ALL.map(|v| (v, 9));
-    let split = "extra_ports = \"split\"\nbanks = 8\n";
-    all(&format!("[gu]\nports = 4\n{split}"), &sizes);
+    all(&format!("[gu]\nports = 4\n{SPLIT}"), &sizes);
+}
+
+/// Eight ports: with a deeper pipeline and compact entries, and with two records a row.
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn many_ports_take_turns_at_the_parts_of_banks() {
+    let sizes = Vertices::ALL.map(|v| (v, 9));
     let deep = "[gu]\nports = 8\npipelined = true\nfifo_depth = 9\n";
     all(
-        &format!("{deep}{split}[rit]\nentry = \"compact\"\n"),
+        &format!("{deep}{SPLIT}[rit]\nentry = \"compact\"\n"),
         &sizes,
     );
     let single = "[gu]\nports = 8\nmodes = \"unstructured\"\nrecords_a_row = 2\n";
     all(
-        &format!("{single}{split}"),
+        &format!("{single}{SPLIT}"),
         &[(Vertices::One, 4), (Vertices::One, 5)],
     );
 }
