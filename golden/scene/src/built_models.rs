@@ -54,6 +54,8 @@ impl Built {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
     use crate::Scene;
 
