@@ -89,6 +89,9 @@ fn flags_in_the_documents_are_those_of_the_command() {
                 }
                 None => continue,
             };
+            // A sentence goes on after a comma.
+            let end = rest.iter().position(|word| word.ends_with(','));
+            let rest = &rest[..end.map_or(rest.len(), |at| at + 1)];
             for flag in rest.iter().filter_map(|word| flag_of(word)) {
                 count += 1;
                 let fits = match (flags.get(flag), command) {
