@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use potamoi_formats::config::{Config, ConfigError};
+use potamoi_formats::config::{Config, ConfigError, Organisation};
 use potamoi_formats::units::OpCode;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -132,6 +132,26 @@ impl Family {
     }
 }
 
+/// A configuration in which a setting that is stated and the same setting derived are alike.
+fn as_derived(config: &Config) -> Config {
+    let mut own = config.clone();
+    own.gu.fifo_depth = Some(config.feature_fifo_depth());
+    own.rit.stream_bits = None;
+    if own.rit_stream_bits() != config.rit_stream_bits() {
+        own.rit.stream_bits = config.rit.stream_bits;
+    }
+    // The number of channels selects the organisation, and nothing else.
+    own.gu.channels = None;
+    own.gu.organisation = match config.organisation().0 {
+        Organisation::ChannelMajor => Organisation::Auto,
+        other => other,
+    };
+    if !config.vu.has_narrow_operands() {
+        own.vu.operands = None;
+    }
+    own
+}
+
 /// All fields of a configuration by path.
 fn fields(config: &Config) -> BTreeMap<String, Value> {
     fn add(path: &str, value: Value, to: &mut BTreeMap<String, Value>) {
@@ -146,10 +166,7 @@ fn fields(config: &Config) -> BTreeMap<String, Value> {
         }
     }
     let mut found = BTreeMap::new();
-    let mut config = config.clone();
-    // Not given, it is the least depth.
-    config.gu.fifo_depth = Some(config.feature_fifo_depth());
-    let config = serde_json::to_value(config).unwrap_or_default();
+    let config = serde_json::to_value(as_derived(config)).unwrap_or_default();
     add("", config, &mut found);
     found
 }
@@ -402,6 +419,7 @@ pub fn is_same_unit(a: &Config, b: &Config, unit: UnitKind) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use potamoi_netlist::Header;
 
     #[test]
     fn every_point_is_a_configuration_and_no_two_are_the_same() {
@@ -495,6 +513,47 @@ mod tests {
         let other = Config::from_toml(text, "test").unwrap();
         for unit in [UnitKind::Gathering, UnitKind::Vector] {
             assert!(is_same_unit(&paper, &other, unit), "{unit}");
+        }
+    }
+
+    /// Settings that are stated as they would be derived, and others, on units of two presets: two
+    /// units are the same where their Verilog is.
+    #[test]
+    fn units_of_the_same_verilog_are_the_same() {
+        let verilog = |config: &Config, unit: UnitKind| {
+            potamoi_netlist::verilog(&unit.module(config).unwrap(), &Header::default())
+        };
+        let fields = "vu.ops = [\"exp\", \"multiply\", \"sigmoid\"]\nvu.lanes = 2\n";
+        for base in ["", "gu.ports = 1\n", fields] {
+            let paper = Config::from_toml(base, "base").unwrap();
+            let mut alike = 0;
+            for text in [
+                "rit.stream_bits = 128",
+                "rit.stream_bits = 64",
+                "gu.fifo_depth = 4",
+                "gu.fifo_depth = 6",
+                "gu.organisation = \"channel-major\"",
+                "gu.organisation = \"feature-major\"",
+                "gu.channels = 32",
+                "gu.channels = 4",
+                "vu.registered = false",
+                "vu.exp.accumulator_bits = 19",
+                "vu.exp.accumulator_bits = 20",
+                "vu.exp.offset = 3",
+                "vu.operands.multiply = [32, 32]",
+                "vu.operands.multiply = [32, 31]",
+            ] {
+                let Ok(other) = Config::from_toml(&format!("{base}{text}"), "other") else {
+                    continue;
+                };
+                for unit in [UnitKind::Gathering, UnitKind::Vector] {
+                    let same = is_same_unit(&paper, &other, unit);
+                    let bytes = verilog(&paper, unit) == verilog(&other, unit);
+                    assert_eq!(same, bytes, "{base}{text}: {unit}");
+                    alike += usize::from(same);
+                }
+            }
+            assert!(alike > 14, "{alike}");
         }
     }
 
