@@ -22,6 +22,7 @@ mod explain;
 mod explore;
 mod exponential_price;
 mod failure;
+mod found;
 mod front_fields;
 mod hard_cases;
 mod init;

@@ -126,8 +126,10 @@ impl From<By> for Price {
 }
 
 pub(crate) fn run(common: &Common, args: &CostArgs) -> Result<(), Failure> {
-    let written = [&args.csv, &args.prices, &args.plot];
-    args.files.prepare(written.map(Option::as_ref))?;
+    let searches = args.target_psnr.is_some() || args.budget_ms.is_some();
+    let written = [&args.csv, &args.prices, &args.plot].map(Option::as_ref);
+    let found = searches.then_some(&args.found);
+    args.files.prepare(written.into_iter().chain([found]))?;
     for (name, goal) in [
         ("--target-psnr", args.target_psnr),
         ("--budget-ms", args.budget_ms),

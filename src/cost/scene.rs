@@ -12,6 +12,7 @@ use super::{CostArgs, FORMAT_VERSION, answers, pictures, tables};
 use crate::args::Common;
 use crate::charts;
 use crate::failure::Failure;
+use crate::found::Found;
 use crate::progress::{self, Shown};
 use crate::scene::left_open_of_files;
 use crate::stdout::say;
@@ -19,8 +20,6 @@ use crate::suggest;
 
 /// Default width of built-in scenes in pixels.
 const WIDTH: u32 = 128;
-/// Note in a file that a search writes before its result is verified.
-const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Report<'a> {
@@ -115,8 +114,10 @@ fn seek(
         goal,
         price: args.by.into(),
     };
-    let unproved = |text: &str| files::write(&args.found, &format!("{UNPROVED}{text}"));
-    let candidate = search.find(&Shown(&spinner), |text| Ok::<_, Failure>(unproved(text)?));
+    let file = Found::new(&args.found);
+    let candidate = search.find(&Shown(&spinner), |text| {
+        Ok::<_, Failure>(file.keep_unproved(text)?)
+    });
     spinner.finish_and_clear();
     let candidate = candidate?;
     tables::found(
@@ -124,7 +125,7 @@ fn seek(
         sweep.default_point(),
         sweep.reference.kind,
     );
-    unproved(&candidate.text)?;
+    file.keep_unproved(&candidate.text)?;
     let settings: Vec<&Setting> = candidate.settings.iter().collect();
     let bar = progress::bar(0, "verifying");
     let proved = bench.prove(&settings, None, &Shown(&bar));
@@ -146,7 +147,7 @@ fn seek(
         elements[0],
         elements[1]
     );
-    files::write(&args.found, &candidate.text)?;
+    file.write(&candidate.text)?;
     say!("written to {}", args.found.display());
     Ok(candidate.found)
 }

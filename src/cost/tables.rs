@@ -38,7 +38,8 @@ const LAST: [&str; 12] = [
 ];
 
 pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
-    say!(
+    prose!(
+        0,
         "{} ({}), {} x {}: full frames on the gathering and vector units; warped frames in the \
          ratio of a warped path to the same path in full",
         report.scene,

@@ -16,6 +16,7 @@ use serde::Serialize;
 
 use crate::compare;
 use crate::failure::Failure;
+use crate::found::Found;
 use crate::progress::{self, Shown};
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
@@ -31,8 +32,6 @@ pub(crate) const REPORT: Published = Published {
     version: FORMAT_VERSION,
     shape: shape::<Report<'_>>,
 };
-/// Note in a machine's file before its Verilog is verified.
-const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 /// Field of the clock, and its short name.
 const CLOCK: [&str; 2] = ["clock", "clock_ghz"];
 
@@ -289,7 +288,8 @@ fn prove(
 ) -> Result<Vec<Compared>, Failure> {
     let machine = search.machine(found)?;
     let text = format!("{}{}", head(args.seed), machine.to_toml()?);
-    files::write(&args.found, &format!("{UNPROVED}{text}"))?;
+    let file = Found::new(&args.found);
+    file.keep_unproved(&text)?;
     let mut all = vec![];
     for scene in scenes {
         let mut own = scene.clone();
@@ -322,7 +322,7 @@ fn prove(
             pixels,
         });
     }
-    files::write(&args.found, &text)?;
+    file.write(&text)?;
     say!("written to {}", args.found.display());
     Ok(all)
 }
