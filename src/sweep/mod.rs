@@ -130,6 +130,7 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
     let path = folder.join(ROWS);
     let earlier = earlier(&path)?;
     plan.scenes.iter().for_each(note);
+    say_counted_anew(&plan);
     let begun = Instant::now();
     let bar = progress::bar(0, "sweeping");
     let swept = match (args.engine, &args.scheduler) {
@@ -176,6 +177,18 @@ fn sweep(args: &SweepArgs, folder: &Path) -> Result<(), Failure> {
             args.plan.display()
         ))),
         false => Ok(()),
+    }
+}
+
+/// Says for which fields the frames of a scene are counted more than once.
+fn say_counted_anew(plan: &Plan) {
+    let fields = plan.counted_anew();
+    if !fields.is_empty() {
+        prose!(
+            0,
+            "frames are counted again for each value of {}, on which the work of a frame depends",
+            fields.join(", ")
+        );
     }
 }
 

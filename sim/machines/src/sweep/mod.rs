@@ -1,6 +1,7 @@
 //! Sweeps: every point of a plan, each once, resumable; here on threads, or by an engine elsewhere.
 
 mod beside;
+mod counted_anew;
 mod error;
 pub(crate) mod evaluation;
 mod front;
