@@ -5,7 +5,6 @@ mod table;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use potamoi_base::outputs as files;
 use potamoi_explore::accuracy::Proof;
 use potamoi_machines::cells::COLUMNS;
 use potamoi_machines::search::{Goal, Objective, Search, Searched, Tried};

@@ -186,7 +186,7 @@ fn say_counted_anew(plan: &Plan) {
     if !fields.is_empty() {
         prose!(
             0,
-            "frames are counted again for each value of {}, on which the work of a frame depends",
+            "counted again for each value of {}: the work of a frame or its rates in memory depend on it",
             fields.join(", ")
         );
     }

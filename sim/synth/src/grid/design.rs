@@ -146,7 +146,8 @@ fn as_derived(config: &Config) -> Config {
         Organisation::ChannelMajor => Organisation::Auto,
         other => other,
     };
-    if !config.vu.has_narrow_operands() {
+    // Without square-sum, stated widths also leave out the bit that its sum has more.
+    if config.vu.ops.contains(&OpCode::SquareSum) && !config.vu.has_narrow_operands() {
         own.vu.operands = None;
     }
     own
