@@ -82,6 +82,25 @@ fn machines_stand_side_by_side() {
     let report = json(&folder.path().join("c.json"));
     let first = &report["scenes"][0];
     assert_eq!(first[0]["machine"], "paper");
+    // The areas of the blocks, with their memories, are the whole area.
+    for own in first
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|own| !own["mm2"].is_null())
+    {
+        let blocks = own["blocks"].as_array().unwrap();
+        let mm2 = |block: &serde_json::Value| {
+            ["logic_mm2", "memories_mm2"].map(|part| block[part].as_f64().unwrap())
+        };
+        let sum: f64 = blocks.iter().flat_map(mm2).sum();
+        assert!((sum - own["mm2"].as_f64().unwrap()).abs() < 1e-9, "{own}");
+        let listed = |block: &serde_json::Value| !block["memories"].as_array().unwrap().is_empty();
+        assert!(
+            blocks.iter().filter(|block| listed(block)).count() >= 2,
+            "{own}"
+        );
+    }
     assert_eq!(first[1]["memory"][1], 2);
     assert_eq!(first[1]["variant"], "potamoi");
     // The units of one and the other make the same picture, bit for bit.

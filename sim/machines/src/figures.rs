@@ -1,6 +1,8 @@
 //! Figures of a machine on a scene.
 
-use potamoi_system::system_model::{AtBounds, ClockOrigin, Demand, GpuOnly, Outcome, Unknown};
+use potamoi_system::system_model::{
+    AtBounds, BlockArea, ClockOrigin, Demand, GpuOnly, Outcome, Unknown,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -65,6 +67,8 @@ pub struct Figures {
     pub units_mm2: Option<f64>,
     /// Area of all blocks of the accelerator.
     pub mm2: Option<f64>,
+    /// Each block with its memories: units, MAC array and buffers.
+    pub blocks: Vec<BlockArea>,
     /// Blocks whose energy or area is not known, and why.
     pub unknown: Vec<Unknown>,
     /// Quality of the frames; `None` where it was not asked for.

@@ -91,6 +91,7 @@ impl Workbench {
             memory_mj: timed.memory_mj(),
             units_mm2: area.units_mm2,
             mm2: area.total_mm2,
+            blocks: area.blocks.clone(),
             unknown: unknown(&setup),
             quality,
         })
