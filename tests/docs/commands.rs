@@ -157,3 +157,27 @@ fn commands_in_the_documents_work() {
 fn slow_commands_in_the_documents_work() {
     assert!(follow_all(true) >= 2);
 }
+
+/// Marks of figures are not shown on a page: the command of a search stands before its output.
+#[test]
+fn commands_of_searches_are_shown() {
+    let mut count = 0;
+    for page in pages() {
+        let text = read(&page);
+        for (at, mark) in text.match_indices("figures: explore ") {
+            let (shown, command) = text.split_at(at);
+            let command = command["figures: ".len()..].lines().next().unwrap();
+            // What is shown ends where the comment begins.
+            let shown = &shown[..shown.rfind("<!--").unwrap()];
+            let shown = shown.replace(" \\\n    ", " ");
+            let expected = format!("```sh\npotamoi {command}\n```\n");
+            assert!(
+                shown.trim_end().ends_with(expected.trim_end()),
+                "{}: {mark}{command}",
+                name(&page)
+            );
+            count += 1;
+        }
+    }
+    assert!(count >= 4, "{count}");
+}
