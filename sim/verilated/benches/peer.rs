@@ -1,6 +1,4 @@
 //! Speed of a Rust-driven model relative to a C++ test bench of the same stimulus.
-//!
-//! Fails when a model of the size of a small accelerator unit runs below 0.95 of its C++ speed.
 #![allow(missing_docs, clippy::expect_used, clippy::panic)]
 
 use criterion::{Criterion, Throughput};
@@ -9,10 +7,9 @@ use std::hint::black_box;
 
 const CYCLES: usize = 10_000;
 const ROUNDS: usize = 201;
-const LEAST: f64 = 0.95;
 
 /// A pair of 512-bit operands into 64 multiply-accumulate units: so little work a cycle that
-/// the cost of driving shows most. Measured, and not held to the limit.
+/// the cost of driving shows most.
 const MACS: &[(&str, &str)] = &[("macs.v", include_str!("macs.v"))];
 
 /// 32 banks with an arbiter-like address mix, read by lanes of two pipelined multiply-accumulate
@@ -26,7 +23,6 @@ fn main() {
     let tools = Toolchain::detect().expect("Verilator and a C++ compiler");
     println!("{} and {}", tools.verilator_version(), tools.cxx_version());
     let mut criterion = Criterion::default().configure_from_args().sample_size(10);
-    let mut ratios = Vec::new();
     for (top, files) in [("macs", MACS), ("gather", GATHER)] {
         let builder = files
             .iter()
@@ -48,13 +44,8 @@ fn main() {
              {:.1} ns/cycle, ratio {:.3}, checksum {:016x}",
             report.cycles, report.rust_ns, report.cpp_ns, report.ratio, report.checksum
         );
-        ratios.push(report.ratio);
     }
     criterion.final_summary();
-    assert!(
-        ratios.last().is_some_and(|r| *r >= LEAST),
-        "driven from Rust, gather runs below {LEAST} of its speed from C++"
-    );
 }
 
 /// A fixed sequence of words (xorshift64).
