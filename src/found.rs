@@ -1,9 +1,11 @@
 //! The file of a machine that a search finds: under another name until its Verilog is verified.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use potamoi_base::outputs::{self, FileError};
 
+/// First line of what is not verified.
 const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 
 /// The file, and what is written before it.
@@ -15,13 +17,15 @@ pub(crate) struct Found<'a> {
 
 impl<'a> Found<'a> {
     pub(crate) fn new(file: &'a Path) -> Self {
-        let ending = file.extension().unwrap_or_default().to_string_lossy();
-        let unproved = file.with_extension(format!("unverified.{ending}"));
-        let unproved = match ending.is_empty() {
-            true => file.with_extension("unverified"),
-            false => unproved,
-        };
-        Self { file, unproved }
+        let mut ending = OsString::from("unverified");
+        if let Some(own) = file.extension() {
+            ending.push(".");
+            ending.push(own);
+        }
+        Self {
+            file,
+            unproved: file.with_extension(ending),
+        }
     }
 
     /// Keeps a machine that is not verified, in the place of an earlier one.

@@ -127,7 +127,7 @@ mod tests {
         let own = [&iterations.settings[0]];
         let proof = bench.prove(&own, None, &()).unwrap();
         assert!(proof.vectors[0] > 0 && proof.elements[0] > 0, "{proof:?}");
-        for fault in [Injection::Bit, Injection::Exp] {
+        for fault in [Injection::Bit, Injection::Bubble, Injection::Exp] {
             let proved = bench.prove(&own, Some(fault), &());
             assert!(
                 matches!(proved, Err(ExploreError::Check(_))),

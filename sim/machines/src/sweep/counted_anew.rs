@@ -16,13 +16,13 @@ impl Plan {
         let mut found: Vec<String> = vec![];
         for space in &self.spaces {
             for (at, axis) in space.axes.iter().enumerate() {
-                let known = axis.fields.iter().all(|field| found.contains(field));
-                if !known && self.counts_anew(&bench, space, at) {
-                    found.extend(axis.fields.iter().cloned());
+                let mut new = axis.fields.clone();
+                new.retain(|field| !found.contains(field));
+                if !new.is_empty() && self.counts_anew(&bench, space, at) {
+                    found.extend(new);
                 }
             }
         }
-        found.dedup();
         found
     }
 

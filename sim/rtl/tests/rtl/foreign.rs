@@ -91,7 +91,7 @@ fn the_units_of_all_presets_agree_as_they_are_emitted() {
 
 #[test]
 fn an_emitted_folder_agrees_whatever_its_prefix() {
-    for (prefix, given) in [("npu0_", Some("npu0_")), ("npu0_", None)] {
+    for (prefix, given) in [("", None), ("npu0_", Some("npu0_")), ("npu0_", None)] {
         let folder = emitted(prefix);
         let (failure, compared) = verify(folder.path(), EngineKind::Icarus, given);
         assert_eq!(failure, None);

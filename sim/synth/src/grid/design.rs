@@ -517,8 +517,8 @@ mod tests {
         }
     }
 
-    /// Settings that are stated as they would be derived, and others, on units of two presets: two
-    /// units are the same where their Verilog is.
+    /// Settings that are stated as they would be derived, and others: two units are the same where
+    /// their Verilog is.
     #[test]
     fn units_of_the_same_verilog_are_the_same() {
         let verilog = |config: &Config, unit: UnitKind| {
