@@ -23,7 +23,7 @@ use crate::progress;
 use crate::published::{Published, either};
 use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_all_pairs, say_not_checked};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
@@ -338,8 +338,9 @@ fn print(report: &Report<'_>, scene: &Scene, args: &RenderArgs) {
         }
     }
     if let Some(outcomes) = report.frame.and_then(|f| f.sample_outcomes) {
-        say!(
-            "  gathered samples: {}, of which {} are composited, {} have alpha 0, {} no weight after \
+        prose!(
+            2,
+            "gathered samples: {}, of which {} are composited, {} have alpha 0, {} no weight after \
              rounding, {} lie behind the end of their ray",
             outcomes.total(),
             outcomes.composited,
