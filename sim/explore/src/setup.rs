@@ -181,19 +181,24 @@ impl Setup {
         check_room(&scene, system)?;
         let known = UnitParameters::checked_in(system.wire_margin)?;
         let sizes = OnChipSizes::from(system);
+        // Prices are the same at every clock.
+        let unclocked = chosen.config.without_clock();
         let key = format!(
-            "{} {:?} {} {sizes:?} {:?}",
-            chosen.config.hash(),
-            chosen.config.clock_mhz,
+            "{} {} {sizes:?} {:?}",
+            unclocked.hash(),
             scene.model().is_splats(),
             system.wire_margin,
         );
         let (costs, area) = shared.priced(key, || {
             Ok((
-                Arc::new(known.costs(&scene, &chosen.config, &sizes)?),
-                Arc::new(known.area(&chosen.config, &sizes)?),
+                Arc::new(known.costs(&scene, &unclocked, &sizes)?),
+                Arc::new(known.area(&unclocked, &sizes)?),
             ))
         })?;
+        let costs = match chosen.config.clock_mhz {
+            Some(_) => Arc::new(costs.at_clock_of(&chosen.config)),
+            None => costs,
+        };
         Ok(Self {
             scene,
             config: chosen.config,

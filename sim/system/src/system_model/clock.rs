@@ -89,20 +89,31 @@ impl Clock {
                 own.zip(slowest)
                     .is_some_and(|(own, slowest)| own <= slowest)
             });
-        let origin = match (config.clock_ghz(), is_certain) {
-            (Some(_), _) => ClockOrigin::Assumed,
-            (None, _) if blocks.iter().any(|own| own.is_guess || own.ps.is_none()) => {
-                ClockOrigin::Guessed
-            }
-            (None, true) => ClockOrigin::Synthesised,
-            (None, false) => ClockOrigin::Estimated,
+        let origin = match is_certain {
+            _ if blocks.iter().any(|own| own.is_guess || own.ps.is_none()) => ClockOrigin::Guessed,
+            true => ClockOrigin::Synthesised,
+            false => ClockOrigin::Estimated,
         };
-        Self {
-            ghz: config.clock_ghz().or(reached_ghz).unwrap_or(UNKNOWN_GHZ),
+        let reached = Self {
+            ghz: reached_ghz.unwrap_or(UNKNOWN_GHZ),
             origin,
             reached_ghz,
             wire_margin: known.wire_margin,
             blocks,
+        };
+        reached.assumed(config.clock_ghz())
+    }
+
+    /// The same blocks at a clock in gigahertz that the user assumes, if there is one.
+    #[must_use]
+    pub(super) fn assumed(self, ghz: Option<f64>) -> Self {
+        match ghz {
+            Some(ghz) => Self {
+                ghz,
+                origin: ClockOrigin::Assumed,
+                ..self
+            },
+            None => self,
         }
     }
 }

@@ -66,11 +66,11 @@ enum Gatherer {
 }
 
 /// Energy of the units at 12 nm. What is not known is `None`, and named in [`Costs::unknown`].
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Costs {
     fit: Arc<Fit>,
     config: Config,
-    gatherer: Option<Gatherer>,
+    gatherer: Option<Arc<Gatherer>>,
     vector: Option<UnitEnergy>,
     /// A splat unit, of a configuration with one.
     splat: Option<SplatUnitCosts>,
@@ -245,7 +245,7 @@ impl Costs {
             origin,
             clock,
             area_mm2: both.map(|(_, area)| area),
-            gatherer: gathering.map(|own| own.gatherer),
+            gatherer: gathering.map(|own| Arc::new(own.gatherer)),
             vector: vector.map(|(own, _)| own.energy),
             splat,
             config: config.clone(),
@@ -258,6 +258,18 @@ impl Costs {
             unknown,
             fit,
         })
+    }
+
+    /// The same hardware at the clock of `config`, which differs from this configuration in its clock
+    /// alone. Nothing but the clock depends on it.
+    #[must_use]
+    pub fn at_clock_of(&self, config: &Config) -> Self {
+        let own = self.clone();
+        Self {
+            clock: own.clock.assumed(config.clock_ghz()),
+            config: config.clone(),
+            ..own
+        }
     }
 
     /// Whether the configuration has splat units.
@@ -292,7 +304,7 @@ impl Costs {
     }
 
     fn gathering_pj(&self, done: &Batch) -> Option<f64> {
-        let unit = match self.gatherer.as_ref()? {
+        let unit = match self.gatherer.as_deref()? {
             Gatherer::Measured(unit) => *unit,
             Gatherer::Fitted(known) => {
                 let ports = u64::from(self.config.gu.ports) * done.gather_busy;

@@ -18,7 +18,7 @@ pub(super) const WEIGHT_WORD: f64 = 48.0;
 pub(super) const RECORD_BYTES: u64 = 2 * RECORD_CHANNELS as u64;
 
 /// Energies of on-chip memories but for those of splat units. What is not known is `None`.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct MemoryCosts {
     gathering: Option<GatheringMemories>,
     /// A bank of the global feature buffer.

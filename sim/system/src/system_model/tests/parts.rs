@@ -231,6 +231,21 @@ fn what_is_not_built_has_no_energy() {
     assert_eq!(own.of(&done, false, 576).buffers_pj, None);
 }
 
+/// Nothing but the clock depends on an assumed clock, which leaves what is reached as it is.
+#[test]
+fn an_assumed_clock_changes_no_price() {
+    let reports = Synthesised::checked_in().unwrap();
+    for text in ["", "gu.banks = 24", "vu.operands.multiply = [32, 31]"] {
+        let of = |text: &str| Config::from_toml(text, "test").unwrap();
+        let (plain, clocked) = (of(text), of(&format!("clock_ghz = 0.5\n{text}")));
+        let found = costs_of(&plain, None, &reports).at_clock_of(&clocked);
+        let expected = costs_of(&clocked, None, &reports);
+        assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{text}");
+        assert_eq!(found.clock.ghz, 0.5);
+        assert!(found.clock.reached_ghz.is_some_and(|own| own != 0.5));
+    }
+}
+
 /// A unit that was synthesised with other numbers is composed of it and of formulas.
 #[test]
 fn a_unit_with_other_numbers_is_composed() {
