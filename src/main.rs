@@ -33,6 +33,7 @@ mod mutate;
 mod progress;
 mod prove;
 mod published;
+mod reasons;
 mod refusals;
 mod renamed;
 mod render;

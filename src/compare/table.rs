@@ -29,8 +29,17 @@ pub(crate) fn print(found: &Comparison) {
     for own in other_arrays(found) {
         prose!(2, "{own}");
     }
-    say!("a range is from where all demands of a GPU kernel overlap to where none do");
+    say!("a range has two ends: all demands of a GPU kernel overlap, and none do");
     say!("x: over the first machine, ? where it includes 1");
+    let is_alone_twice = found.scenes.iter().any(|rows| {
+        let all = alone(rows);
+        all.iter().any(|(_, is_known)| *is_known)
+    });
+    if is_alone_twice {
+        say!(
+            "as NAME: the GPU alone renders the frames of that machine, whose settings are others"
+        );
+    }
     say!("mm^2 at 12 nm: units with their memories, and all with array and buffers, before wires");
     let unknown: BTreeSet<String> = any()
         .flat_map(|own| {
@@ -127,16 +136,7 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
             ]);
         }
     }
-    // Machines that render otherwise are beside another frame of the same GPU, which stands below its first.
-    let mut alone: Vec<&Figures> = vec![];
-    for own in rows.iter().filter_map(Row::figures) {
-        if alone.iter().all(|known| !is_alone_alike(known, own)) {
-            let after = alone.iter().rposition(|known| known.gpu == own.gpu);
-            alone.insert(after.map_or(alone.len(), |at| at + 1), own);
-        }
-    }
-    for (at, own) in alone.iter().enumerate() {
-        let is_known = alone[..at].iter().any(|before| before.gpu == own.gpu);
+    for (own, is_known) in alone(rows) {
         let name = match is_known {
             true => format!("  as {}", shortened(&own.machine)),
             false => format!("{} alone", own.gpu),
@@ -173,6 +173,20 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
         say!("  no ratios here: the first machine has no figures");
     }
     say!("");
+}
+
+/// Machines whose GPU alone has a row, and whether that GPU has one above: machines that render otherwise are
+/// beside another frame of the same GPU, which stands below its first.
+fn alone(rows: &[Row]) -> Vec<(&Figures, bool)> {
+    let mut all: Vec<(&Figures, bool)> = vec![];
+    for own in rows.iter().filter_map(Row::figures) {
+        if all.iter().all(|(known, _)| !is_alone_alike(known, own)) {
+            let after = all.iter().rposition(|(known, _)| known.gpu == own.gpu);
+            let at = after.map_or(all.len(), |at| at + 1);
+            all.insert(at, (own, after.is_some()));
+        }
+    }
+    all
 }
 
 /// Geometric means over the scenes.

@@ -118,8 +118,8 @@ pub(super) fn print(report: &Sweep, knobs: &[Knob]) {
     prose!(
         0,
         "GHz: 1 over the longest period of the accelerator's blocks at 12 nm, before wires: ~ \
-         estimated, ! assumed, else synthesised; mm^2: cells, ~ where formulas give the change of a \
-         unit; mJ and mm^2: - where no synthesis and no formula covers the units (potamoi synth \
+         estimated, ! assumed, else synthesised; mm^2: cells of the units, ~ where formulas give the change of one \
+         (potamoi compare adds memories, array and buffers); mJ and mm^2: - where no synthesis and no formula covers the units (potamoi synth \
          measures them); PSNR: - where there is no such picture; {MID}"
     );
     let mut points = report.points.iter();

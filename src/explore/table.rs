@@ -4,6 +4,7 @@ use potamoi_machines::search::{CHECKED, Goal, Method, Searched, Trials, Tried};
 
 use crate::bounds::number;
 use crate::front_fields::FrontFields;
+use crate::reasons::reasons;
 use crate::stdout::{prose, say};
 use crate::tables;
 
@@ -117,35 +118,23 @@ pub(super) fn front(searched: &Searched, goal: &Goal) {
 /// Most reasons of refusals that are printed; the JSON report has all.
 const REASONS: usize = 4;
 
-/// Reasons with the number of points that have each, the most frequent first.
-fn counted<'a>(all: impl Iterator<Item = &'a str>) -> Vec<(&'a str, usize)> {
-    let mut reasons: Vec<(&str, usize)> = vec![];
-    for why in all {
-        match reasons.iter_mut().find(|(known, _)| *known == why) {
-            Some((_, count)) => *count += 1,
-            None => reasons.push((why, 1)),
-        }
-    }
-    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    reasons
-}
-
-/// Says what points lack, by reason.
-fn lacking(what: &str, reasons: &[(&str, usize)], of: usize) {
-    for (why, count) in reasons.iter().take(REASONS) {
-        prose!(0, "{what} of {count} of {of} points: {why}");
+/// Points without figures, by reason.
+pub(super) fn refused(searched: &Searched) {
+    let all = searched.tried().filter(|own| !own.has_figures());
+    let texts = all.filter_map(|own| own.scenes.iter().find_map(|own| own.as_ref().err()));
+    let reasons = reasons(texts.map(String::as_str));
+    let count = searched.tried().count();
+    for own in reasons.iter().take(REASONS) {
+        prose!(
+            0,
+            "no figures of {} of {count} points: {}",
+            own.points,
+            own.words()
+        );
     }
     if let Some(more) = reasons.len().checked_sub(REASONS).filter(|more| *more > 0) {
         say!("and {more} more reasons, in --json");
     }
-}
-
-/// Points without figures, by reason.
-pub(super) fn refused(searched: &Searched) {
-    let all = searched.tried().filter(|own| !own.has_figures());
-    let reasons = all.filter_map(|own| own.scenes.iter().find_map(|own| own.as_ref().err()));
-    let reasons = counted(reasons.map(String::as_str));
-    lacking("no figures", &reasons, searched.tried().count());
 }
 
 /// Points whose area or energy is not known, by the first such block, with the reason at one of them: they
@@ -154,11 +143,13 @@ pub(super) fn unknown(searched: &Searched) {
     let all: Vec<&str> = searched.tried().filter_map(Tried::unknown).collect();
     let block = |why: &&str| why.split(':').next().unwrap_or_default().to_owned();
     let blocks: Vec<String> = all.iter().map(block).collect();
-    for (name, count) in counted(blocks.iter().map(String::as_str)) {
+    for own in reasons(blocks.iter().map(String::as_str)) {
+        let name = own.text;
         let why = all.iter().find(|why| block(why) == name);
         prose!(
             0,
-            "area or energy of the {name} is not known at {count} of {} points; of one of them: {}",
+            "area or energy of the {name} is not known at {} of {} points; of one of them: {}",
+            own.points,
             searched.tried().count(),
             why.map_or("", |why| why[name.len()..].trim_start_matches([':', ' ']))
         );

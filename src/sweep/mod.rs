@@ -25,6 +25,7 @@ use serde_json::{Map, Value};
 use crate::failure::Failure;
 use crate::progress::{self, Shown};
 use crate::published::{Published, shape};
+use crate::reasons::reasons;
 use crate::report_files::ReportFiles;
 use crate::scene::{left_open_of_files, note, say_not_checked};
 use crate::stdout::{self, prose, say};
@@ -283,15 +284,9 @@ fn summary(swept: &Swept, seconds: f64) {
         swept.evaluated,
         swept.resumed
     );
-    let mut reasons: Vec<(&str, usize)> = vec![];
-    for why in rows.iter().filter_map(|row| row.refused.as_deref()) {
-        match reasons.iter_mut().find(|(known, _)| *known == why) {
-            Some((_, count)) => *count += 1,
-            None => reasons.push((why, 1)),
-        }
-    }
-    for (why, count) in reasons.iter().take(SHOWN) {
-        prose!(2, "{count} without figures: {why}");
+    let reasons = reasons(rows.iter().filter_map(|row| row.refused.as_deref()));
+    for own in reasons.iter().take(SHOWN) {
+        prose!(2, "{} without figures: {}", own.points, own.words());
     }
     if let Some(more) = reasons.len().checked_sub(SHOWN).filter(|more| *more > 0) {
         say!("  and {more} more reasons, in the column `refused`");

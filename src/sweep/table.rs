@@ -2,7 +2,7 @@
 
 use potamoi_machines::cells::{COLUMNS, Cell};
 use potamoi_machines::search::is_clock_above_reached;
-use potamoi_machines::sweep::{Change, Rows, SweepRow};
+use potamoi_machines::sweep::{Change, Rows, SweepRow, by_column};
 
 use crate::bounds::number;
 use crate::compare::table::shortened;
@@ -95,7 +95,7 @@ pub(super) fn front(rows: &Rows, on: &[bool], names: &[String]) {
     }
 }
 
-/// Figures that differ from another sweep's.
+/// Figures that differ from another sweep's: by how much, column by column, and then each.
 pub(super) fn changes((found, alone): &(Vec<Change>, usize)) {
     say!(
         "\nbeside the other sweep: {} figures differ; {alone} points are in one of both alone",
@@ -104,6 +104,24 @@ pub(super) fn changes((found, alone): &(Vec<Change>, usize)) {
     if found.is_empty() {
         return;
     }
+    let mut table = tables::plain(["figure", "differ", "least ratio", "mean", "greatest"]);
+    for own in by_column(found) {
+        let [least, mean, most] = match own.ratios {
+            Some(all) => all.map(|own| format!("{own:.4}")),
+            None => ["-"; 3].map(str::to_owned),
+        };
+        table.add_row([
+            own.column.to_owned(),
+            own.figures.to_string(),
+            least,
+            mean,
+            most,
+        ]);
+    }
+    say!("{}", tables::fitted(&table, &[]));
+    say!(
+        "  ratio: this sweep over the other, of the figures that differ; -: no positive numbers\n"
+    );
     let mut table = tables::plain(["figure", "there", "here", "point"]);
     for own in found.iter().take(SHOWN) {
         let [there, here] = own.cells.each_ref().map(shown_cell);

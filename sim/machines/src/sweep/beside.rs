@@ -53,3 +53,71 @@ pub fn changes(own: &Rows, other: &Rows) -> (Vec<Change>, usize) {
     }
     (found, own.rows.len() + other.rows.len() - 2 * both)
 }
+
+/// How far the figures of a column differ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColumnChange {
+    /// The column.
+    pub column: &'static str,
+    /// The number of figures that differ.
+    pub figures: usize,
+    /// This sweep over the other one: the least ratio, the geometric mean and the greatest of the figures that
+    /// differ; none where one of them is no positive number.
+    pub ratios: Option<[f64; 3]>,
+}
+
+/// Differences by column, in the order of the columns.
+#[must_use]
+pub fn by_column(changes: &[Change]) -> Vec<ColumnChange> {
+    let of = |name: &'static str| {
+        let own: Vec<&Change> = changes.iter().filter(|own| own.column == name).collect();
+        (!own.is_empty()).then(|| ColumnChange {
+            column: name,
+            figures: own.len(),
+            ratios: ratios(&own),
+        })
+    };
+    COLUMNS.iter().filter_map(|own| of(own.name)).collect()
+}
+
+fn ratios(changes: &[&Change]) -> Option<[f64; 3]> {
+    let positive = |cell: &Cell| cell.number().filter(|own| *own > 0.0);
+    let each: Option<Vec<f64>> = (changes.iter())
+        .map(|own| Some(positive(&own.cells[1])? / positive(&own.cells[0])?))
+        .collect();
+    let each = each?;
+    let least = each.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = each.iter().copied().fold(0.0, f64::max);
+    let logarithms: f64 = each.iter().map(|own| own.ln()).sum();
+    Some([least, (logarithms / each.len() as f64).exp(), most])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn change(column: &'static str, there: impl Into<Cell>, here: impl Into<Cell>) -> Change {
+        Change {
+            point: String::new(),
+            column,
+            cells: [there.into(), here.into()],
+        }
+    }
+
+    #[test]
+    fn columns_have_the_ratios_of_their_figures() {
+        let found = by_column(&[
+            change("mj", 2.0, 1.0),
+            change("fps", 1.0, 2.0),
+            change("fidelity", "demand", "schedule"),
+            change("fps", 4.0, 2.0),
+            change("fps", 10.0, 10.5),
+        ]);
+        let names: Vec<_> = found.iter().map(|own| (own.column, own.figures)).collect();
+        assert_eq!(names, [("fidelity", 1), ("fps", 3), ("mj", 1)]);
+        assert_eq!(found[0].ratios, None);
+        let [least, mean, most] = found[1].ratios.unwrap_or_default();
+        assert_eq!([least, most], [0.5, 2.0]);
+        assert!((mean.powi(3) - 1.05).abs() < 1e-12, "{mean}");
+    }
+}

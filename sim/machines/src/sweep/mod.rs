@@ -15,7 +15,7 @@ use std::path::Path;
 
 use potamoi_explore::Progress;
 
-pub use beside::{Change, changes};
+pub use beside::{Change, ColumnChange, by_column, changes};
 pub use error::SweepError;
 pub use evaluation::program;
 pub use front::{Better, better, front};
