@@ -15,8 +15,8 @@ help:
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make figures    write the figures between markers in the documents (slow ones: SLOW=1; of one page: PAGE=system)' \
 	  'make plots      draw the plots of the documents again: docs/images/*.svg' \
-  'make book       build the documents as HTML: book/index.html' \
-  'make docs       both: plots, and the documents as HTML' \
+	  'make book       build the documents as HTML: book/index.html' \
+	  'make docs       both: plots, and the documents as HTML' \
 	  'make parameters LIBERTY=FILE  synthesise again: synth/PRESET-asap7.json and synth/records-asap7.json' \
 	  'make grid LIBERTY=FILE        the grid too, in an hour or two: synth/grid-asap7.json' \
 	  'make forms LIBERTY=FILE       exponentials that no formula is of: synth/forms-asap7.json' \
