@@ -138,7 +138,7 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
     }
     for (own, is_known) in alone(rows) {
         let name = match is_known {
-            true => format!("  as {}", shortened(&own.machine)),
+            true => format!("  as {}", shortened_to(&own.machine, NAME - "  as ".len())),
             false => format!("{} alone", own.gpu),
         };
         let first = rows.first().and_then(Row::figures);
@@ -237,22 +237,24 @@ fn named(own: &Figures) -> String {
 /// Longest name of a machine in a table, in characters.
 const NAME: usize = 20;
 
-/// The end of a long name, of a path its last part: files differ there.
+/// A long name in short: of a path its last part, then without `.toml`, then its end. Files differ there.
 pub(crate) fn shortened(name: &str) -> String {
     shortened_to(name, NAME)
 }
 
 /// As [`shortened`], to so many characters.
 fn shortened_to(name: &str, most: usize) -> String {
-    let count = name.chars().count();
     let last = name.rsplit_once('/').map(|(_, last)| format!("../{last}"));
-    match last.filter(|last| last.chars().count() <= most) {
-        _ if count <= most => name.to_owned(),
-        Some(last) => last,
-        None => format!(
-            "..{}",
-            name.chars().skip(count + 2 - most).collect::<String>()
-        ),
+    let stem = last.as_ref().and_then(|own| own.strip_suffix(".toml"));
+    let shorter = [Some(name), last.as_deref(), stem];
+    let fits = |own: &&str| own.chars().count() <= most;
+    match shorter.into_iter().flatten().find(fits) {
+        Some(own) => own.to_owned(),
+        None => {
+            let own = stem.unwrap_or(name);
+            let cut = own.chars().count() + 2 - most;
+            format!("..{}", own.chars().skip(cut).collect::<String>())
+        }
     }
 }
 
@@ -296,4 +298,23 @@ fn short(name: &str) -> &str {
     let kinds = [" unit", " units", " buffer"];
     let cut = kinds.iter().find_map(|kind| name.strip_suffix(kind));
     cut.unwrap_or(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened_to;
+
+    #[test]
+    fn long_names_keep_what_files_differ_in() {
+        let of = |name| shortened_to(name, 20);
+        assert_eq!(of("paper"), "paper");
+        assert_eq!(of("a/paper.toml"), "a/paper.toml");
+        assert_eq!(of("a/long/folder/paper.toml"), "../paper.toml");
+        assert_eq!(of("docs/smaller-array.toml"), "../smaller-array");
+        assert_eq!(
+            of("docs/smaller-array-orin-nx.toml"),
+            "..ller-array-orin-nx"
+        );
+        assert_eq!(of("a-name-without-a-folder"), "..e-without-a-folder");
+    }
 }
