@@ -24,6 +24,7 @@ mod exponential_price;
 mod failure;
 mod found;
 mod front_fields;
+mod given_syntheses;
 mod hard_cases;
 mod init;
 mod inspect;

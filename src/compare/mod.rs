@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use potamoi_base::outputs as files;
+use potamoi_explore::Syntheses;
 use potamoi_machines::machine::Section;
 use potamoi_machines::{Comparison, Machine, Ratios, Workload};
 use potamoi_system::system_model::System;
@@ -17,6 +18,7 @@ use serde::Serialize;
 use crate::args::ClockArgs;
 use crate::charts;
 use crate::failure::Failure;
+use crate::given_syntheses::say_unused;
 use crate::progress::{self, Shown};
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
@@ -47,6 +49,15 @@ pub(crate) struct CompareArgs {
     /// [default: each machine's, or the paper's system]
     #[arg(long, value_name = "SYSTEM,...", value_delimiter = ',')]
     system: Vec<PathBuf>,
+    /// Area, clock and energy of units, as written by `potamoi synth --json`
+    /// [default: the built-in results and formulas]
+    #[arg(
+        long,
+        value_name = "FILE,...",
+        value_delimiter = ',',
+        conflicts_with = "rivals"
+    )]
+    synth: Vec<PathBuf>,
     /// Number of frames on the camera path
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
@@ -95,7 +106,10 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     if args.rivals {
         return rivals::run(args);
     }
+    let syntheses = Syntheses::read(&args.synth)?;
     let machines = args.machines()?;
+    let knowing = machines.into_iter().map(|own| own.knowing(&syntheses));
+    let machines: Vec<Machine> = knowing.collect();
     let scenes = args.scenes.open()?;
     let workload = Workload {
         frames: args.frames,
@@ -105,6 +119,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     let found = Comparison::of(&machines, &scenes, &workload, &Shown(&bar))?;
     bar.finish_and_clear();
     table::print(&found);
+    say_unused(&args.synth, &syntheses, machines);
     let not_checked = left_open_of_files();
     say_not_checked(&not_checked);
     if let Some(path) = &args.csv {

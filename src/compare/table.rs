@@ -138,7 +138,11 @@ fn scene(found: &Comparison, at: usize, rows: &[Row]) {
     }
     for (own, is_known) in alone(rows) {
         let name = match is_known {
-            true => format!("  as {}", shortened_to(&own.machine, NAME - "  as ".len())),
+            // The name of a file is longer than what tells it from others.
+            true if own.machine.contains('/') => {
+                format!("  as {}", shortened_to(&own.machine, NAME - "  as ".len()))
+            }
+            true => format!("  as {}", shortened(&own.machine)),
             false => format!("{} alone", own.gpu),
         };
         let first = rows.first().and_then(Row::figures);

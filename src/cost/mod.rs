@@ -74,7 +74,7 @@ pub(crate) struct CostArgs {
         requires = "goal"
     )]
     found: PathBuf,
-    /// Area, clock and energy of the configuration's units, as written by `potamoi synth --json`
+    /// Area, clock and energy of units, as written by `potamoi synth --json`
     /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     synth: Option<PathBuf>,

@@ -5,8 +5,9 @@ mod table;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use potamoi_explore::Syntheses;
 use potamoi_explore::accuracy::Proof;
-use potamoi_machines::cells::COLUMNS;
+use potamoi_machines::cells::{COLUMNS, Cell};
 use potamoi_machines::search::{Goal, Objective, Search, Searched, Tried};
 use potamoi_machines::{Axis, Comparison, Fidelity, Machine, Space, SpaceError, Workload};
 use potamoi_scene::Scene;
@@ -16,6 +17,7 @@ use serde::Serialize;
 use crate::compare;
 use crate::failure::Failure;
 use crate::found::Found;
+use crate::given_syntheses::say_unused;
 use crate::progress::{self, Shown};
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
@@ -71,6 +73,10 @@ pub(crate) struct ExploreArgs {
     /// Most energy of a frame on every scene [default: no limit]
     #[arg(long, value_name = "MJ")]
     max_mj: Option<f64>,
+    /// Area, clock and energy of units, as written by `potamoi synth --json`
+    /// [default: the built-in results and formulas]
+    #[arg(long, value_name = "FILE,...", value_delimiter = ',')]
+    synth: Vec<PathBuf>,
     /// Most points to try; a space with no more points is tried whole
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     budget: u32,
@@ -173,8 +179,12 @@ struct Compared {
 pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     args.files.prepare([Some(&args.found)])?;
     let goal = args.goal()?;
-    let base = Machine::named(&args.machine)?;
+    let syntheses = Syntheses::read(&args.synth)?;
+    let base = Machine::named(&args.machine)?.knowing(&syntheses);
     let space = Space::new(base, args.vary.clone()).map_err(usage)?;
+    if let Some(error) = space.without_points() {
+        return Err(usage(error.into()));
+    }
     for field in args.vary.iter().flat_map(|axis| &axis.fields) {
         if ASSUMED.contains(&field.as_str()) {
             crate::stdout::remark(format_args!(
@@ -208,9 +218,15 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     table::guessed_clock(&searched);
     table::unknown(&searched);
     table::refused(&searched);
+    let machines = searched.tried().filter_map(|own| search.machine(own).ok());
+    say_unused(&args.synth, &syntheses, machines.collect());
     table::beside_random(&searched, &goal);
     let ended = match searched.found() {
-        None => Err(Failure::inconclusive(nothing_found(&args.found, &searched))),
+        None => Err(Failure::inconclusive(nothing_found(
+            &args.found,
+            &searched,
+            &goal,
+        ))),
         Some(found) if !found.is_better(searched.judged_base()) => {
             Err(Failure::inconclusive(format!(
                 "nothing that was tried is better than {}, which keeps the limits{}; no machine is written",
@@ -244,15 +260,44 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
 }
 
 /// Why no machine is found, and what the file of an earlier search is.
-fn nothing_found(file: &std::path::Path, searched: &Searched) -> String {
-    let why = match searched.nearest().is_some_and(Tried::has_figures) {
-        true => "no machine that was tried keeps the limits; the nearest is above",
-        false => "no machine that was tried has figures; the reasons are above",
+fn nothing_found(file: &std::path::Path, searched: &Searched, goal: &Goal) -> String {
+    let nearest = searched.nearest().filter(|own| own.has_figures());
+    let why = match nearest {
+        Some(own) => format!(
+            "no machine is found: of the nearest that was tried, {}",
+            missed(own, searched, goal).join("; ")
+        ),
+        None => "no machine that was tried has figures; the reasons are above".to_owned(),
     };
     match file.exists() {
         true => format!("{why}; {} is of an earlier search", file.display()),
-        false => why.to_owned(),
+        false => why,
     }
+}
+
+/// What a machine misses, each once, with the scene where there are several.
+fn missed(own: &Tried, searched: &Searched, goal: &Goal) -> Vec<String> {
+    let goal = Goal {
+        // As the search has it.
+        needs_known_clock: !searched.base.is_clock_guessed(),
+        ..*goal
+    };
+    let scenes: Vec<&[Cell]> = own.scenes.iter().flatten().map(Vec::as_slice).collect();
+    let name_at = COLUMNS.iter().position(|own| own.name == "scene");
+    let mut all: Vec<String> = vec![];
+    for cells in &scenes {
+        for words in goal.missed(cells) {
+            let scene = name_at.and_then(|at| cells.get(at));
+            let own = match (scenes.len(), scene) {
+                (2.., Some(scene)) => format!("{words} ({scene})"),
+                _ => words,
+            };
+            if !all.contains(&own) {
+                all.push(own);
+            }
+        }
+    }
+    all
 }
 
 /// The base, what was found, and what a random search found, side by side, each by its schedule.

@@ -98,7 +98,7 @@ pub(crate) struct ModelArgs {
     /// [default: the machine's, or the paper's system]
     #[arg(long, value_name = "SYSTEM")]
     system: Option<PathBuf>,
-    /// Area, clock and energy of the configuration's units, as written by `potamoi synth --json`
+    /// Area, clock and energy of units, as written by `potamoi synth --json`
     /// [default: the built-in results and formulas]
     #[arg(long, value_name = "FILE")]
     synth: Option<PathBuf>,

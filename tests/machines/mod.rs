@@ -1,6 +1,7 @@
 //! Machines side by side, sweeps, and searches.
 
 mod compare;
+mod given_syntheses;
 mod search;
 mod sweep;
 

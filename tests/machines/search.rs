@@ -78,7 +78,7 @@ fn what_the_search_finds_is_a_machine_for_every_command() {
     let out_of_reach = [&search[..16], &["--min-fps", "1e9"]].concat();
     let text = expect(path, 4, &out_of_reach);
     assert!(
-        text.contains("no machine that was tried keeps the limits"),
+        text.contains("no machine is found: of the nearest that was tried, "),
         "{text}"
     );
 }
@@ -173,11 +173,26 @@ fn why_a_search_finds_nothing_is_told() {
         let size = ["--width", "8", "--frames", "1", "--vary", vary];
         [&["explore", "paper"][..], &size].concat()
     };
-    let text = expect(path, 4, &search("vu.exp.form=piecewise"));
+    // A space in which no machine keeps the rules is refused before any work.
+    let text = expect(path, 2, &search("vu.exp.form=piecewise"));
+    assert!(text.contains("vu.exp.pipelined"), "{text}");
+    let ports = ["--vary", "gu.ports=1,3", "--vary", "rit.entries=126,128"];
+    let arguments = [
+        &["explore", "paper", "--width", "8", "--frames", "1"][..],
+        &ports,
+    ]
+    .concat();
+    let text = expect(path, 4, &arguments);
     for part in [
-        "no figures of 1 of 1 points",
-        "vu.exp.pipelined",
-        "has figures",
+        "no figures of 1 of 4 points",
+        "rule `rit-entries`",
+        "nothing that was tried is better than paper",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let text = expect(path, 4, &search("rit.entries=256"));
+    for part in [
+        "no machine is found: of the nearest that was tried, its clock is a guess",
         "found.toml is of an earlier search",
     ] {
         assert!(text.contains(part), "{part}: {text}");

@@ -14,6 +14,7 @@ use potamoi_system::system_model::{Area, Clock, Costs, Memory, Model, OnChipSize
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::syntheses::Syntheses;
 use crate::unit_parameters::{UnitParameters, checked_in};
 use crate::{ExploreError, Progress};
 
@@ -167,8 +168,8 @@ impl Setup {
         })
     }
 
-    /// As [`Setup::new`] with the parameters that come with the program; what other setups found is
-    /// not found again.
+    /// As [`Setup::new`] with these syntheses and those that come with the program; what other setups found
+    /// is not found again.
     ///
     /// # Errors
     /// There is no folder for counted work.
@@ -176,18 +177,20 @@ impl Setup {
         chosen: ConfigChoice,
         system: &System,
         scene: Scene,
+        syntheses: &Syntheses,
         shared: &Shared,
     ) -> Result<Self, ExploreError> {
         check_room(&scene, system)?;
-        let known = UnitParameters::checked_in(system.wire_margin)?;
+        let known = UnitParameters::given(syntheses.all(), system.wire_margin)?;
         let sizes = OnChipSizes::from(system);
         // Prices are the same at every clock.
         let unclocked = chosen.config.without_clock();
         let key = format!(
-            "{} {} {sizes:?} {:?}",
+            "{} {} {sizes:?} {:?} {:?}",
             unclocked.hash(),
             scene.model().is_splats(),
             system.wire_margin,
+            syntheses.identity(),
         );
         let (costs, area) = shared.priced(key, || {
             Ok((

@@ -37,7 +37,8 @@ pub(crate) fn checked_in() -> Result<&'static CheckedIn, ExploreError> {
 
 /// Known unit parameters: a given file, then those that come with the program.
 pub(crate) struct UnitParameters {
-    given: Option<Vec<Synthesised>>,
+    /// All reports, of which so many are given; `None` where none is.
+    given: Option<(Vec<Synthesised>, usize)>,
     known: &'static CheckedIn,
     wire_margin: f64,
 }
@@ -51,24 +52,38 @@ impl UnitParameters {
         })
     }
 
+    /// With the syntheses that a user gives, before those that come with the program.
+    pub(crate) fn given(given: &[Synthesised], wire_margin: f64) -> Result<Self, ExploreError> {
+        let mut own = Self::checked_in(wire_margin)?;
+        if !given.is_empty() {
+            let all = [given, &own.known.reports].concat();
+            own.given = Some((all, given.len()));
+        }
+        Ok(own)
+    }
+
     pub(crate) fn read(
         config: &Config,
         given: Option<&Path>,
         wire_margin: f64,
     ) -> Result<Self, ExploreError> {
-        let mut own = Self::checked_in(wire_margin)?;
-        if let Some(path) = given {
-            let report = SynthReport::read(path)?.of(config, path)?;
-            let config = config.clone();
-            let mut all = own.known.reports.clone();
-            all.insert(0, Synthesised { config, report });
-            own.given = Some(all);
-        }
-        Ok(own)
+        let Some(path) = given else {
+            return Self::checked_in(wire_margin);
+        };
+        let report = SynthReport::read(path)?.of(config, path)?;
+        let config = config.clone();
+        Self::given(&[Synthesised { config, report }], wire_margin)
     }
 
     fn reports(&self) -> &[Synthesised] {
-        self.given.as_deref().unwrap_or(&self.known.reports)
+        let given = self.given.as_ref().map(|(all, _)| all);
+        given.unwrap_or(&self.known.reports)
+    }
+
+    /// The reports that are given.
+    fn own(&self) -> &[Synthesised] {
+        let given = self.given.as_ref();
+        given.map_or(&[], |(all, count)| &all[..*count])
     }
 
     /// Areas of the accelerator's blocks.
@@ -105,7 +120,7 @@ impl UnitParameters {
             true => Program::Splats,
             false => Program::Fields,
         };
-        let given = (self.reports().iter().take(self.given.iter().len()))
+        let given = (self.own().iter())
             .find(|r| r.has(config, UnitKind::Gathering))
             .filter(|_| !estimated.contains(&UnitKind::Gathering))
             .map(|r| &r.report);

@@ -46,7 +46,7 @@ impl Workbench {
                 variant: variant.name,
             });
         }
-        let mut setup = Setup::sharing(hardware, system, scene, &self.shared)?;
+        let mut setup = Setup::sharing(hardware, system, scene, machine.syntheses(), &self.shared)?;
         let options = options(machine, workload);
         let (path, _) = setup.count(&options, progress)?;
         let model = setup.model();
@@ -131,7 +131,13 @@ impl Workbench {
     ) -> Result<Vec<String>, MachineError> {
         let scene = self.prepared(machine, plain)?;
         let hardware = machine.hardware_for(&scene)?;
-        let setup = Setup::sharing(hardware, &machine.system, scene, &self.shared)?;
+        let setup = Setup::sharing(
+            hardware,
+            &machine.system,
+            scene,
+            machine.syntheses(),
+            &self.shared,
+        )?;
         let mut files = setup.files_of_count(&options(machine, workload));
         if workload.quality {
             files.push(References::file(&setup, plain));

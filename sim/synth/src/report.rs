@@ -21,6 +21,10 @@ pub struct SynthReport {
     pub(super) command: String,
     /// Hash of the configuration, 12 hexadecimal digits.
     pub(super) configuration: String,
+    /// The configuration itself as TOML, by which a search knows what units the figures are of; files of
+    /// earlier programs have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) configuration_toml: Option<String>,
     /// Source of the cells.
     pub library: LibraryOrigin,
     tools: ToolsOrigin,
@@ -257,6 +261,7 @@ impl SynthReport {
             format_version: FORMAT_VERSION,
             command: COMMAND.to_owned(),
             configuration: config.hash(),
+            configuration_toml: config.to_toml().ok(),
             library: LibraryOrigin::new(library, node_nm),
             tools: ToolsOrigin::new(tools),
             flow: Flow {

@@ -50,6 +50,7 @@ impl Workbench {
                 hardware.clone(),
                 &machine.system,
                 scene.clone(),
+                machine.syntheses(),
                 self.shared(),
             )?;
             let (path, _) = setup.count(&asked, &())?;

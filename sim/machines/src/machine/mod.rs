@@ -9,7 +9,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use potamoi_explore::ConfigChoice;
+use potamoi_explore::{ConfigChoice, Syntheses};
 use potamoi_formats::config::{Config, PRESETS};
 use potamoi_formats::device_file::is_file;
 use potamoi_formats::document::{self, Value, Wrong};
@@ -45,6 +45,8 @@ pub struct Machine {
     folder: PathBuf,
     /// Note on a key of the previous version.
     note: Option<String>,
+    /// Syntheses of units beside those that come with the program.
+    syntheses: Syntheses,
 }
 
 /// Fields that name devices, or files of devices.
@@ -147,6 +149,7 @@ impl Machine {
             document,
             folder: folder.to_owned(),
             note: note.map(|note| format!("{name}: {note}")),
+            syntheses: Syntheses::default(),
         })
     }
 
@@ -163,7 +166,23 @@ impl Machine {
                 _ => value.clone().at(path).over(document),
             };
         }
-        Self::of_document(name, document, &self.folder)
+        let own = Self::of_document(name, document, &self.folder)?;
+        Ok(own.knowing(&self.syntheses))
+    }
+
+    /// The same machine, whose units have the figures of these syntheses where one of them has the unit.
+    #[must_use]
+    pub fn knowing(self, syntheses: &Syntheses) -> Self {
+        Self {
+            syntheses: syntheses.clone(),
+            ..self
+        }
+    }
+
+    /// The syntheses that it knows.
+    #[must_use]
+    pub const fn syntheses(&self) -> &Syntheses {
+        &self.syntheses
     }
 
     /// The same machine under another name.
@@ -273,6 +292,7 @@ impl Machine {
             self.render.as_ref().and_then(document::to_toml),
             &self.without,
             &self.path,
+            self.syntheses.identity().map(|own| *own.as_bytes()),
         ))
     }
 

@@ -104,25 +104,9 @@ impl Goal {
             match figure(cells, column).filter(|own| *own > 0.0) {
                 Some(own) if is_more => loss -= own.ln(),
                 Some(own) => loss += own.ln(),
-                None => missed += UNKNOWN,
+                None => {}
             }
-            let over = [("mm2", self.max_area), ("mj", self.max_mj)];
-            let under = [("psnr_db", self.min_psnr), ("fps", self.min_fps)];
-            for (name, limit) in over {
-                missed += miss(figure(cells, name), limit, |own, limit| own / limit);
-            }
-            if self.needs_reached_clock {
-                missed += excess(cells).map_or(UNKNOWN, f64::ln);
-            }
-            if self.needs_known_clock && is_clock_guessed(cells) {
-                missed += UNKNOWN;
-            }
-            for (name, limit) in under {
-                // Equal pictures have no PSNR: they keep every limit.
-                let is_equal = name == "psnr_db" && has_quality(cells);
-                let own = figure(cells, name).or(is_equal.then_some(f64::INFINITY));
-                missed += miss(own, limit, |own, limit| limit / own);
-            }
+            missed += self.misses(cells).iter().map(|own| own.loss).sum::<f64>();
         }
         let areas = scenes.iter().flatten();
         let areas = areas.map(|cells| figure(cells, "mm2").unwrap_or(f64::INFINITY));
@@ -134,19 +118,89 @@ impl Goal {
     }
 }
 
-/// Logarithm by which a limit is missed; `ratio` is above 1 where it is.
-fn miss(own: Option<f64>, limit: Option<f64>, ratio: impl Fn(f64, f64) -> f64) -> f64 {
-    match (own, limit) {
-        (_, None) => 0.0,
-        (None, Some(_)) => UNKNOWN,
-        (Some(own), Some(limit)) => {
-            let ratio = ratio(own, limit);
-            if ratio > 1.0 {
-                ratio.ln().min(UNKNOWN)
-            } else {
-                0.0
+impl Goal {
+    /// What a machine misses on a scene; nothing where it keeps all limits.
+    fn misses(&self, cells: &[Cell]) -> Vec<Miss> {
+        let mut all = vec![];
+        let (column, _) = self.objective.column();
+        if figure(cells, column).is_none_or(|own| own <= 0.0) {
+            all.push(Miss::unknown(column));
+        }
+        let limits = [
+            ("mm2", self.max_area, Side::Most),
+            ("mj", self.max_mj, Side::Most),
+            ("psnr_db", self.min_psnr, Side::Least),
+            ("fps", self.min_fps, Side::Least),
+        ];
+        for (name, limit, side) in limits {
+            // Equal pictures have no PSNR: they keep every limit.
+            let is_equal = name == "psnr_db" && has_quality(cells);
+            let own = figure(cells, name).or(is_equal.then_some(f64::INFINITY));
+            all.extend(limit.and_then(|limit| Miss::of(name, own, limit, side)));
+        }
+        if self.needs_reached_clock {
+            match excess(cells) {
+                None => all.push(Miss::unknown("reached_ghz")),
+                Some(own) if own > 1.0 => all.push(Miss {
+                    words: "its clock is above the one that its slowest block reaches".to_owned(),
+                    loss: own.ln(),
+                }),
+                Some(_) => {}
             }
         }
+        if self.needs_known_clock && is_clock_guessed(cells) {
+            all.push(Miss {
+                words: "its clock is a guess, since the period of a block is not known".to_owned(),
+                loss: UNKNOWN,
+            });
+        }
+        all
+    }
+
+    /// What a machine misses on a scene, in words; nothing where it keeps all limits.
+    #[must_use]
+    pub fn missed(&self, cells: &[Cell]) -> Vec<String> {
+        let all = self.misses(cells).into_iter();
+        all.map(|own| own.words).collect()
+    }
+}
+
+/// A limit that is missed.
+struct Miss {
+    /// The figure beside the limit.
+    words: String,
+    /// Logarithm of the figure over the limit, or of the limit over the figure.
+    loss: f64,
+}
+
+/// Which side of a limit is kept.
+#[derive(Clone, Copy)]
+enum Side {
+    Most,
+    Least,
+}
+
+impl Miss {
+    fn unknown(name: &str) -> Self {
+        Self {
+            words: format!("{name} is not known"),
+            loss: UNKNOWN,
+        }
+    }
+
+    /// `None` where the limit is kept.
+    fn of(name: &str, own: Option<f64>, limit: f64, side: Side) -> Option<Self> {
+        let Some(own) = own else {
+            return Some(Self::unknown(name));
+        };
+        let (ratio, least) = match side {
+            Side::Most => (own / limit, "at most"),
+            Side::Least => (limit / own, "at least"),
+        };
+        (ratio > 1.0).then(|| Self {
+            words: format!("{name} is {own:.4}, expected {least} {limit}"),
+            loss: ratio.ln().min(UNKNOWN),
+        })
     }
 }
 

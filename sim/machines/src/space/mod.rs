@@ -12,6 +12,8 @@ use crate::machine::{Machine, MachineError, shown};
 
 /// Largest number of points of a space.
 const MOST: usize = 10_000_000;
+/// Largest number of points that are looked at for one that keeps the rules.
+const MOST_LOOKED_AT: usize = 4_096;
 /// Largest number of values of a range.
 const MOST_VALUES: usize = 10_000;
 
@@ -250,6 +252,21 @@ impl Space {
             }
         }
         Ok(())
+    }
+
+    /// The first broken rule of a space in which no point keeps the rules. Of a space of more than some
+    /// thousand points none is looked for.
+    #[must_use]
+    pub fn without_points(&self) -> Option<MachineError> {
+        let looked_at = (self.len() <= MOST_LOOKED_AT).then_some(self.len());
+        let mut first = None;
+        for point in 0..looked_at? {
+            match self.machine(&self.places(point)) {
+                Ok(_) => return None,
+                Err(error) => first = first.or(Some(error)),
+            }
+        }
+        first
     }
 
     /// Refuses values of `[render]` that none of the scenes takes, before anything is counted.

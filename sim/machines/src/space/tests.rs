@@ -56,6 +56,23 @@ fn every_combination_is_a_point() {
     assert_eq!(setting[0], ("vu.lanes".to_owned(), "24".to_owned()));
 }
 
+#[test]
+fn a_space_without_points_has_a_reason() {
+    let of = |axes: &[&str]| space(axes).unwrap().without_points();
+    for alone in [
+        "vu.lanes=0",
+        "clock=0",
+        "gu.ports=3",
+        "vu.exp.form=piecewise",
+    ] {
+        let axis = alone.replace("clock", "clock_ghz");
+        assert!(of(&[&axis]).is_some_and(|own| own.is_rule()), "{alone}");
+    }
+    assert!(of(&["vu.lanes=0,12"]).is_none());
+    // Three ports need entries that three divides.
+    assert!(of(&["gu.ports=3", "rit.entries=126,128"]).is_none());
+}
+
 /// Mistakes of a plan are refused before any work; what breaks a rule is a point without figures.
 #[test]
 fn mistakes_are_refused_and_broken_rules_are_points() {

@@ -1,4 +1,6 @@
-//! Parameters of presets that come with the program.
+//! Parameters with the configuration that they are of: of presets, which come with the program, and of files.
+
+use std::path::Path;
 
 use potamoi_formats::config::Config;
 
@@ -73,9 +75,28 @@ impl Synthesised {
         PRESETS_SYNTHESISED.iter().map(of).collect()
     }
 
-    /// Whether a unit of a configuration equals the synthesised one.
+    /// Reads a file that `potamoi synth --json` wrote, with the configuration that stands in it.
+    ///
+    /// # Errors
+    /// As [`SynthReport::read`]; it names no configuration, or another one than its hash is of.
+    pub fn read(path: &Path) -> Result<Self, SynthError> {
+        let report = SynthReport::read(path)?;
+        let fail = |why: String| SynthError::Parameters {
+            path: path.to_owned(),
+            why,
+            remedy: REMEDY,
+        };
+        let text = report.configuration_toml.as_deref();
+        let text = text.ok_or_else(|| fail("`configuration_toml` is missing".to_owned()))?;
+        let config = Config::from_toml(text, "configuration_toml");
+        let config = config.map_err(|error| fail(error.to_string()))?;
+        let report = report.of(&config, path)?;
+        Ok(Self { config, report })
+    }
+
+    /// Whether a unit of a configuration was synthesised here.
     #[must_use]
     pub fn has(&self, config: &Config, unit: UnitKind) -> bool {
-        is_same_unit(&self.config, config, unit)
+        self.report.unit(unit).is_some() && is_same_unit(&self.config, config, unit)
     }
 }

@@ -55,12 +55,12 @@ impl SplatUnitCosts {
         let UnitSource::Synthesised(own) = known.source(config, unit) else {
             return Err(
                 "no formulas are of it, and it was not synthesised: potamoi --config FILE synth \
-                 --unit su --node 7 --liberty LIBRARY --json F, then --synth F"
+                 --activity garden --node 7 --liberty LIBRARY --json F, then --synth F"
                     .to_owned(),
             );
         };
         let logic = Logic::measured(&own.report, unit)
-            .ok_or("its parameters lack its power: synth without --activity none")?;
+            .ok_or("its parameters lack its power: synth all units, with --activity garden")?;
         let units = f64::from(su.units);
         let memories = on_chip_memories::of_unit(config, known, unit)?;
         let of = |name| -> Result<Port, String> {
