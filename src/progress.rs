@@ -21,6 +21,10 @@ impl Progress for Shown<'_> {
         self.0.inc(steps);
     }
 
+    fn pass_over(&self, steps: u64) {
+        self.0.dec_length(steps);
+    }
+
     fn now(&self, what: &str) {
         self.0.set_message(what.to_owned());
     }

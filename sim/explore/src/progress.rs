@@ -8,6 +8,12 @@ pub trait Progress: Sync {
     /// Reports completed steps.
     fn advance(&self, steps: u64);
 
+    /// Reports steps that needed no work, such as those that an earlier run did: they say nothing of the time
+    /// that others take.
+    fn pass_over(&self, steps: u64) {
+        self.advance(steps);
+    }
+
     /// Names the current activity in a few words.
     fn now(&self, what: &str);
 }

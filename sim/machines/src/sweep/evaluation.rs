@@ -114,7 +114,7 @@ impl Evaluation {
             .into_iter()
             .map(|(_, own)| own)
             .collect();
-        progress.advance((tasks.len() - waiting.len()) as u64);
+        progress.pass_over((tasks.len() - waiting.len()) as u64);
         let jobs = thread::available_parallelism().map_or(1, NonZero::get);
         let failed = Mutex::new(None);
         let found = evaluate_each(&waiting, jobs, (&self.bench, workload), |line| {
