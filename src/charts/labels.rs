@@ -26,6 +26,13 @@ impl Placed {
         LETTER * text.chars().count() as f64
     }
 
+    /// Whether it is farther from its point than beside it.
+    fn is_moved(&self) -> bool {
+        let right = self.at[0] - self.point[0];
+        let left = -right - Self::width(&self.text);
+        self.at[1] != self.point[1] || right.max(left) > 1.5 * ASIDE
+    }
+
     fn overlaps(&self, at: [f64; 2], width: f64) -> bool {
         let own = Self::width(&self.text);
         at[0] < self.at[0] + own && self.at[0] < at[0] + width && (at[1] - self.at[1]).abs() < LINE
@@ -33,19 +40,40 @@ impl Placed {
 }
 
 impl Labels {
-    /// Places labels: right of their points, else left, else some lines above or below. What finds no
-    /// place is left out; a page shows it where the pointer is.
-    pub(crate) fn beside(mut points: Vec<([f64; 2], String)>, size: [f64; 2]) -> Self {
+    /// Places labels: right of their points, else left, else some lines above or below, on none of `marks`. What
+    /// finds no place is left out; a page shows it where the pointer is.
+    pub(crate) fn beside(
+        points: Vec<([f64; 2], String)>,
+        marks: &[[f64; 2]],
+        size: [f64; 2],
+    ) -> Self {
+        let sides = |width: f64| vec![ASIDE, -ASIDE - width, 4.0 * ASIDE];
+        Self::placed(points, marks, [size[0] + BEYOND, size[1]], sides)
+    }
+
+    /// Places labels of levels, whose points are at the right edge: right of it, else some lines above or
+    /// below. None lies over the plot.
+    pub(crate) fn right_of(points: Vec<([f64; 2], String)>, size: [f64; 2]) -> Self {
+        let room = [f64::INFINITY, size[1]];
+        Self::placed(points, &[], room, |_| vec![ASIDE, 2.0 * ASIDE])
+    }
+
+    /// Places labels at the first free of these distances to the right of their points, within a room.
+    fn placed(
+        mut points: Vec<([f64; 2], String)>,
+        marks: &[[f64; 2]],
+        room: [f64; 2],
+        asides: impl Fn(f64) -> Vec<f64>,
+    ) -> Self {
         points.retain(|(_, text)| !text.is_empty());
-        let marks: Vec<[f64; 2]> = points.iter().map(|(at, _)| *at).collect();
         points.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]).then(a.0[0].total_cmp(&b.0[0])));
         let mut placed: Vec<Placed> = vec![];
         for (point, text) in points {
             let width = Placed::width(&text);
             let is_free = |at: &[f64; 2]| {
                 let inside = at[0] >= 0.0
-                    && at[0] + width <= size[0] + BEYOND
-                    && (0.5 * LINE..=size[1] - 0.5 * LINE).contains(&at[1]);
+                    && at[0] + width <= room[0]
+                    && (0.5 * LINE..=room[1] - 0.5 * LINE).contains(&at[1]);
                 let covers = |mark: &[f64; 2]| {
                     (at[0] - 5.0..at[0] + width).contains(&mark[0])
                         && (mark[1] - at[1]).abs() < 0.5 * LINE
@@ -58,8 +86,8 @@ impl Labels {
                 .flat_map(|n| [n, -n])
                 .map(|n| f64::from(n) * LINE);
             let places = rows.flat_map(|down| {
-                [ASIDE, -ASIDE - width, 4.0 * ASIDE]
-                    .map(|aside| [point[0] + aside, point[1] + down])
+                let of = move |aside| [point[0] + aside, point[1] + down];
+                asides(width).into_iter().map(of)
             });
             if let Some(at) = places.into_iter().find(is_free) {
                 placed.push(Placed { text, point, at });
@@ -84,11 +112,7 @@ pub(crate) fn labelled(labels: &Labels) -> [Value; 2] {
         })
     };
     let rows: Vec<Value> = labels.0.iter().map(row).collect();
-    let moved = labels
-        .0
-        .iter()
-        .zip(&rows)
-        .filter(|(own, _)| own.at[1] != own.point[1]);
+    let moved = labels.0.iter().zip(&rows).filter(|(own, _)| own.is_moved());
     let moved: Vec<&Value> = moved.map(|(_, row)| row).collect();
     [
         json!({
@@ -111,9 +135,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn labels_of_levels_are_outside_of_the_plot() {
+        let size = [400.0, 300.0];
+        let levels = (0..8).map(|i| {
+            (
+                [400.0, 250.0 + f64::from(i)],
+                format!("a long name of a level {i}"),
+            )
+        });
+        let Labels(placed) = Labels::right_of(levels.collect(), size);
+        assert_eq!(placed.len(), 8);
+        assert!(placed.iter().all(|own| own.at[0] > size[0]));
+    }
+
+    #[test]
     fn labels_of_neighbours_do_not_overlap() {
         let points = (0..12).map(|i| ([100.0 + f64::from(i), 100.0], format!("point {i}")));
-        let Labels(placed) = Labels::beside(points.collect(), [400.0, 300.0]);
+        let points: Vec<_> = points.collect();
+        let marks: Vec<_> = points.iter().map(|(at, _)| *at).collect();
+        let Labels(placed) = Labels::beside(points, &marks, [400.0, 300.0]);
         assert_eq!(placed.len(), 12);
         for (i, one) in placed.iter().enumerate() {
             for other in &placed[..i] {

@@ -138,7 +138,8 @@ impl Panel {
             format!("{} {}", point.knob, point.setting)
         };
         let labels = seen.map(|own| (self.pixels(own.2), text(own.1)));
-        Labels::beside(labels.collect(), SIZE)
+        let marks: Vec<_> = self.seen.iter().map(|(_, own)| self.pixels(*own)).collect();
+        Labels::beside(labels.collect(), &marks, SIZE)
     }
 
     fn spec(&self, report: &Sweep, what: &str) -> Value {

@@ -103,7 +103,8 @@ pub(super) fn roofline(found: &Modelled, system: &System) -> Value {
             ([across * SIZE[0], down * SIZE[1]], text)
         })
         .collect();
-    let names = labelled(&Labels::beside(places, SIZE));
+    let marks: Vec<_> = places.iter().map(|(at, _)| *at).collect();
+    let names = labelled(&Labels::beside(places, &marks, SIZE));
     let asis = |field: &str| json!({ "field": field, "type": "nominal", "scale": null });
     json!({
         "title": {

@@ -49,7 +49,7 @@ pub(super) fn spec(methods: &[Method], peers: &[Peer]) -> Value {
     let names = peers
         .iter()
         .map(|p| ([SIZE[0], down(p.max_ulp)], p.name.to_owned()));
-    let [leaders, names] = labelled(&Labels::beside(names.collect(), SIZE));
+    let [leaders, names] = labelled(&Labels::right_of(names.collect(), SIZE));
     let by_family = |of: usize| {
         let range: Vec<&str> = (0..families.len()).map(|at| look_of(at)[of]).collect();
         json!({
