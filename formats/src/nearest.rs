@@ -1,13 +1,18 @@
 //! The known name that is nearest to a misspelt one.
 
-/// The name that takes the fewest edits, if a third of its letters or fewer are to be edited; a name of one
-/// letter is near to none.
+/// Least likeness of a name that is suggested.
+const LEAST: f64 = 0.8;
+
+/// The known name with the largest likeness to a given one (Jaro and Winkler, 0 to 1, in which equal
+/// beginnings weigh more), if any is above 0.8; cases count as equal.
 #[must_use]
-pub fn nearest<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
-    let edits = |known: &str| strsim::levenshtein(&name.to_lowercase(), known);
-    let best = names.iter().min_by_key(|known| edits(known))?;
-    let count = edits(best);
-    (count <= best.len().div_ceil(3) && count < best.len()).then_some(*best)
+pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let given = given.to_lowercase();
+    let likeness = |name: &str| strsim::jaro_winkler(&given, &name.to_lowercase());
+    let all = known.into_iter().map(|name| (likeness(name), name));
+    let near = all.filter(|(like, _)| *like > LEAST);
+    near.max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
 }
 
 #[cfg(test)]
@@ -16,7 +21,7 @@ mod tests {
 
     #[test]
     fn near_names_are_found_and_others_are_not() {
-        let names = ["two", "restoring", "e"];
+        let names = ["two", "restoring", "e", "garden", "lantern", "cairn"];
         for (given, near) in [
             ("tow", None),
             ("tw", Some("two")),
@@ -24,9 +29,12 @@ mod tests {
             ("restring", Some("restoring")),
             ("x", None),
             ("literal", None),
+            ("gardn", Some("garden")),
+            ("Lanten", Some("lantern")),
+            ("carin", Some("cairn")),
         ] {
-            assert_eq!(nearest(given, &names), near, "{given}");
+            assert_eq!(nearest(given, names), near, "{given}");
         }
-        assert_eq!(nearest("two", &[]), None);
+        assert_eq!(nearest("two", []), None);
     }
 }

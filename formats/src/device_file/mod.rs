@@ -106,7 +106,7 @@ impl Kind {
     /// The error for a name that no device has, with the nearest of `names`.
     #[must_use]
     pub fn unknown(&self, name: &str, names: &[&str]) -> DeviceError {
-        let near = crate::nearest::nearest(name, names);
+        let near = crate::nearest::nearest(name, names.iter().copied());
         DeviceError::Unknown {
             kind: self.name,
             name: name.to_owned(),

@@ -53,7 +53,7 @@ fn refuse_unknown(
     let known: Vec<&str> = texts.chain(figures.iter().map(|f| f.key)).collect();
     for key in table.keys() {
         if !known.contains(&key.as_str()) {
-            let action = nearest(key, &known).map_or_else(
+            let action = nearest(key, known.iter().copied()).map_or_else(
                 || "remove it".to_owned(),
                 |near| format!("write `{near}`, or remove it"),
             );

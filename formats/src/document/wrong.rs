@@ -164,7 +164,8 @@ impl std::error::Error for Wrong {}
 
 /// A clause with the known name that is nearest to a misspelt one; empty where none is near.
 fn meant(found: &str, known: &[&str]) -> String {
-    nearest(found, known).map_or_else(String::new, |near| format!("{MEANT}{near}`?"))
+    nearest(found, known.iter().copied())
+        .map_or_else(String::new, |near| format!("{MEANT}{near}`?"))
 }
 
 fn listed(names: &[&str]) -> String {

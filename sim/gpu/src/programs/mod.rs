@@ -203,7 +203,7 @@ pub const PROGRAMS: [Registered; 9] = [
 pub fn program(name: &str) -> Result<&'static Registered, CountError> {
     let names = PROGRAMS.map(|p| p.name);
     PROGRAMS.iter().find(|p| p.name == name).ok_or_else(|| {
-        let near = nearest(name, &names);
+        let near = nearest(name, names);
         let near = near.map_or_else(String::new, |n| format!(": did you mean `{n}`?"));
         CountError::Program(name.to_owned(), near, names.join(", "))
     })

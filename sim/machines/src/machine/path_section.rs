@@ -39,7 +39,7 @@ impl PathSection {
             && Variant::named(given).is_none()
         {
             let names = Variant::ALL.map(|own| own.name);
-            let near = nearest(given, &names);
+            let near = nearest(given, names);
             let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
             let expected = format!("one of {}{near}", names.join(", "));
             return Err(wrong(

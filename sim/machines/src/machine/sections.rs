@@ -84,7 +84,9 @@ fn preset(name: &str, given: &Value) -> Result<Value, MachineError> {
         return Ok(found.document.clone());
     }
     let names: Vec<&str> = presets().iter().map(|own| own.name).collect();
-    let near = given.text().and_then(|text| nearest(text, &names));
+    let near = given
+        .text()
+        .and_then(|text| nearest(text, names.iter().copied()));
     let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     let expected = format!("one of {}{near}", names.join(", "));
     let wrong = Wrong::found(given.shown(), expected).under(PRESET);
@@ -99,7 +101,7 @@ fn with_keys(field: &str, message: String) -> String {
         return message;
     }
     let all = message.replacen(&start, &format!("one of {}, {CLOCK}", own.join(", ")), 1);
-    match nearest(field, &own).filter(|_| !message.contains("did you mean")) {
+    match nearest(field, own).filter(|_| !message.contains("did you mean")) {
         Some(near) => format!("{all}; did you mean `{near}`?"),
         None => all,
     }
