@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use potamoi_base::outputs::{self, FileError};
 
-/// First line of what is not verified.
+/// First line of the file of a machine whose Verilog is not verified.
 const UNPROVED: &str = "# The best so far: its Verilog is not verified yet.\n";
 
 /// The file, and what is written before it.

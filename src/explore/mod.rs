@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use potamoi_explore::Syntheses;
 use potamoi_explore::accuracy::Proof;
-use potamoi_machines::cells::{COLUMNS, Cell};
+use potamoi_machines::cells::COLUMNS;
 use potamoi_machines::search::{Goal, Objective, Search, Searched, Tried};
 use potamoi_machines::{Axis, Comparison, Fidelity, Machine, Space, SpaceError, Workload};
 use potamoi_scene::Scene;
@@ -222,11 +222,7 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     say_unused(&args.synth, &syntheses, machines.collect());
     table::beside_random(&searched, &goal);
     let ended = match searched.found() {
-        None => Err(Failure::inconclusive(nothing_found(
-            &args.found,
-            &searched,
-            &goal,
-        ))),
+        None => Err(Failure::inconclusive(nothing_found(&args.found, &searched))),
         Some(found) if !found.is_better(searched.judged_base()) => {
             Err(Failure::inconclusive(format!(
                 "nothing that was tried is better than {}, which keeps the limits{}; no machine is written",
@@ -260,12 +256,12 @@ pub(crate) fn run(args: &ExploreArgs) -> Result<(), Failure> {
 }
 
 /// Why no machine is found, and what the file of an earlier search is.
-fn nothing_found(file: &std::path::Path, searched: &Searched, goal: &Goal) -> String {
+fn nothing_found(file: &std::path::Path, searched: &Searched) -> String {
     let nearest = searched.nearest().filter(|own| own.has_figures());
     let why = match nearest {
         Some(own) => format!(
             "no machine is found: of the nearest that was tried, {}",
-            missed(own, searched, goal).join("; ")
+            own.missed.join("; ")
         ),
         None => "no machine that was tried has figures; the reasons are above".to_owned(),
     };
@@ -273,31 +269,6 @@ fn nothing_found(file: &std::path::Path, searched: &Searched, goal: &Goal) -> St
         true => format!("{why}; {} is of an earlier search", file.display()),
         false => why,
     }
-}
-
-/// What a machine misses, each once, with the scene where there are several.
-fn missed(own: &Tried, searched: &Searched, goal: &Goal) -> Vec<String> {
-    let goal = Goal {
-        // As the search has it.
-        needs_known_clock: !searched.base.is_clock_guessed(),
-        ..*goal
-    };
-    let scenes: Vec<&[Cell]> = own.scenes.iter().flatten().map(Vec::as_slice).collect();
-    let name_at = COLUMNS.iter().position(|own| own.name == "scene");
-    let mut all: Vec<String> = vec![];
-    for cells in &scenes {
-        for words in goal.missed(cells) {
-            let scene = name_at.and_then(|at| cells.get(at));
-            let own = match (scenes.len(), scene) {
-                (2.., Some(scene)) => format!("{words} ({scene})"),
-                _ => words,
-            };
-            if !all.contains(&own) {
-                all.push(own);
-            }
-        }
-    }
-    all
 }
 
 /// The base, what was found, and what a random search found, side by side, each by its schedule.

@@ -157,11 +157,23 @@ impl Goal {
         all
     }
 
-    /// What a machine misses on a scene, in words; nothing where it keeps all limits.
+    /// The limits that a machine misses, in words, each once; with the scene where there are several.
     #[must_use]
-    pub fn missed(&self, cells: &[Cell]) -> Vec<String> {
-        let all = self.misses(cells).into_iter();
-        all.map(|own| own.words).collect()
+    pub fn missed(&self, scenes: &[Option<&[Cell]>]) -> Vec<String> {
+        let mut all: Vec<String> = vec![];
+        for cells in scenes.iter().flatten() {
+            let scene = text(cells, "scene").filter(|_| scenes.len() > 1);
+            for own in self.misses(cells) {
+                let words = match scene {
+                    Some(scene) => format!("{} ({scene})", own.words),
+                    None => own.words,
+                };
+                if !all.contains(&words) {
+                    all.push(words);
+                }
+            }
+        }
+        all
     }
 }
 

@@ -69,6 +69,9 @@ pub struct Tried {
     places: Vec<usize>,
     #[serde(skip)]
     standing: Option<Standing>,
+    /// The limits that it misses, in words; none where it keeps them all.
+    #[serde(skip)]
+    pub missed: Vec<String>,
 }
 
 /// Points of one method.
@@ -347,6 +350,7 @@ impl Search<'_> {
         Tried {
             keeps_limits: standing.keeps_limits(),
             standing: Some(standing),
+            missed: self.goal.missed(&cells),
             setting,
             scenes,
             places,
