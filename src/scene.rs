@@ -7,8 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use clap::Args;
 use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::told_within;
+use potamoi_gaussians::{Axes, files};
 use potamoi_scene::{BUILTIN, Representation, Scene, file_formats, scenes_named};
-use potamoi_splats::{Axes, files};
 
 use crate::args::{Common, quoted};
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! What `potamoi inspect` prints.
 
 use potamoi_explore::inspection::{Beside, FrameWork, Inspected, Splats};
-use potamoi_splats::{AxesFrom, Facts, Pairing};
+use potamoi_gaussians::{AxesFrom, Facts, Pairing};
 
 use crate::stdout::{prose, say};
 use crate::tables;

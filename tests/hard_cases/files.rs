@@ -5,8 +5,8 @@
 use std::fs;
 use std::path::Path;
 
+use potamoi_gaussians::files;
 use potamoi_scene::Scene;
-use potamoi_splats::files;
 use potamoi_system::system_model::System;
 
 use super::scenes::{cameras, write};

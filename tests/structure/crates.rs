@@ -5,7 +5,7 @@ use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
 /// alone, its tests included.
-const FLOW: [&str; 31] = [
+const FLOW: [&str; 32] = [
     "formats",
     // The oracle.
     "base",
@@ -13,6 +13,7 @@ const FLOW: [&str; 31] = [
     "reference",
     "march",
     "fields",
+    "gaussians",
     "splats",
     "warp",
     "analytic",
@@ -41,7 +42,7 @@ const FLOW: [&str; 31] = [
     "plots",
     "page",
 ];
-const ORACLE: std::ops::Range<usize> = 1..11;
+const ORACLE: std::ops::Range<usize> = 1..12;
 const GENERATOR: [&str; 5] = ["verilated", "netlist", "units", "soc", "rust-hdl"];
 
 /// Of each crate, those of the workspace that it names: to be built, and to be tested.

@@ -12,8 +12,9 @@ use std::time::{Duration, Instant};
 
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Notes;
+use potamoi_gaussians::Cloud;
 use potamoi_scene::{Model, Scene, camera_file};
-use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
+use potamoi_splats::{FloatOptions, Profile, render_float};
 
 /// Gaussians, sides of the picture, and threads. One of them changes at a time, from these.
 const GAUSSIANS: [usize; 5] = [100_000, 250_000, 500_000, 1_000_000, 2_000_000];

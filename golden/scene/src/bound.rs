@@ -5,8 +5,9 @@ use potamoi_formats::config::{Config, ExpConfig, SplatOpacity};
 use super::{Model, Scene, SceneError};
 use potamoi_base::precision::Precision;
 use potamoi_fields::{self as fields, Field, WithEarlyTermination};
+use potamoi_gaussians::Cloud;
 use potamoi_reference::bounds::VectorBounds;
-use potamoi_splats::{self as splats, Cloud, Order, Pair, Rules, View, Work};
+use potamoi_splats::{self as splats, Order, Pair, Rules, View, Work};
 
 impl Scene {
     /// Upper bounds of the error of each pixel's channels against [`Scene::render_float`], derived

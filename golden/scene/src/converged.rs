@@ -6,7 +6,8 @@ use potamoi_base::effects::Choices;
 use potamoi_base::picture::Picture;
 use potamoi_base::precision::Precision;
 use potamoi_fields::{self as fields, Field, FloatOptions, WithEarlyTermination};
-use potamoi_splats::{self as splats, Cloud, Order, Profile, Work};
+use potamoi_gaussians::Cloud;
+use potamoi_splats::{self as splats, Order, Profile, Work};
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -9,9 +9,10 @@ use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::precision::Precision;
 use potamoi_base::sh;
 use potamoi_fields::{Field, FieldWork, FloatOptions};
+use potamoi_gaussians::Cloud;
 use potamoi_march::{Head, TRANSMITTANCE};
 use potamoi_reference::bounds::VectorBounds;
-use potamoi_splats::{Cloud, Octree, Partition, Sorting, Work};
+use potamoi_splats::{Octree, Partition, Sorting, Work};
 
 /// Upper bound, with a margin, of the loss of transmittance a sample in floating point.
 pub(super) const LOST_IN_FLOATS: f64 = 1.0 / (1u64 << 40) as f64;

@@ -9,10 +9,11 @@ use super::colmap::ColmapError;
 use super::trajectory::TrajectoryError;
 use super::transforms::TransformsError;
 use potamoi_fields::FieldError;
+use potamoi_gaussians::CloudError;
+use potamoi_gaussians::files::FileError;
 use potamoi_march::MarchError;
 use potamoi_reference::UnitError;
-use potamoi_splats::files::FileError;
-use potamoi_splats::{CloudError, RenderError};
+use potamoi_splats::RenderError;
 use potamoi_warp::WarpError;
 use potamoi_warp::mesh::MeshError;
 

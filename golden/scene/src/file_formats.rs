@@ -3,7 +3,7 @@
 use crate::compact_3dgs;
 use potamoi_base::file_keys::Format;
 use potamoi_fields::algorithms;
-use potamoi_splats::files;
+use potamoi_gaussians::files;
 
 /// Every format, in the order of the book's table.
 #[must_use]

@@ -12,10 +12,11 @@ use super::{Model, Scene, SceneError};
 use potamoi_base::effects::Effect;
 use potamoi_base::mask::Mask;
 use potamoi_fields::{self as fields, Field, FixedField, WithEarlyTermination};
+use potamoi_gaussians::Cloud;
 use potamoi_march::streams::UnitStreams;
 use potamoi_reference::AblatedUnits;
 use potamoi_reference::Units;
-use potamoi_splats::{self as splats, Cells, Cloud, TileLimits};
+use potamoi_splats::{self as splats, Cells, TileLimits};
 
 impl Scene {
     /// Renders in the hardware's formats: every gather and every vector operation goes through

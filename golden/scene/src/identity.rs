@@ -7,7 +7,7 @@ use super::{Model, Scene};
 use crate::compact_3dgs::Compact;
 use potamoi_base::content_hash::hash_of;
 use potamoi_fields::AnyField;
-use potamoi_splats::Cloud;
+use potamoi_gaussians::Cloud;
 
 impl Scene {
     /// Hashes of everything that determines what is rendered and how, with the names of the parts.

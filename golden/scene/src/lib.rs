@@ -78,8 +78,9 @@ use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::Notes;
 use potamoi_base::precision::{Models, Precision};
 use potamoi_fields::{AnyField, Field, Size};
+use potamoi_gaussians::{Axes, Cloud, Facts};
 use potamoi_march::tiling::Halo;
-use potamoi_splats::{Axes, Cells, Cloud, Facts, Order, Profile};
+use potamoi_splats::{Cells, Order, Profile};
 
 /// What a scene shows.
 #[derive(Debug, Clone, PartialEq)]

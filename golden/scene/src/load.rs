@@ -16,8 +16,9 @@ use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::{Notes, told};
 use potamoi_base::precision::Precision;
 use potamoi_fields::{FieldFile, FileOptions, LoadedField, algorithms};
+use potamoi_gaussians::{Axes, files};
 use potamoi_march::tiling::Halo;
-use potamoi_splats::{Axes, Order, Profile, files};
+use potamoi_splats::{Order, Profile};
 
 /// Default step in voxel edges.
 pub(super) const STEP: f64 = 0.5;

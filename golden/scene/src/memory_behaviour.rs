@@ -11,8 +11,9 @@ use crate::characterise::{
 use potamoi_base::mask::Mask;
 use potamoi_fields::Size;
 use potamoi_fields::{Field, FieldError, FixedField, FixedOptions, RayLengths};
+use potamoi_gaussians::Cloud;
 use potamoi_reference::ReferenceUnits;
-use potamoi_splats::{Cloud, View};
+use potamoi_splats::View;
 
 /// Memory behaviour of a frame in both orders, and time of its stages.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, dvec3};
 
 use potamoi_base::camera::Camera;
-use potamoi_splats::Cloud;
+use potamoi_gaussians::Cloud;
 
 /// Position of a camera that looks at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,9 +12,10 @@ use potamoi_analytic::Analytic;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
+use potamoi_gaussians::Cloud;
 use potamoi_march::SampleOutcomes;
 use potamoi_march::streams::Streams;
-use potamoi_splats::{self as splats, Cloud, Decisions, Flips, Octree, PairTest, Partition};
+use potamoi_splats::{self as splats, Decisions, Flips, Octree, PairTest, Partition};
 
 /// Maximum number of pixels in a picture.
 const MAX_PIXELS: u64 = 1 << 26;

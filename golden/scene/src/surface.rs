@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::{Kind, Scene, SceneError};
 use potamoi_fields::{self as fields, Field};
-use potamoi_splats::{Cloud, rotation, sigmoid};
+use potamoi_gaussians::{Cloud, rotation, sigmoid};
 use potamoi_warp::Renderer;
 use potamoi_warp::mesh::{Density, Lattice, Mesh, half_light};
 

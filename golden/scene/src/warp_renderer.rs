@@ -7,7 +7,8 @@ use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
 use potamoi_fields as fields;
-use potamoi_splats::{self as splats, Cloud};
+use potamoi_gaussians::Cloud;
+use potamoi_splats as splats;
 use potamoi_warp::{Renderer, Shaded, VOID_BELOW, WarpError};
 
 /// Standard deviations at which an opaque Gaussian's alpha falls below 1/255:

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::config::Config;
+use potamoi_gaussians::{Cloud, files};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::Scene;
-use potamoi_splats::{Cloud, files};
 
 use crate::splats_common::shared;
 

@@ -2,7 +2,8 @@
 
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3};
 use potamoi_base::camera::Camera;
-use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
+use potamoi_gaussians::Cloud;
+use potamoi_splats::{FloatOptions, Profile, render_float};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use glam::{DAffine3, DVec2, DVec3};
 use potamoi_base::camera::Camera;
-use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
+use potamoi_gaussians::Cloud;
+use potamoi_splats::{FloatOptions, Profile, render_float};
 use safetensors::{Dtype, SafeTensors};
 
 fn vectors() -> Option<PathBuf> {

@@ -1,6 +1,6 @@
 //! Depth sorting.
 
-use super::cloud::Cloud;
+use potamoi_gaussians::Cloud;
 
 /// Bits sorted in one pass.
 const DIGIT: u32 = 11;

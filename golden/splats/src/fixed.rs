@@ -5,7 +5,6 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::record::{COLOUR, RECORD_CHANNELS, SplatRecord};
 use potamoi_formats::units::OpCode;
 
-use super::cloud::Cloud;
 use super::compositing::Compositing;
 use super::decisions::Decisions;
 use super::error::RenderError;
@@ -20,6 +19,7 @@ use crate::reorder_buffer::{Hold, Order};
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
+use potamoi_gaussians::Cloud;
 use potamoi_march::streams::{UnitStreams, Visit};
 use potamoi_reference::{GatherTask, Units};
 

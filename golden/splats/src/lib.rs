@@ -1,13 +1,14 @@
-//! Splat scenes: loading, projection and rendering of 3D Gaussians.
+//! Gaussian splatting: projection and rendering of 3D Gaussians.
 //!
-//! A [`Cloud`] of Gaussians is rendered in 64-bit floating point ([`render_float`]), or in fixed
+//! A [`Cloud`](potamoi_gaussians::Cloud) is rendered in 64-bit floating point ([`render_float`]), or in fixed
 //! point through the units ([`render_fixed`]). Both start from the same [`View`]: the projected
 //! Gaussians in depth order, and the tiles that each covers.
 //!
 //! ```
 //! use glam::DVec3;
 //! use potamoi_base::camera::Camera;
-//! use potamoi_splats::{Cloud, FloatOptions, Profile, render_float};
+//! use potamoi_gaussians::Cloud;
+//! use potamoi_splats::{FloatOptions, Profile, render_float};
 //!
 //! // One Gaussian of half a unit at the origin.
 //! let cloud = Cloud::new(
@@ -26,29 +27,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod axes;
 mod bound;
-mod cloud;
 mod composite;
 mod compositing;
 mod coverage;
 mod decisions;
 mod depth;
-mod difference;
 mod error;
-mod file_content;
-pub mod files;
 mod fixed;
 mod fixed_options;
 mod fixed_stats;
 mod float;
 mod footprint;
-mod nearest;
 mod octree;
 mod partition;
-pub mod ply;
 mod profile;
-pub mod project;
+mod project;
 mod records;
 mod reorder_buffer;
 mod schedule;
@@ -59,14 +53,10 @@ mod vectors;
 mod view;
 mod widths;
 
-pub use axes::{Axes, UnknownAxes};
 pub use bound::{Pair, error_bounds};
-pub use cloud::{Cloud, CloudError, Field};
 pub use composite::Limits;
 pub use decisions::{Decisions, Flips};
-pub use difference::{Difference, Differences, Pairing, differences};
 pub use error::RenderError;
-pub use file_content::{AxesFrom, Facts, Loaded, Raw};
 pub use fixed::{FixedFrame, render_fixed, render_fixed_masked};
 pub use fixed_options::{CompositingUnit, FixedOptions};
 pub use fixed_stats::FixedStats;
@@ -77,7 +67,6 @@ pub use octree::Octree;
 pub use partition::{Cells, Partition};
 pub use profile::{Extent, Profile, Rules, UnknownProfile};
 pub use project::Projected;
-pub use project::{rotation, sigmoid};
 pub use records::{RecordForm, Saturations, record};
 pub use reorder_buffer::Hold;
 pub use reorder_buffer::{HoldStats, Order};

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::cloud::Cloud;
 use super::partition::Partition;
+use potamoi_gaussians::Cloud;
 
 /// Bytes of a node in memory: a mask of existing children and the index of the first, or the index
 /// of the first record and the number of records.
@@ -124,7 +124,7 @@ impl Octree {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cloud::at_centres as cloud;
+    use crate::partition::at_centres as cloud;
     use proptest::prelude::*;
 
     /// Two dense corners keep the grid fine; the sparse rest is joined.

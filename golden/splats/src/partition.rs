@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::cloud::Cloud;
+use potamoi_gaussians::Cloud;
 
 /// The finest grid, in cells along the longest side.
 const FINEST: u32 = 256;
@@ -116,11 +116,20 @@ impl Partition {
     }
 }
 
+/// Gaussians that differ only in their centres.
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+pub(crate) fn at_centres(means: Vec<[f32; 3]>) -> Cloud {
+    let n = means.len();
+    let (three, four) = (vec![[0.0; 3]; n], vec![[0.0; 4]; n]);
+    Cloud::new(0, means, three.clone(), four, vec![0.0; n], three).unwrap()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::at_centres as cloud;
     use super::*;
-    use crate::cloud::at_centres as cloud;
     use proptest::prelude::*;
 
     #[test]

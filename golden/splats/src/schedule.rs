@@ -17,7 +17,6 @@ use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
 use potamoi_formats::rit::{MAX_VERTICES, RitEntry, Vertices};
 
-use super::cloud::Cloud;
 use super::error::RenderError;
 use super::octree::Octree;
 use super::partition::{Cells, Partition};
@@ -27,6 +26,7 @@ use super::tile_test::{TileLimits, kept};
 use super::view::View;
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
+use potamoi_gaussians::Cloud;
 use potamoi_reference::GatherTask;
 
 /// Maximum number of rows with 16-bit row numbers.

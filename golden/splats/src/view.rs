@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::cloud::Cloud;
 use super::coverage::{self, Grid};
 use super::depth;
 use super::error::RenderError;
@@ -15,6 +14,7 @@ use potamoi_base::precision::Precision;
 use potamoi_base::sh;
 use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::SplatRecord;
+use potamoi_gaussians::Cloud;
 
 pub use potamoi_reference::splat_unit::TILE;
 pub(crate) use potamoi_reference::splat_unit::TILE_PIXELS;

@@ -4,10 +4,10 @@ use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
 use potamoi_cycles::effect_meter::EffectMeter;
 use potamoi_formats::config::Config;
+use potamoi_gaussians::{Cloud, Differences, Facts, differences, sigmoid};
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_scene::{Kind, Scene};
-use potamoi_splats::{Cloud, Differences, Facts, differences, sigmoid};
 use schemars::JsonSchema;
 use serde::Serialize;
 

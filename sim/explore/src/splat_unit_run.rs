@@ -157,7 +157,7 @@ impl FrameRun {
     }
 }
 
-fn cloud_of(scene: &Scene) -> Option<&potamoi_splats::Cloud> {
+fn cloud_of(scene: &Scene) -> Option<&potamoi_gaussians::Cloud> {
     match scene.model() {
         Model::Splats(cloud) => Some(cloud),
         _ => None,

@@ -1,8 +1,9 @@
 //! What ends a comparison. A tool that is missing does not: its figures are left out, with the reason.
 
 use potamoi_fields::FieldError;
+use potamoi_gaussians::CloudError;
 use potamoi_scene::SceneError;
-use potamoi_splats::{CloudError, RenderError};
+use potamoi_splats::RenderError;
 use thiserror::Error;
 
 /// Why nothing was compared.

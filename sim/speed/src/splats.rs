@@ -8,8 +8,9 @@
 
 use glam::DVec3;
 use potamoi_base::camera::Camera;
+use potamoi_gaussians::Cloud;
 use potamoi_scene::{Model, Scene, garden};
-use potamoi_splats::{Cloud, FloatOptions, Profile, Vectors, render_float};
+use potamoi_splats::{FloatOptions, Profile, Vectors, render_float};
 
 use crate::error::SpeedError;
 use crate::frame_name;

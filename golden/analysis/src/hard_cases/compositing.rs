@@ -12,10 +12,11 @@ use super::{
 use potamoi_base::camera::Camera;
 use potamoi_fields::voxels::{Grid, Layout, StoredField};
 use potamoi_fields::{self as fields, FixedField};
+use potamoi_gaussians::{Cloud, CloudError, sigmoid};
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::vector_unit::{ReferenceVectorUnit, VectorError};
 use potamoi_scene::{Model, Rendered, Scene};
-use potamoi_splats::{Cloud, CloudError, FloatOptions, Limits, Profile, render_float, sigmoid};
+use potamoi_splats::{FloatOptions, Limits, Profile, render_float};
 
 cases! {
     "compositing";

@@ -5,8 +5,9 @@ use potamoi_formats::config::Config;
 
 use super::{Case, Measuring, Stop, Worst, cases, ensure, rendered};
 use potamoi_base::camera::Camera;
+use potamoi_gaussians::{Cloud, CloudError};
 use potamoi_scene::{Model, Scene};
-use potamoi_splats::{Cloud, CloudError, Profile};
+use potamoi_splats::Profile;
 
 cases! {
     "order";

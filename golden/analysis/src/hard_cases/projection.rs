@@ -8,9 +8,8 @@ use potamoi_formats::record::{FACTOR, MEAN};
 use super::exact::{Exact, exact};
 use super::{Case, Draws, Measuring, Worst, cases, ensure};
 use potamoi_base::camera::Camera;
-use potamoi_splats::{
-    Cloud, Footprint, Profile, Projected, RecordForm, Saturations, View, record, rotation,
-};
+use potamoi_gaussians::{Cloud, rotation};
+use potamoi_splats::{Footprint, Profile, Projected, RecordForm, Saturations, View, record};
 
 cases! {
     "projection";

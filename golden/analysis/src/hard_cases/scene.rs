@@ -3,11 +3,10 @@
 use glam::{DMat3, DVec2, DVec3};
 use potamoi_base::picture::Picture;
 use potamoi_formats::config::Config;
+use potamoi_gaussians::{Cloud, rotation};
 use potamoi_reference::ReferenceUnits;
 use potamoi_scene::{Model, Rendered, Scene, SceneError};
-use potamoi_splats::{
-    Cloud, Footprint, Limits, Projected, RecordForm, Rules, Saturations, View, record, rotation,
-};
+use potamoi_splats::{Footprint, Limits, Projected, RecordForm, Rules, Saturations, View, record};
 use schemars::JsonSchema;
 use serde::Serialize;
 

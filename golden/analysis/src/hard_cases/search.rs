@@ -11,12 +11,12 @@ use super::exact::exact;
 use super::projection::turned;
 use potamoi_base::camera::Camera;
 use potamoi_base::picture::Picture;
+use potamoi_gaussians::{Cloud, rotation};
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::gathering_unit::ReferenceGatheringUnit;
 use potamoi_reference::weights::trilinear;
 use potamoi_splats::{
-    Cloud, FixedOptions, FloatOptions, Footprint, Profile, View, render_fixed, render_float,
-    rotation,
+    FixedOptions, FloatOptions, Footprint, Profile, View, render_fixed, render_float,
 };
 use potamoi_warp::{Shaded, reproject};
 

@@ -19,11 +19,11 @@ use potamoi_base::camera::Camera;
 use potamoi_base::effects::*;
 use potamoi_base::precision::Precision;
 use potamoi_fields::voxels::{Grid, Layout};
+use potamoi_gaussians::Cloud;
 use potamoi_reference::ReferenceUnits;
 use potamoi_reference::observer::Observed;
 use potamoi_reference::trace_recorder::{Limits, Recorder};
 use potamoi_scene::{BUILTIN, Model, Rendered, Representation, Scene};
-use potamoi_splats::Cloud;
 use potamoi_warp::{Plan, PlanOptions, Profile, ReferenceFrom, Sequence, Warper};
 
 fn preset(name: &str) -> Config {

@@ -1,9 +1,10 @@
 //! Pairs of pixel and Gaussian: how many are evaluated today, and how many of them count.
 
 use potamoi_formats::config::{ExpBase, ExpConfig, ExpOutput, SplatOpacity};
+use potamoi_gaussians::Cloud;
 use potamoi_reference::splat_unit::{ReferenceSplatUnit, SplatEntry};
 use potamoi_splats::{
-    Cloud, FixedOptions, RenderError, Schedule, ScheduleOptions, TileLimits, View, unit_entries,
+    FixedOptions, RenderError, Schedule, ScheduleOptions, TileLimits, View, unit_entries,
     unit_settings,
 };
 use schemars::JsonSchema;

@@ -4,10 +4,10 @@ use potamoi_formats::record::{RECORD_CHANNELS, SplatRecord};
 use rayon::prelude::*;
 
 use super::Traffic;
+use potamoi_gaussians::Cloud;
 use potamoi_march::streams::Visit;
 use potamoi_splats::{
-    Cloud, FixedOptions, Group, Hold, HoldStats, Order, RenderError, Schedule, ScheduleOptions,
-    TILE, View,
+    FixedOptions, Group, Hold, HoldStats, Order, RenderError, Schedule, ScheduleOptions, TILE, View,
 };
 
 /// Counts a frame for each side of ray groups, rounded up to whole tiles. The GPU writes one

@@ -7,7 +7,8 @@ use crate::compact_3dgs::Compact;
 use potamoi_base::mask::Mask;
 use potamoi_fields::FieldError;
 use potamoi_fields::Size;
-use potamoi_splats::{Cloud, View};
+use potamoi_gaussians::Cloud;
+use potamoi_splats::View;
 
 /// Lanes with one tile each: Gaussians in depth order, numbered after the vectors of other tables.
 struct Tiles {

@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use potamoi_base::camera::Camera;
 use potamoi_fields::{RayLengths, RayStages};
-use potamoi_splats::{Cloud, FloatOptions, Profile, RenderError, View, render_view};
+use potamoi_gaussians::Cloud;
+use potamoi_splats::{FloatOptions, Profile, RenderError, View, render_view};
 
 /// Maximum number of rays that are timed, spread over the frame.
 const RAYS: u32 = 5_000;

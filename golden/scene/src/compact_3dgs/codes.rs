@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::npz::Array;
 use potamoi_containers::torch::Checkpoint;
-use potamoi_splats::files::{FileError, Origin};
+use potamoi_gaussians::files::{FileError, Origin};
 
 /// Maximum number of stages.
 const MAX_STAGES: i64 = 32;

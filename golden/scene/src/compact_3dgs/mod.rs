@@ -26,12 +26,12 @@ use npz::Npz;
 use potamoi_base::file_keys::{Fate, FileKeys, Format, Notes, key};
 use potamoi_base::sh;
 use potamoi_fields::{FieldError, FieldWork, FixedColour, HashedColour};
+use potamoi_gaussians::Axes;
+use potamoi_gaussians::Cloud;
+use potamoi_gaussians::Raw;
+use potamoi_gaussians::files::{self, FileError, Origin};
 use potamoi_march::FixedStats;
 use potamoi_reference::Units;
-use potamoi_splats::Axes;
-use potamoi_splats::Cloud;
-use potamoi_splats::Raw;
-use potamoi_splats::files::{self, FileError, Origin};
 
 /// File extension of a model.
 pub const ENDING: &str = "npz";

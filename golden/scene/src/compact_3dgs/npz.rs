@@ -7,7 +7,7 @@ use half::f16;
 use zip::ZipArchive;
 
 use potamoi_containers::archive;
-use potamoi_splats::files::{FileError, Origin};
+use potamoi_gaussians::files::{FileError, Origin};
 
 /// Maximum ratio of a member's unpacked size to the size of the file.
 const RATIO: u64 = 64;

@@ -96,7 +96,7 @@ fn frame(columns: [DVec3; 3], lengths: [f64; 3]) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use potamoi_splats::project::rotation;
+    use potamoi_gaussians::rotation;
 
     fn covariance(columns: [DVec3; 3]) -> DMat3 {
         let m = DMat3::from_cols(columns[0], columns[1], columns[2]);

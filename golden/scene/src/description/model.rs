@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use potamoi_base::file_keys::told;
 use potamoi_fields::{FieldFile, FileOptions, HashUnit, algorithms};
 use potamoi_formats::document::{Value, Wrong};
-use potamoi_splats::Axes;
+use potamoi_gaussians::Axes;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 

@@ -15,7 +15,7 @@ use glam::DVec3;
 use light::Light;
 use paint::Painter;
 use potamoi_base::camera::Camera;
-use potamoi_splats::Cloud;
+use potamoi_gaussians::Cloud;
 use random::Random;
 
 /// Linear RGB of the sky behind the garden.

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::light::Light;
 use potamoi_base::sh;
-use potamoi_splats::Cloud;
+use potamoi_gaussians::Cloud;
 
 /// One stroke: a Gaussian with its appearance.
 #[derive(Debug, Clone, Copy)]

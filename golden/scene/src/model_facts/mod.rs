@@ -9,7 +9,8 @@ use potamoi_base::sh_degrees::{self, Bands};
 use potamoi_fields::{
     Directions, Field, HashedColour, Mlp, StoredDensity, Table, WithEarlyTermination,
 };
-use potamoi_splats::{Cloud, Rules, sigmoid};
+use potamoi_gaussians::{Cloud, sigmoid};
+use potamoi_splats::Rules;
 pub use thickness::Thickness;
 
 /// A table of features.

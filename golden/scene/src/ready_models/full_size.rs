@@ -6,7 +6,7 @@ use potamoi_analytic::Analytic;
 use potamoi_base::sh;
 use potamoi_fields::algorithms::dvgo::Dvgo;
 use potamoi_fields::algorithms::tensorf::Tensorf;
-use potamoi_splats::{Cloud, CloudError};
+use potamoi_gaussians::{Cloud, CloudError};
 use rand::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 

@@ -16,7 +16,7 @@ use grids::{dvgo, tensorf};
 use potamoi_analytic::Analytic;
 use potamoi_fields::algorithms::ngp::Ngp;
 use potamoi_fields::{AnyField, FieldError};
-use potamoi_splats::files::FileError;
+use potamoi_gaussians::files::FileError;
 pub use surfels::cloud;
 
 /// The kind of model that represents an analytic scene.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use potamoi_analytic::Analytic;
 use potamoi_base::sh;
-use potamoi_splats::{Cloud, CloudError};
+use potamoi_gaussians::{Cloud, CloudError};
 
 /// Optical depth a voxel edge on which discs lie.
 const LEVEL: f64 = 1.62;

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use potamoi_base::camera::Camera;
+use potamoi_gaussians::Axes;
 use potamoi_scene::Scene;
-use potamoi_splats::Axes;
 
 use super::write::{Ply, Shape, Spz, axes_extension};
 use super::*;

@@ -15,8 +15,8 @@ use glam::DVec3;
 use potamoi_base::camera::Camera;
 use potamoi_base::file_keys::Notes;
 use potamoi_base::picture::Picture;
+use potamoi_gaussians::{Loaded, files};
 use potamoi_scene::Scene;
-use potamoi_splats::{Loaded, files};
 
 /// Minimum PSNR of pictures from lossless files.
 const LOSSLESS: f64 = 60.0;

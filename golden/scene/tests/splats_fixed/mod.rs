@@ -6,12 +6,13 @@ mod recount;
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::{Config, SplatOpacity};
 use potamoi_formats::units::OpCode;
+use potamoi_gaussians::{Cloud, ply};
 use potamoi_march::streams::UnitStreams;
 use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_scene::{camera_file, garden};
 use potamoi_splats::{
-    Cells, Cloud, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
-    ScheduleOptions, ply, render_fixed, render_float,
+    Cells, FixedFrame, FixedOptions, Flips, FloatFrame, FloatOptions, Order, Profile,
+    ScheduleOptions, render_fixed, render_float,
 };
 
 use crate::splats_common::{PlainUnits, shared};

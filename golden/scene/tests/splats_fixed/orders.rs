@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::SplatOpacity;
 use potamoi_formats::record::SplatRecord;
+use potamoi_gaussians::Cloud;
 use potamoi_splats::{
-    Cells, Cloud, FixedOptions, FloatOptions, Load, Order, Profile, ScheduleOptions, render_fixed,
+    Cells, FixedOptions, FloatOptions, Load, Order, Profile, ScheduleOptions, render_fixed,
     render_float, tasks,
 };
 

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 
 use potamoi_base::camera::Camera;
 use potamoi_formats::config::SplatOpacity;
+use potamoi_gaussians::Cloud;
 use potamoi_scene::characterise::splat_traffic;
 use potamoi_splats::{
-    Cells, Cloud, FixedOptions, Octree, Order, Partition, Profile, ScheduleOptions, View,
+    Cells, FixedOptions, Octree, Order, Partition, Profile, ScheduleOptions, View,
 };
 
 use super::{APART, LOG, fixed, small};

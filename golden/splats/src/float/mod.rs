@@ -14,7 +14,6 @@ mod tile;
 
 use fearless_simd::Level;
 
-use super::cloud::Cloud;
 use super::decisions::Decisions;
 use super::error::RenderError;
 use super::profile::{Extent, Profile};
@@ -26,6 +25,7 @@ use lists::Lists;
 use potamoi_base::camera::Camera;
 use potamoi_base::mask::Mask;
 use potamoi_base::picture::Picture;
+use potamoi_gaussians::Cloud;
 use prepared::Prepared;
 use splats::Splats;
 use tile::Limits;

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::splats::CHUNK;
-use crate::cloud::Cloud;
+use potamoi_gaussians::Cloud;
 
 /// Bits sorted in one pass.
 const DIGIT: u32 = 11;

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::splats::{CHUNK, Splat, Splats, reach, reached};
-use crate::cloud::Cloud;
 use crate::coverage::{self, Grid, Span};
 use crate::project::Projection;
+use potamoi_gaussians::Cloud;
 
 /// Gaussians that can reach a pixel of a tile that they are drawn in.
 pub(super) struct Prepared {

@@ -1,8 +1,9 @@
 //! Subtiles of 8 x 8 pixels that a Gaussian's oriented box meets.
 
 use glam::DVec2;
+use potamoi_gaussians::Cloud;
 use potamoi_scene::Scene;
-use potamoi_splats::{Cloud, Projected, TILE, View};
+use potamoi_splats::{Projected, TILE, View};
 
 /// Standard deviations of a box's half sides.
 const DEVIATIONS: f64 = 3.0;

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use potamoi_base::camera::Camera;
-use potamoi_splats::{Cloud, CloudError};
+use potamoi_gaussians::{Cloud, CloudError};
 
 use super::form::Form;
 

@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::*;
 use pack::{archive, members};
 use potamoi_base::sh;
-use potamoi_splats::project::{rotation, sigmoid};
+use potamoi_gaussians::{rotation, sigmoid};
 
 fn parse(bytes: &[u8], origin: &str) -> Result<Compact, FileError> {
     Compact::parse(bytes, origin, None).map(|(model, _)| model)

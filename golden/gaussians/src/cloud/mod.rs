@@ -326,7 +326,7 @@ impl Cloud {
     /// Orders two Gaussians by all their values: a tie-break that does not depend on their
     /// positions in the file. Gaussians that compare equal are interchangeable.
     #[must_use]
-    pub(crate) fn compare_content(&self, a: usize, b: usize) -> Ordering {
+    pub fn compare_content(&self, a: usize, b: usize) -> Ordering {
         let lexical = |x: &[f32], y: &[f32]| {
             x.iter()
                 .zip(y)
@@ -368,15 +368,6 @@ fn finite<const N: usize>(
             })
         }
     }
-}
-
-/// Gaussians that differ only in their centres.
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-pub(crate) fn at_centres(means: Vec<[f32; 3]>) -> Cloud {
-    let n = means.len();
-    let (three, four) = (vec![[0.0; 3]; n], vec![[0.0; 4]; n]);
-    Cloud::new(0, means, three.clone(), four, vec![0.0; n], three).unwrap()
 }
 
 #[cfg(test)]
