@@ -14,6 +14,8 @@ pub struct IntervalInterpreter<'a> {
     pub(super) tree: Tree<'a>,
     /// Nodes of the cone in topological order.
     order: Vec<usize>,
+    /// Nodes with a combinational path to each of them.
+    needs: Vec<Box<[usize]>>,
     /// Values by unit.
     pub(super) known: Vec<NodeIntervals>,
     /// Errors by node; `None`: unbounded.
@@ -45,6 +47,7 @@ impl<'a> IntervalInterpreter<'a> {
         let mut machine = Self {
             tree,
             order: vec![],
+            needs: vec![],
             known,
             off,
             inputs: BTreeMap::new(),
@@ -57,6 +60,11 @@ impl<'a> IntervalInterpreter<'a> {
         machine.parts = parts?;
         let found: Option<Vec<_>> = signals.iter().map(|s| machine.find(s)).collect();
         machine.order = machine.cone(found?);
+        let needs = machine
+            .order
+            .iter()
+            .map(|id| machine.tree.needs(*id).into());
+        machine.needs = needs.collect();
         machine.reset();
         Some(machine)
     }
@@ -187,22 +195,24 @@ impl<'a> IntervalInterpreter<'a> {
     /// Evaluates the cycle for the current inputs and registers.
     pub fn settle(&mut self) {
         for at in 0..self.order.len() {
-            self.follow(self.order[at]);
+            self.follow(at);
         }
         self.changed.fill(false);
     }
 
-    fn follow(&mut self, id: usize) {
-        let needs = self.tree.needs(id);
-        let node = self.node(id);
+    /// Evaluates a node, by its place in the order.
+    fn follow(&mut self, at: usize) {
+        let (id, needs) = (self.order[at], &self.needs[at]);
         if !self.changed[id] && !needs.is_empty() && !needs.iter().any(|n| self.changed[*n]) {
             return;
         }
+        let source = needs.first().copied();
+        let node = self.node(id);
         match &node.op {
             Op::Reg { .. } => {}
-            Op::Input | Op::OutOfReset | Op::InstanceOut(..) => match needs.first() {
+            Op::Input | Op::OutOfReset | Op::InstanceOut(..) => match source {
                 Some(source) => {
-                    let (value, off) = (self.value(*source).clone(), self.off[*source].clone());
+                    let (value, off) = (self.value(source).clone(), self.off[source].clone());
                     self.take_over(id, value, off);
                 }
                 None => {

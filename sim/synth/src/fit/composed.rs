@@ -184,9 +184,16 @@ impl Fit {
     }
 
     /// Errors of composition at the synthesised vector units that differ from the paper's in two
-    /// parts or more, each composed without its own synthesis.
+    /// parts or more, each composed without its own synthesis. They are of the data alone, and found
+    /// once.
     #[must_use]
     pub fn composition_errors(&self) -> CompositionErrors {
+        *self
+            .composition_errors
+            .get_or_init(|| self.composed_beside_synthesised())
+    }
+
+    fn composed_beside_synthesised(&self) -> CompositionErrors {
         let unit = UnitKind::Vector;
         let paper = Config::paper();
         let busy = Work {

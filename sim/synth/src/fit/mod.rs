@@ -24,6 +24,7 @@ pub use solve::Addend;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use potamoi_formats::config::Config;
 
@@ -45,6 +46,7 @@ pub struct Fit {
     forms: Vec<GridPoint>,
     /// Exponentials by themselves, which no other figure is taken from.
     exponentials: Vec<GridPoint>,
+    composition_errors: OnceLock<CompositionErrors>,
 }
 
 impl Fit {
@@ -73,6 +75,7 @@ impl Fit {
             families,
             forms: vec![],
             exponentials: vec![],
+            composition_errors: OnceLock::new(),
         })
     }
 
@@ -98,6 +101,7 @@ impl Fit {
                 false => self.forms.push(point),
             }
         }
+        self.composition_errors = OnceLock::new();
         Ok(self)
     }
 
