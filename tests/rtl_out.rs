@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use potamoi_rtl::bench::RUNS;
+
 pub(crate) fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -345,7 +347,8 @@ fn the_benches_of_all_presets_pass() {
     for preset in presets() {
         let folder = tempfile::tempdir().unwrap();
         emit(&preset, folder.path());
-        simulates(folder.path(), "0:1 20:2 50:3 80:4", &[]);
+        // Those of the Makefile, and the longest pauses.
+        simulates(folder.path(), &format!("{RUNS} 95:5"), &[]);
         simulates(folder.path(), "40:1", &["CHECKS=1"]);
         let verilator = &["CHECKS=1", "SIM=verilator"];
         simulates(folder.path(), "40:1", verilator);

@@ -54,8 +54,7 @@ pub(crate) fn ram_1r1w(name: &str, size: Size) -> Result<Arc<Module>, IrErrors> 
     m.finish()
 }
 
-/// A memory whose ports each write or read, one with `1rw` and two with `2rw`. The second one reads
-/// only.
+/// A memory whose first port writes or reads; `2rw` has a second one, which the unit only reads.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -64,7 +63,12 @@ fn ram_rw(name: &str, size: Size, ports: u32) -> Result<Arc<Module>, IrErrors> {
         name,
         size,
         ["1rw", "2rw"][ports as usize - 1],
-        "Its port writes or reads, never both at one edge, and nothing is read at an edge that writes.",
+        match ports {
+            1 => "Its port writes or reads, never both at one edge.",
+            _ => {
+                "Port 0 writes or reads, port 1 only reads. Nothing is read at an edge that writes."
+            }
+        },
     );
     let we = m.input("we", Ty::bit(), "write at the clock edge");
     let wdata = m.input("wdata", Ty::u(size.bits), "");

@@ -345,7 +345,7 @@ module rit_buffer (
       ((~some_bytes) & write_phase_is_0 & write_row_or_write_second)))};
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg [1:0] vertices_past;

@@ -852,12 +852,12 @@ module potamoi_npu_ext_tb;
           $display("FAIL: a job of %0d packets is not begun", many);
           fail;
         end
-        waited = 0;
+        quiet = 0;
         while (!failed && (s_axis_rit_at == 0 || s_axis_mft_at == 0 || s_axis_vec_at == 0)) begin
           @(negedge clk);
-          waited = waited + 1;
-          if (waited > PATIENCE) begin
-            $display("FAIL: no beat enters in a job of %0d packets", many);
+          quiet = quiet + 1;
+          if (quiet > PATIENCE) begin
+            $display("FAIL: no beat for %0d clocks in a job of %0d packets", quiet, many);
             fail;
           end
         end
@@ -1007,12 +1007,12 @@ module potamoi_npu_ext_tb;
       reset;
       many = 32'd1 << 31;
       gu_begin;
-      waited = 0;
+      quiet = 0;
       while (!failed && (s_axis_rit_at != gu_job_s_axis_rit_end || s_axis_mft_at != gu_job_s_axis_mft_end)) begin
         @(negedge clk);
-        waited = waited + 1;
-        if (waited > PATIENCE) begin
-          $display("FAIL: job %0d is not taken", number);
+        quiet = quiet + 1;
+        if (quiet > PATIENCE) begin
+          $display("FAIL: no beat for %0d clocks, and job %0d is not taken", quiet, number);
           fail;
         end
       end
@@ -1048,12 +1048,12 @@ module potamoi_npu_ext_tb;
       reset;
       many = 32'd1 << 31;
       vu_begin;
-      waited = 0;
+      quiet = 0;
       while (!failed && (s_axis_vec_at != vu_job_s_axis_vec_end)) begin
         @(negedge clk);
-        waited = waited + 1;
-        if (waited > PATIENCE) begin
-          $display("FAIL: job %0d is not taken", number);
+        quiet = quiet + 1;
+        if (quiet > PATIENCE) begin
+          $display("FAIL: no beat for %0d clocks, and job %0d is not taken", quiet, number);
           fail;
         end
       end

@@ -113,7 +113,7 @@ module vector_lane (
       accum_doubled[2:0]};
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // from the second clock edge on
   potamoi_begun check_begun (.clk(clk), .on(checking));
   reg exact_took;

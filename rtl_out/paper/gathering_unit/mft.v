@@ -121,7 +121,7 @@ module mft (
   assign overflow = write_accept & (~write_room);
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg half_of_words_took, half_of_words_past;

@@ -61,7 +61,7 @@ module mft_halves (
   assign rdata1 = half_of_words ? high_rdata1 : low_rdata1;
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // from the second clock edge on
   potamoi_begun check_begun (.clk(clk), .on(checking));
 `ifdef FORMAL

@@ -400,7 +400,7 @@ module potamoi_npu_ext (
   assign m_axis_vec_tlast = vu_m_axis_vec_tlast;
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
 `ifdef FORMAL

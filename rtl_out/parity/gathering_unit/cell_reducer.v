@@ -85,7 +85,7 @@ module cell_reducer (
       ~(&rounded[19:15])) ? 16'h8000 : rounded[15:0]);
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // from the second clock edge on
   potamoi_begun check_begun (.clk(clk), .on(checking));
   reg held_product0_took;

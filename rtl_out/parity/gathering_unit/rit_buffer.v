@@ -529,7 +529,7 @@ module rit_buffer (
       product_x1_3[10:0], product_x1_3_rounded[16]};
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg [1:0] vertices_past;

@@ -194,7 +194,7 @@ module vector_unit (
   assign stat_errors = {torn_lane, rounding_reserved, operation_not_built};
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
 `ifdef FORMAL

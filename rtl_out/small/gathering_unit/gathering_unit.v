@@ -34,7 +34,8 @@ module gathering_unit (
   output reg  [31:0]  stat_stall_rit,      // stalls: no entry
   output reg  [31:0]  stat_entries,        // entries issued
   output wire         idle,                // nothing is received or in flight: cfg_* may change
-  // sticky; docs/reference/gathering-unit.md names the bits
+  // sticky: 8 setting moved, 7 bad setting, 6 row dropped, 5 RIT too large, 4 gap, 3 ragged, 2 sum
+  // of weights, 1 weight above 1, 0 row not loaded
   output wire [8:0]   stat_errors
 );
 
@@ -265,7 +266,7 @@ module gathering_unit (
       ragged_entries, weights_off_one, 1'b0, row_not_loaded};
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
 `ifdef FORMAL

@@ -50,7 +50,7 @@ module mft_halves (
   assign rdata = half_of_words ? high_rdata : low_rdata;
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // from the second clock edge on
   potamoi_begun check_begun (.clk(clk), .on(checking));
 `ifdef FORMAL

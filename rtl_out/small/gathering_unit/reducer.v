@@ -32,7 +32,7 @@ module reducer (
   wire unused_ok = &{1'b0, product[32:31]};
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // from the second clock edge on
   potamoi_begun check_begun (.clk(clk), .on(checking));
   reg acc_took;

@@ -269,7 +269,7 @@ module vector_lane (
       s_digits_2[3], s_remain_12[22:11], tail_product[18:0], dropped_bits[0], accum_doubled[1:0]};
 
 `ifdef POTAMOI_CHECKS
-  // Checks: docs/explanation/proofs.md
+  // Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)
   wire checking;  // from the second clock edge on
   potamoi_begun check_begun (.clk(clk), .on(checking));
   reg exact_took;

@@ -55,7 +55,7 @@ impl Printer<'_> {
 
     /// Declarations of what only the checks use, in the order of their use.
     fn ghosts(&mut self) {
-        self.line(1, "// Checks: docs/explanation/proofs.md");
+        self.line(1, "// Checks: simulation reports what does not hold, and solvers prove it (POTAMOI_CHECKS)");
         let when = match self.module.has_reset() {
             true => [
                 "wire checking;  // out of reset, and reset once",

@@ -1,5 +1,7 @@
 //! Breaks long lines between operands.
 
+use super::fill;
+
 pub(super) const WIDTH: usize = 100;
 
 /// `text` at an indent of two spaces a level; what passes the width goes on
@@ -10,7 +12,9 @@ pub(super) fn wrap(text: &str, indent: usize) -> String {
         return format!("{pad}{text}");
     }
     if let Some((code, note)) = text.split_once("  // ") {
-        return format!("{pad}// {note}\n{}", wrap(code, indent));
+        let note = fill(note, WIDTH - pad.len() - "// ".len());
+        let above: String = note.iter().map(|n| format!("{pad}// {n}\n")).collect();
+        return above + &wrap(code, indent);
     }
     let deeper = "  ".repeat(indent + 2);
     let mut out = pad;
@@ -53,6 +57,8 @@ mod tests {
 
     #[test]
     fn a_comment_that_does_not_fit_moves_above() {
+        let long = format!("wire x;  // {}", vec!["word"; 40].join(" "));
+        assert!(wrap(&long, 1).lines().all(|l| l.len() <= 100), "{long}");
         let text = format!("reg {};  // why", "x".repeat(95));
         assert_eq!(wrap(&text, 0), format!("// why\nreg {};", "x".repeat(95)));
     }

@@ -176,12 +176,12 @@ pub(super) const MAIN: &str = r#"
           $display("FAIL: a job of %0d packets is not begun", many);
           fail;
         end
-        waited = 0;
+        quiet = 0;
         while (!failed && (@WAITING@)) begin
           @(negedge clk);
-          waited = waited + 1;
-          if (waited > PATIENCE) begin
-            $display("FAIL: no beat enters in a job of %0d packets", many);
+          quiet = quiet + 1;
+          if (quiet > PATIENCE) begin
+            $display("FAIL: no beat for %0d clocks in a job of %0d packets", quiet, many);
             fail;
           end
         end
@@ -360,12 +360,12 @@ pub(super) const BREAK: &str = r#"
       reset;
       many = 32'd1 << 31;
       @SHORT@_begin;
-      waited = 0;
+      quiet = 0;
       while (!failed && (@WAITING@)) begin
         @(negedge clk);
-        waited = waited + 1;
-        if (waited > PATIENCE) begin
-          $display("FAIL: job %0d is not taken", number);
+        quiet = quiet + 1;
+        if (quiet > PATIENCE) begin
+          $display("FAIL: no beat for %0d clocks, and job %0d is not taken", quiet, number);
           fail;
         end
       end
