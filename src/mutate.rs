@@ -280,7 +280,11 @@ fn print(report: &Report) {
                 score.alive,
             ];
             let percent = score.percent();
-            let percent = |i: usize| percent.map_or("-".to_owned(), |p| format!("{:.1}", p[i]));
+            let percent = |i: usize| {
+                // Rounded down: 100 is all of them.
+                let tenths = percent.map(|p| (10.0 * p[i]).floor() / 10.0);
+                tenths.map_or("-".to_owned(), |p| format!("{p:.1}"))
+            };
             let mut row = vec![module.clone()];
             row.extend(counts.iter().map(usize::to_string));
             row.extend([percent(0), percent(1)]);
