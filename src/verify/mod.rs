@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use indicatif::HumanCount;
 use potamoi_explore::verification::{Extent, Work};
-use potamoi_formats::config::{Config, NO_SPLAT_UNIT};
+use potamoi_formats::config::{Config, NO_SPLAT_UNIT, Organisation};
 use potamoi_rtl::verify::{Failure as Found, Injection, Settings, Verifier};
 use potamoi_rtl::{EngineKind, ForeignRtl};
 use potamoi_scene::trace::Trace;
@@ -21,7 +21,7 @@ use crate::progress;
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use report::{FORMAT_VERSION, Report, print};
 
 /// The report of `--json`.
@@ -211,7 +211,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     print(&report, &config);
     args.files.write(&report)?;
     match &failure {
-        None => agreement(&report),
+        None => agreement(&report, &config),
         Some(failure) => difference(common, args, failure),
     }
 }
@@ -244,7 +244,7 @@ fn settings(args: &VerifyArgs, total: [u64; 3], rtl: Option<ForeignRtl>) -> Sett
 }
 
 /// Checks that agreement means something: an error if nothing was compared.
-fn agreement(report: &Report<'_>) -> Result<(), Failure> {
+fn agreement(report: &Report<'_>, config: &Config) -> Result<(), Failure> {
     if let Some(inject) = report.inject {
         return Err(Failure::inconclusive(format!(
             "the injected fault `{inject}` was not found in the share that was verified; \
@@ -267,8 +267,39 @@ fn agreement(report: &Report<'_>) -> Result<(), Failure> {
     for (unit, _) in units.iter().filter(|(_, compared)| *compared == 0) {
         say!("  the {unit} had no work and was not compared");
     }
+    say_at_rest(report, config);
     say_not_checked(&report.not_checked);
     Ok(())
+}
+
+/// Names what no run of the gathering unit has moved, and what moves it.
+fn say_at_rest(report: &Report<'_>, config: &Config) {
+    if report.gathering_unit.samples == 0 {
+        return;
+    }
+    let counters = [
+        "stat_stall_fifo",
+        "stat_stall_mft",
+        "stat_stall_rit",
+        "stat_stall_bank",
+    ];
+    let built = match config.organisation().0 {
+        Organisation::FeatureMajor => 4,
+        _ => 3,
+    };
+    let seen = counters.iter().zip(report.gathering_unit.stalls_compared);
+    let mut at_rest: Vec<_> = seen
+        .take(built)
+        .filter(|(_, cycles)| *cycles == 0)
+        .map(|(name, _)| *name)
+        .collect();
+    // Frames keep every promise of the streams.
+    at_rest.push("the error flags");
+    prose!(
+        2,
+        "stayed 0 in every run: {}; the bench that emit writes moves them (make -C DIR/sim)",
+        at_rest.join(", ")
+    );
 }
 
 fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(), Failure> {

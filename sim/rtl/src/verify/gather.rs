@@ -103,6 +103,11 @@ impl Verifier<'_> {
             };
             let report = &mut self.gather;
             report.cycles_compared += totals.cycles;
+            let [fifo, mft, rit] = totals.stalls;
+            let all = [fifo, mft, rit, totals.stall_bank];
+            for (sum, own) in report.stalls_compared.iter_mut().zip(all) {
+                *sum += own;
+            }
             if stalled {
                 report.cycles_stalled += totals.cycles;
                 continue;
@@ -136,7 +141,6 @@ impl Verifier<'_> {
                     return Err(self.fail(mismatch, stalled, seed, None));
                 }
             }
-            let [fifo, mft, rit] = totals.stalls;
             report.runs += 1;
             report.mvoxels += tasks.len() as u64;
             report.samples += work.entries();

@@ -38,6 +38,8 @@ pub struct GatherReport {
     pub cycles_compared: u64,
     /// Cycles compared under random stalls on every stream.
     pub cycles_stalled: u64,
+    /// Stall cycles of all runs, with and without external stalls: FIFO, MFT, RIT, bank.
+    pub stalls_compared: [u64; 4],
 }
 
 /// Counts for the vector unit.
