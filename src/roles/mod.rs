@@ -1,7 +1,10 @@
-//! Roles of file arguments: no file may be both input and output, or an output twice.
+//! Roles of file arguments: no file may be both input and output, or an output twice, and no output
+//! ends as another kind of file.
 //!
 //! Checked before any work, for all commands at once: an output that is also an input would destroy
 //! it, and one file for two outputs would keep one of them.
+
+mod endings;
 
 use std::ffi::OsString;
 use std::fs;
@@ -49,12 +52,12 @@ pub(crate) fn is_output(argument: &str) -> bool {
 /// Refuses arguments that would destroy a file. Flags are named as `arguments` name them.
 ///
 /// # Errors
-/// One file is named for two outputs, or an output is also an input.
+/// One file is named for two outputs, an output is also an input, or ends as another kind of file.
 pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), Failure> {
     let Some((command, own)) = matches.subcommand() else {
         return Ok(());
     };
-    let (mut inputs, mut outputs, mut folders) = (vec![], vec![], vec![]);
+    let (mut inputs, mut outputs, mut folders, mut kinds) = (vec![], vec![], vec![], vec![]);
     for id in own.ids() {
         let Some(role) = role(id.as_str()) else {
             continue;
@@ -72,6 +75,9 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
                 true => flag,
                 false => POSITIONAL.to_owned(),
             };
+            if role == Role::Output {
+                kinds.push((id.as_str(), flag.clone(), Path::new(value)));
+            }
             let list = match role {
                 Role::Input => &mut inputs,
                 Role::Output => &mut outputs,
@@ -106,10 +112,7 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
         .iter()
         .filter_map(|(flag, path)| Some((flag, path, regular(path)?)))
         .collect();
-    if lost.is_empty() {
-        return Ok(());
-    }
-    for (input, from) in &inputs {
+    for (input, from) in inputs.iter().filter(|_| !lost.is_empty()) {
         let read = files_of(from);
         for (flag, path, file) in &lost {
             if read.contains(file) {
@@ -120,6 +123,9 @@ pub(crate) fn check(matches: &ArgMatches, arguments: &[OsString]) -> Result<(), 
                 )));
             }
         }
+    }
+    for (argument, flag, path) in &kinds {
+        endings::check(command, argument, flag, path)?;
     }
     Ok(())
 }

@@ -165,7 +165,7 @@ fn folders_of_outputs_keep_their_files() {
     assert!(emit(&case.at("mem/vector_unit/vector_unit.v")).is_some());
     assert!(emit(&case.at("mem/manifest.json")).is_some());
     assert_eq!(emit(&case.at("mem/report.json")), None);
-    assert_eq!(emit(&case.at("vector_unit.v")), None);
+    assert_eq!(emit(&case.at("vector_unit.json")), None);
     fs::create_dir(&mem).unwrap();
     fs::write(case.at("mem/memories.json"), "{}").unwrap();
     std::os::unix::fs::symlink(case.at("mem/memories.json"), case.at("link.json")).unwrap();
@@ -173,4 +173,29 @@ fn folders_of_outputs_keep_their_files() {
     let here = ["potamoi", "trace", "--scene", "garden", "--readmemh", "."];
     let here = said(&[&here[..], &["--out", "memories.json"]].concat());
     assert!(here.unwrap().contains("is also written by"));
+}
+
+/// `inspect A --json B` is a slip for `inspect A B --json C`, which must not cost B.
+#[test]
+fn files_of_another_kind_are_not_replaced() {
+    let case = Case::new();
+    for (command, flag, name) in [
+        ("inspect a.ply", "--json", "b.ply"),
+        ("render --scene garden --out p.png", "--json", "first.png"),
+        ("cost --scene garden", "--csv", "b.ply"),
+        ("trace --scene garden", "--out", "b.ply"),
+        ("verify --scene garden", "--vcd", "b.ply"),
+        ("explore small --vary vu.lanes=1", "--found", "b.json"),
+    ] {
+        let path = case.at(name);
+        let words = ["potamoi"].into_iter().chain(command.split(' '));
+        let arguments: Vec<&str> = words.chain([flag, &path]).collect();
+        let refused = said(&arguments).unwrap();
+        assert!(refused.contains("name a file that ends in ."), "{refused}");
+        assert!(refused.contains(&path), "{refused}");
+    }
+    let text = |json| said(&["potamoi", "inspect", "a.ply", "--json", json]);
+    for taken in ["/dev/null", "report", "A.JSON"] {
+        assert_eq!(text(taken), None, "{taken}");
+    }
 }
