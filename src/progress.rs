@@ -102,7 +102,7 @@ impl Told {
         let what: Vec<&str> = self.what.iter().map(|own| own.trim()).collect();
         let what = what.into_iter().filter(|own| !own.is_empty());
         let what = what.collect::<Vec<_>>().join(": ");
-        let so_far = format!("{what}, {} so far", time(self.elapsed));
+        let so_far = format!("{what}, {} so far", time(self.elapsed, u64::div_euclid));
         let Some(of) = self.of.filter(|of| *of > 0) else {
             return so_far;
         };
@@ -114,17 +114,20 @@ impl Told {
             0 => format!("{so_far}, less than 1 %"),
             _ => {
                 let left = self.elapsed.mul_f64((of - done) as f64 / done as f64);
-                format!("{so_far}, {percent} %, about {} left", time(left))
+                format!(
+                    "{so_far}, {percent} %, about {} left",
+                    time(left, u64::div_ceil)
+                )
             }
         }
     }
 }
 
-/// A time in the unit that suits it.
-fn time(of: Duration) -> String {
+/// A time in the unit that suits it, with minutes rounded by this division.
+fn time(of: Duration, divided: fn(u64, u64) -> u64) -> String {
     match of.as_secs() {
         seconds if seconds < 100 => format!("{seconds} s"),
-        seconds => format!("{} min", seconds.div_ceil(60)),
+        seconds => format!("{} min", divided(seconds, 60)),
     }
 }
 

@@ -294,6 +294,7 @@ fn line(own: &Pair<'_>) -> Markup {
         p class="verdict" {
             (heading(own)) ", " (size.get("0").number(Form::Count)) " × " (size.get("1").number(Form::Count)) ": "
             b { (figures.get("frames_per_second").range()) " frames/s" }
+            " by the variant " (figures.get("variant").text())
             " at " (figures.get("clock_ghz").number(Form::Hundredths)) " GHz (" (figures.get("clock_origin").text()) "), "
             b { (figures.get("mj").range()) " mJ a frame" } ", "
             b {

@@ -31,6 +31,8 @@ pub(super) struct Collected {
     pub(super) document: Value,
     pub(super) images: Images,
     pub(super) differs: Option<String>,
+    /// What was not verified, and why.
+    pub(super) unverified: Vec<String>,
 }
 
 /// Runs all studies.
@@ -46,6 +48,7 @@ pub(super) fn collect(asked: &Asked<'_>, progress: &dyn Progress) -> Result<Coll
         images: Images::new(),
         plots: [("compare".to_owned(), plots::comparison(&comparison))].into(),
         differs: None,
+        unverified: vec![],
     };
     let mut scenes = vec![];
     for (at, scene) in asked.scenes.iter().enumerate() {
@@ -73,6 +76,7 @@ pub(super) fn collect(asked: &Asked<'_>, progress: &dyn Progress) -> Result<Coll
         document: document.map_err(|error| Failure::Usage(format!("the report: {error}")))?,
         images: own.images,
         differs: own.differs,
+        unverified: own.unverified,
     })
 }
 
@@ -82,12 +86,17 @@ struct Collector<'a> {
     images: Images,
     plots: std::collections::BTreeMap<String, Value>,
     differs: Option<String>,
+    unverified: Vec<String>,
 }
 
 impl Collector<'_> {
     fn scene(&mut self, at: usize, scene: &Scene, rows: &[Row]) -> Result<SceneFound, Failure> {
+        let varied = self.knobs(scene)?;
+        let settings: usize = varied.iter().map(|own| own.settings.len()).sum();
+        // Of accuracy, the default is a step, too.
+        let steps = 5 + settings as u64 + 1;
         self.progress
-            .expect(2 + 6 * self.asked.machines.len() as u64);
+            .expect(2 + steps * self.asked.machines.len() as u64);
         self.now(scene, "references");
         let references = References::of(scene)?;
         let float = whole_float(scene)?.picture;
@@ -146,6 +155,11 @@ impl Collector<'_> {
         self.progress.advance(1);
         self.now(&scene, "verifying the Verilog");
         let proof = self.proof(&scene, &chosen.config)?;
+        if let Some(why) = proof.why() {
+            let (scene, machine) = (scene.name(), &machine.name);
+            self.unverified
+                .push(format!("{scene} was not verified on {machine}: {why}"));
+        }
         self.progress.advance(1);
         self.now(&scene, "effects");
         let effects = self.effects(machine, plain, &scene)?;
@@ -162,7 +176,6 @@ impl Collector<'_> {
         let (config, preset) = (setup.config.hash(), setup.preset);
         self.now(&setup.scene, "accuracy and time");
         let accuracy = self.accuracy(id, setup)?;
-        self.progress.advance(1);
         Ok(More {
             preset,
             configuration: config,
@@ -206,7 +219,7 @@ impl Collector<'_> {
             Ok(proof) => proof,
             Err(error) => {
                 if matches!(error, ExploreError::Check(_)) {
-                    self.differs.get_or_insert_with(|| error.to_string());
+                    self.differs.get_or_insert_with(|| error.told());
                 }
                 return unless_input(error);
             }
@@ -280,7 +293,7 @@ impl Collector<'_> {
             cache: system.gpu.cache_bytes(),
             parts: PathParts::All,
         };
-        let (counted, was_kept) = setup.count(&options, &Silent(self.progress))?;
+        let (counted, was_kept) = setup.count(&options, &Announced(self.progress))?;
         let cameras = setup.scene.path(options.fps, options.frames)?;
         let scenarios = [Scenario::Local];
         let all = &Variant::ALL;
@@ -291,11 +304,16 @@ impl Collector<'_> {
         Ok((variants.collect(), found))
     }
 
+    /// The knobs that are varied.
+    fn knobs(&self, scene: &Scene) -> Result<Vec<knobs::Knob>, Failure> {
+        knobs::named(knobs::of(scene), self.asked.knobs)
+            .map_err(|error| Failure::Usage(format!("--knobs {error}")))
+    }
+
     fn accuracy(&mut self, id: &str, setup: Setup) -> Result<Found<SweepFound>, Failure> {
-        let all = knobs::named(knobs::of(&setup.scene), self.asked.knobs)
-            .map_err(|error| Failure::Usage(format!("--knobs {error}")))?;
+        let all = self.knobs(&setup.scene)?;
         let bench = Bench::new(setup, self.asked.frames)?;
-        let sweep = match Sweep::of(&bench, &all, &Silent(self.progress)) {
+        let sweep = match Sweep::of(&bench, &all, &Announced(self.progress)) {
             Ok(own) => own,
             Err(error) => return unless_input(error),
         };
@@ -318,7 +336,7 @@ impl Collector<'_> {
 fn unless_input<T>(error: ExploreError) -> Result<Found<T>, Failure> {
     match error.cause() {
         potamoi_explore::Cause::Input => Err(error.into()),
-        _ => Ok(Found::unknown(error.to_string())),
+        _ => Ok(Found::unknown(error.told())),
     }
 }
 
@@ -370,13 +388,15 @@ fn parts_mj(run: &AtBounds<Run>) -> Vec<(&'static str, f64)> {
     .collect()
 }
 
-/// Progress that counts no steps of its own.
-struct Silent<'a>(&'a dyn Progress);
+/// Progress whose steps were announced before.
+struct Announced<'a>(&'a dyn Progress);
 
-impl Progress for Silent<'_> {
+impl Progress for Announced<'_> {
     fn expect(&self, _: u64) {}
 
-    fn advance(&self, _: u64) {}
+    fn advance(&self, steps: u64) {
+        self.0.advance(steps);
+    }
 
     fn now(&self, what: &str) {
         self.0.now(what);

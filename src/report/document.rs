@@ -85,6 +85,14 @@ impl<T> Found<T> {
         let unknown = why.into();
         Self::Unknown { unknown }
     }
+
+    /// Why there is none.
+    pub(super) fn why(&self) -> Option<&str> {
+        match self {
+            Self::Known(_) => None,
+            Self::Unknown { unknown } => Some(unknown),
+        }
+    }
 }
 
 #[derive(Serialize, JsonSchema)]

@@ -81,6 +81,9 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
     files::write(&args.out, &text)?;
     args.files.write(&found.document)?;
     crate::stdout::say!("written to {}", args.out.display());
+    for own in &found.unverified {
+        crate::stdout::remark(format_args!("{own}"));
+    }
     match found.differs {
         None => Ok(()),
         Some(what) => Err(Failure::check(what)),
@@ -112,6 +115,11 @@ fn machines(given: &[PathBuf]) -> Result<Vec<Machine>, Failure> {
 fn scenes(args: &ReportArgs) -> Result<Vec<Scene>, Failure> {
     let mut all = vec![];
     for name in scenes_named(&args.scenes) {
+        if all.iter().any(|own: &Scene| own.name() == name) {
+            return Err(Failure::Usage(format!(
+                "scene {name}: named twice: leave one of both out"
+            )));
+        }
         let mut scene = Scene::open(&name)?;
         scene.set_size(args.width, args.height)?;
         note(&scene);

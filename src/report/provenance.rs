@@ -69,6 +69,21 @@ pub(super) fn of(asked: &Asked<'_>, scenes: &[SceneFound]) -> Vec<Origin> {
             false => "paper".to_owned(),
         }
     );
+    let (mut proved, mut unproved) = (0, vec![]);
+    for own in found() {
+        match own.proof.why() {
+            None => proved += 1,
+            Some(why) => unproved.push(why.to_owned()),
+        }
+    }
+    let why = words(&mut unproved.into_iter());
+    let verified = "the Verilog, run by Verilator, beside the golden models: every bit and cycle of a \
+                    share of the frame's work, spread evenly";
+    let verified = match (proved, why.as_str()) {
+        (_, "") => ("measured", verified.to_owned()),
+        (0, why) => ("-", format!("nothing: {why}")),
+        (_, why) => ("measured", format!("{verified}; some was not: {why}")),
+    };
     vec![
         row(
             "frames a second, milliseconds",
@@ -96,10 +111,8 @@ pub(super) fn of(asked: &Asked<'_>, scenes: &[SceneFound]) -> Vec<Origin> {
         ),
         row(
             "what was verified",
-            "measured",
-            "the Verilog, run by Verilator, beside the golden models: every bit and cycle of a share of \
-             the frame's work, spread evenly"
-                .to_owned(),
+            verified.0,
+            verified.1,
             Some(format!("potamoi verify --scene {scene}{size}{config}")),
         ),
         row(
