@@ -86,14 +86,22 @@ impl Common {
 
     /// Refuses a configuration that the command would not use.
     pub(crate) fn check(&self, command: &str) -> Result<(), Failure> {
+        match WITHOUT_CONFIGURATION.contains(&command) {
+            true => self.refuse_config(command),
+            false if self.config.is_none() => Ok(()),
+            false => self.remark_unused(command),
+        }
+    }
+
+    /// Refuses any configuration, of which a command, or one with some flag, has no use.
+    pub(crate) fn refuse_config(&self, command: &str) -> Result<(), Failure> {
         match &self.config {
-            Some(path) if WITHOUT_CONFIGURATION.contains(&command) => Err(Failure::Usage(format!(
+            None => Ok(()),
+            Some(path) => Err(Failure::Usage(format!(
                 "--config {}: {}",
                 path.display(),
                 refusals::no_configuration(command)
             ))),
-            None => Ok(()),
-            Some(_) => self.remark_unused(command),
         }
     }
 

@@ -70,21 +70,20 @@ pub(crate) struct SynthArgs {
     /// Earlier report to compare the units with; any difference gives exit status 4 [default: none]
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
-    /// Write a comparison of organisations, table memories and exponentials as Markdown tables;
-    /// --config and --unit are ignored
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists"])]
+    /// Write a comparison of organisations, table memories and exponentials as Markdown tables, of
+    /// configurations of its own
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["unit", "json", "csv_dir", "compare", "clock", "netlists"])]
     report: Option<PathBuf>,
-    /// Synthesise a grid of configurations, to fit formulas for area, period and energy to;
-    /// --config and --unit are ignored
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists", "report"])]
+    /// Synthesise a grid of configurations of its own, to fit formulas for area, period and energy to
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["unit", "json", "csv_dir", "compare", "clock", "netlists", "report"])]
     grid: Option<PathBuf>,
     /// Synthesise the paper's vector unit with the exponentials that no formula covers (a final
-    /// multiply, two bits per step, straight pieces, other widths); --config and --unit are ignored
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists", "report", "grid"])]
+    /// multiply, two bits per step, straight pieces, other widths)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["unit", "json", "csv_dir", "compare", "clock", "netlists", "report", "grid"])]
     forms: Option<PathBuf>,
     /// Ask CACTI about the memories of units and buffers over the usual values of their fields, for areas of
-    /// units that were not synthesised; --config, --unit and --liberty are ignored
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "csv_dir", "compare", "clock", "netlists", "report", "grid", "forms", "fpga"])]
+    /// units that were not synthesised
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["unit", "liberty", "json", "csv_dir", "compare", "clock", "netlists", "report", "grid", "forms", "fpga"])]
     memories: Option<PathBuf>,
     /// FPGA family to place and route for, with Yosys and nextpnr [default: cells of the library]
     #[arg(long, value_name = "FAMILY", conflicts_with_all = ["liberty", "node", "clock", "compare", "netlists", "report", "grid", "forms"])]
@@ -159,6 +158,15 @@ pub(crate) fn run(common: &Common, args: &SynthArgs) -> Result<(), Failure> {
     check(args)?;
     let written = [&args.report, &args.grid, &args.forms, &args.memories];
     args.files.prepare(written.map(Option::as_ref))?;
+    let own = [
+        ("--report", &args.report),
+        ("--grid", &args.grid),
+        ("--forms", &args.forms),
+        ("--memories", &args.memories),
+    ];
+    if let Some((flag, _)) = own.iter().find(|(_, file)| file.is_some()) {
+        common.refuse_config(&format!("synth {flag}"))?;
+    }
     let config = common.read_config()?;
     let cache = potamoi_verilated::cache::folder("synth").map_err(SynthError::from)?;
     if let Some(path) = &args.memories {

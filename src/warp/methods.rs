@@ -1,5 +1,6 @@
 //! Arguments of the rendering methods to compare.
 
+use crate::failure::Failure;
 use clap::{Args, ValueEnum};
 use potamoi_explore::warping::{Method, MethodSettings, Source};
 use potamoi_warp::{Angle, PlanOptions, Profile, ReferenceFrom, Rule, Sampling, Scope};
@@ -16,13 +17,8 @@ pub(super) struct MethodArgs {
         default_value = "sparw"
     )]
     method: Vec<MethodName>,
-    /// Number of target frames warped from one reference
-    #[arg(
-        long,
-        value_name = "N,...",
-        value_delimiter = ',',
-        default_value = "16"
-    )]
+    /// Number of target frames warped from one reference [default: 16]
+    #[arg(long, value_name = "N,...", value_delimiter = ',')]
     window: Vec<u32>,
     /// Maximum angle at a point between the rays of reference and target; pixels beyond it are
     /// rendered [default: no limit]
@@ -140,13 +136,45 @@ enum From {
 
 impl MethodArgs {
     pub(super) fn longest_window(&self) -> u32 {
-        self.window.iter().copied().max().unwrap_or(1)
+        self.windows().iter().copied().max().unwrap_or(1)
+    }
+
+    fn windows(&self) -> &[u32] {
+        match self.window.as_slice() {
+            [] => &[16],
+            own => own,
+        }
+    }
+
+    /// Refuses rules of warping where no method warps from references.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.method.iter().any(|own| *own != MethodName::Ds2) {
+            return Ok(());
+        }
+        let own = [
+            ("--window", !self.window.is_empty()),
+            ("--phi", !self.phi.is_empty()),
+            ("--angle", self.angle.is_some()),
+            ("--sampling", self.sampling.is_some()),
+            ("--render-edges", self.render_edges.is_some()),
+            ("--fill-cracks", self.fill_cracks.is_some()),
+            ("--keep-over-void", self.keep_over_void.is_some()),
+            ("--nearer", self.nearer.is_some()),
+            ("--reference", self.reference.is_some()),
+            ("--lead", self.lead.is_some()),
+        ];
+        match own.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((flag, _)) => Err(Failure::Usage(format!(
+                "{flag}: the method ds2 warps nothing: leave it out, or add --method sparw"
+            ))),
+        }
     }
 
     /// All distinct combinations requested. `depths` are the names of the depths.
     pub(super) fn settings(&self, depths: &[String]) -> Vec<MethodSettings> {
         let methods: Vec<Method> = self.method.iter().map(|name| (*name).into()).collect();
-        MethodSettings::all(&methods, &self.window, &self.phi, depths)
+        MethodSettings::all(&methods, self.windows(), &self.phi, depths)
     }
 
     /// The rule of one method.

@@ -86,6 +86,7 @@ pub(crate) const REPORT: Published = Published {
 pub(crate) fn run(args: &WarpArgs) -> Result<(), Failure> {
     args.files.prepare([args.timing.chrome_trace.as_ref()])?;
     args.timing.check()?;
+    args.methods.check()?;
     let bar = progress::bar(0, "warping");
     if args.fps.len() > 1 {
         return args.at_rates(&bar);
