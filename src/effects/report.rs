@@ -38,6 +38,29 @@ fn figure(of: &Figure, digits: usize) -> String {
         .map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
 }
 
+/// The answer at a glance: how many effects are called for, and what the others would cost.
+fn answer(found: &Effects) -> String {
+    let called_for = found.effects.iter().filter(|own| own.called_for).count();
+    let saved = &found.all_saved;
+    let known = |of: &Figure, digits: usize, unit: &str| {
+        of.value.map(|value| format!("{value:.digits$} {unit}"))
+    };
+    let figures = [
+        known(&saved.area_mm2, 4, "mm^2 at 12 nm"),
+        known(&saved.cycles, 0, "cycles"),
+        known(&saved.energy_uj, 3, "uJ a frame"),
+    ];
+    let figures: Vec<String> = figures.into_iter().flatten().collect();
+    format!(
+        "{called_for} of {} effects are called for; leaving out the others saves {}",
+        found.effects.len(),
+        match figures.as_slice() {
+            [] => "what is not known (see below)".to_owned(),
+            own => own.join(", "),
+        }
+    )
+}
+
 /// Which effects are called for, and the hardware that leaving out each of the others saves.
 fn print_savings(found: &Effects) {
     let mut table = tables::narrow([
@@ -225,6 +248,7 @@ fn without_words(without: &Without) -> String {
 
 /// Prints the whole report.
 pub(super) fn print(found: &Effects) {
+    prose!(0, "{}", answer(found));
     say!(
         "{} ({}) at {} x {}, {} frame{} of its path, configuration {}",
         found.scene,
