@@ -29,7 +29,7 @@ use thiserror::Error;
 
 #[derive(Debug, Error)]
 pub(crate) enum Failure {
-    #[error(transparent)]
+    #[error("{}", .0.told())]
     Explore(Box<ExploreError>),
     #[error(transparent)]
     File(#[from] FileError),

@@ -45,6 +45,22 @@ impl ExploreError {
     }
 }
 
+impl ExploreError {
+    /// The error in a user's words: of a tool that is missing or broken, without the scene that
+    /// was to be rendered with it.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let unit = match self {
+            Self::Scene(error) => error.unit(),
+            _ => None,
+        };
+        match unit {
+            Some(unit) if of_unit(unit) == Cause::Tool => unit.to_string(),
+            _ => self.to_string(),
+        }
+    }
+}
+
 /// Cause of an error of a renderer's units, which may be hardware.
 fn of_unit(error: &(dyn Error + Send + Sync + 'static)) -> Cause {
     error.downcast_ref().map_or(Cause::Input, of_rtl)
