@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::{expect, json, run, stderr};
+use crate::common::{expect, json, potamoi, run, stderr};
 
 const SECTIONS: [&str; 9] = [
     "verdict",
@@ -97,4 +97,32 @@ fn what_is_not_asked_for_rightly_is_refused_before_any_work() {
     ];
     assert!(say(&twice).contains("named twice"));
     assert!(!folder.path().join("page.html").exists());
+}
+
+/// Without Verilator the page is made, and says at each place that nothing was verified.
+#[test]
+fn what_was_not_verified_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let words = "report garden --width 8 --frames 2 --knobs iterations --out p.html --json r.json";
+    let done = potamoi()
+        .env_clear()
+        .env("PATH", at)
+        .env("HOME", at)
+        .current_dir(at)
+        .args(words.split(' '))
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", stderr(&done));
+    let note = "note: garden was not verified on default: verilator was not found";
+    assert!(stderr(&done).contains(note), "{}", stderr(&done));
+    let report = json(&at.join("r.json"));
+    let origins = report["provenance"].as_array().unwrap();
+    let verified = origins
+        .iter()
+        .find(|own| own["figure"] == "what was verified")
+        .unwrap();
+    assert_eq!(verified["origin"], "-");
+    let how = verified["how"].as_str().unwrap();
+    assert!(how.starts_with("nothing: verilator was not found"), "{how}");
 }
