@@ -16,6 +16,8 @@ const CODES: &str =
 /// For a model's file.
 const NO_REFERENCE: &str = "nearness to the truth: no picture that the model was trained on is at \
                             hand, only its own rendering in floating point";
+const USUAL_CAMERA: &str = "the camera: none is given, so that one on an orbit that frames the model \
+                            is assumed";
 
 impl Scene {
     /// Parts that no check of the configuration's units covers: those computed outside them, and for a
@@ -94,6 +96,11 @@ impl Scene {
             return all;
         }
         all.push(NO_REFERENCE.to_owned());
+        let usual = self.default_orbit();
+        let usual = usual.camera(self.up, self.camera.width, self.camera.height);
+        if self.camera.world_to_camera == usual.world_to_camera {
+            all.push(USUAL_CAMERA.to_owned());
+        }
         if let Kind::Field(field) = self.model().kind() {
             all.extend(field.assumed());
         }
