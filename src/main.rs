@@ -103,7 +103,10 @@ fn main() -> ExitCode {
         .and_then(|matches| Ok((cli::Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
-        Err(error) => return answer(&error),
+        Err(error) => {
+            let command = arguments.get(1).and_then(|own| own.to_str());
+            return answer(&refusals::guided(error, command));
+        }
     };
     match memory_limit::run_within() {
         None => {}

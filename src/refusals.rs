@@ -89,6 +89,39 @@ fn refused_configuration(command: &'static str) -> Arg {
         .value_parser(move |_: &str| Err::<String, _>(no_configuration(command)))
 }
 
+/// Tells what to do instead of an unknown flag: clap would have it passed as a value.
+pub(crate) fn guided(mut error: clap::Error, command: Option<&str>) -> clap::Error {
+    if error.kind() != ErrorKind::UnknownArgument {
+        return error;
+    }
+    let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else {
+        return error;
+    };
+    let tip = match flag.as_str() {
+        "--scene" if command == Some("report") => Some("scenes stand without a flag"),
+        "--camera" if command == Some("report") => Some(
+            "a scene's camera stands in its description, a TOML file: [camera] with \
+             kind = \"opencv-json\" and path = \"FILE\"",
+        ),
+        _ => None,
+    };
+    let is_of_values = match error.get(ContextKind::Suggested) {
+        Some(ContextValue::StyledStrs(own)) => {
+            own.iter().any(|tip| tip.to_string().contains("as a value"))
+        }
+        _ => false,
+    };
+    if let Some(tip) = tip {
+        error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![tip.into()]),
+        );
+    } else if is_of_values {
+        error.remove(ContextKind::Suggested);
+    }
+    error
+}
+
 /// The message of a value that is refused; `None` of other errors, which clap words well.
 pub(crate) fn of_value(error: &clap::Error) -> Option<String> {
     if error.kind() != ErrorKind::ValueValidation {
@@ -196,6 +229,21 @@ mod tests {
             .try_get_matches_from(words)
             .unwrap_err();
         of_value(&error).unwrap_or_else(|| error.to_string())
+    }
+
+    #[test]
+    fn unknown_flags_are_not_offered_as_values() {
+        for (flag, tip) in [
+            ("--scene", Some("scenes stand without a flag")),
+            ("--camera", Some("stands in its description")),
+            ("--colour", None),
+        ] {
+            let words = ["potamoi", "report", flag, "a", "--out", "x.html"];
+            let error = prepared(crate::cli::Cli::command()).try_get_matches_from(words);
+            let text = guided(error.unwrap_err(), Some("report")).to_string();
+            assert!(!text.contains("as a value"), "{text}");
+            assert!(tip.is_none_or(|tip| text.contains(tip)), "{text}");
+        }
     }
 
     #[test]
