@@ -14,7 +14,7 @@ use crate::progress;
 use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
 use crate::scene::{SceneArgs, say_not_checked};
-use crate::stdout::say;
+use crate::stdout::{prose, say};
 use crate::tables;
 
 #[derive(Debug, Args)]
@@ -107,7 +107,8 @@ fn name(layout: &Layout) -> String {
 }
 
 fn print(report: &Report) {
-    say!(
+    prose!(
+        0,
         "{} at {} x {}: {} samples gathered (cycle model, streams ready); {}",
         report.scene,
         report.width,
@@ -156,18 +157,20 @@ fn print(report: &Report) {
     }
     say!("{}", tables::fitted(&table, &[]));
     for reason in refused {
-        say!("  left out: {reason}");
+        prose!(2, "left out: {reason}");
     }
     let paper = &report.found.paper;
-    say!(
-        "  conflict rate in the paper, of frames gathered in pixel order: {} on average and {} at most \
+    prose!(
+        2,
+        "conflict rate in the paper, of frames gathered in pixel order: {} on average and {} at most \
          with 16 banks and 16 rays, {} for Instant-NGP with 64 rays",
         percent(paper.rays_16_banks_16_average),
         percent(paper.rays_16_banks_16_most),
         percent(paper.rays_64_banks_16_instant_ngp)
     );
-    say!(
-        "  bandwidth limit: cycles to read MVoxels and ray index tables at 25.6 GB/s \
+    prose!(
+        2,
+        "bandwidth limit: cycles to read MVoxels and ray index tables at 25.6 GB/s \
          (LPDDR3-1600, four channels; counted bytes, without writing of the tables and without features)"
     );
 }
