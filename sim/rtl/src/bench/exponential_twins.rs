@@ -150,8 +150,14 @@ The last line says PASS or FAIL; the exit status of FAIL is not 0.
 
 import sys
 
-import numpy as np
-from potamoi import Exponential
+try:
+    import numpy as np
+    from potamoi import Exponential
+except ModuleNotFoundError as error:
+    sys.exit(
+        f"FAIL: Python has no module {error.name}: it needs NumPy and the folder python of Potamoi's "
+        "sources (pip install FOLDER)"
+    )
 
 exp = Exponential(
 @KNOBS@)
