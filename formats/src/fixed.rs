@@ -36,15 +36,27 @@ pub fn round_shift(value: i128, shift: u32, rounding: Rounding) -> i128 {
             _ => 0,
         };
     }
+    // Arithmetic in 128 bits takes several times as long.
+    if let (Ok(value), ..=62) = (i64::try_from(value), shift) {
+        let floor = value >> shift;
+        let rest = value & ((1 << shift) - 1);
+        let up = is_up(rest, 1 << (shift - 1), floor & 1 == 1, rounding);
+        return (floor + i64::from(up)).into();
+    }
     let floor = value >> shift;
     let rest = value & ((1i128 << shift) - 1);
-    let half = 1i128 << (shift - 1);
-    let up = match rounding {
+    let up = is_up(rest, 1i128 << (shift - 1), floor & 1 == 1, rounding);
+    floor + i128::from(up)
+}
+
+/// Whether a dropped rest, beside half a unit, rounds up.
+#[inline]
+fn is_up<T: Ord>(rest: T, half: T, is_odd: bool, rounding: Rounding) -> bool {
+    match rounding {
         Rounding::Floor => false,
         Rounding::HalfUp => rest >= half,
-        Rounding::HalfEven => rest > half || (rest == half && floor & 1 == 1),
-    };
-    floor + i128::from(up)
+        Rounding::HalfEven => rest > half || (rest == half && is_odd),
+    }
 }
 
 /// A fixed-point format of at most 64 bits.

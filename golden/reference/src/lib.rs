@@ -26,6 +26,7 @@
 mod ablation;
 pub mod bounds;
 pub mod exact_exponential;
+mod exp_table;
 pub mod exponential;
 pub mod gathering_unit;
 mod logarithms;

@@ -4,8 +4,10 @@ use potamoi_formats::config::VuConfig;
 use potamoi_formats::fixed::round_shift;
 use potamoi_formats::units::{OpCode, VectorOp};
 use rayon::prelude::*;
+use std::sync::Arc;
 use thiserror::Error;
 
+use super::exp_table::ExpTable;
 use super::exponential::ReferenceExponential;
 
 /// A request that the vector unit refuses.
@@ -81,6 +83,8 @@ const CHUNK: usize = 4096;
 pub struct ReferenceVectorUnit {
     ops: Vec<OpCode>,
     exp: ReferenceExponential,
+    /// Results of `exp`, where operands have few bits.
+    exps: Option<Arc<ExpTable>>,
     /// Signed widths of `a` and `b` of multiply and of square-sum.
     multiply: [u32; 2],
     square_sum: [u32; 2],
@@ -93,6 +97,7 @@ impl ReferenceVectorUnit {
         Self {
             ops: config.ops.clone(),
             exp: ReferenceExponential::new(&config.exp),
+            exps: ExpTable::new(config.exp.input).map(Arc::new),
             multiply: config.operand_widths(OpCode::Multiply),
             square_sum: config.operand_widths(OpCode::SquareSum),
         }
@@ -210,14 +215,20 @@ impl ReferenceVectorUnit {
     fn compute(&self, op: VectorOp, a: i32, b: i32) -> i32 {
         let ([of_a, of_b], _) = self.widths(op.code);
         let (x, y) = (low_bits(a, of_a), low_bits(b, of_b));
-        let (x, y) = (i128::from(x), i128::from(y));
+        let (x, y) = (i64::from(x), i64::from(y));
         let exact = match op.code {
-            OpCode::Pass => x,
-            OpCode::Relu => x.max(0),
-            OpCode::Add => x + y,
-            OpCode::Multiply => x * y,
-            OpCode::SquareSum => x * x + y * y,
-            OpCode::Exp => return self.exp.exp(a),
+            OpCode::Pass => x.into(),
+            OpCode::Relu => x.max(0).into(),
+            OpCode::Add => (x + y).into(),
+            OpCode::Multiply => (x * y).into(),
+            // 2^63 of the least operands has no place in 64 bits.
+            OpCode::SquareSum => i128::from(x * x) + i128::from(y * y),
+            OpCode::Exp => {
+                return match &self.exps {
+                    Some(table) => table.of(a, |a| self.exp.exp(a)),
+                    None => self.exp.exp(a),
+                };
+            }
             OpCode::OneMinusExp => return self.exp.one_minus_exp(a),
             OpCode::Sigmoid => return self.exp.sigmoid(a),
             OpCode::Softplus => return self.exp.softplus(a),
