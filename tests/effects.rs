@@ -173,54 +173,63 @@ fn what_is_missed_is_measured() {
 
 #[test]
 fn verilog_for_a_scene_is_verified_on_it() {
+    verilog_is_verified("garden", false);
+}
+
+#[test]
+#[ignore = "slow; run with make test-full"]
+fn verilog_with_reducers_is_verified_on_its_scene() {
+    verilog_is_verified("lantern", true);
+}
+
+/// Verilog for a scene has reducers where the scene interpolates.
+fn verilog_is_verified(scene: &str, reducers: bool) {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    for (scene, preset, reducers) in [("garden", "paper", false), ("lantern", "paper", true)] {
-        let emit = [
-            "--config",
-            preset,
-            "emit",
-            "--out",
-            "rtl",
-            "--for-scene",
-            scene,
-        ];
-        let said = expect(at, 0, &[&emit[..], &["--json", "e.json"]].concat());
-        assert!(said.contains("gu.modes"), "{said}");
-        let report = json(&at.join("e.json"));
-        assert_eq!(report["for_scene"], scene);
-        let files = report["files"].as_object().unwrap();
-        let has_reducers = files.keys().any(|file| file.contains("reducer"));
-        assert_eq!(has_reducers, reducers, "{files:?}");
-        // Nor does the table carry weights that nothing multiplies.
-        let table = fs::read_to_string(at.join("rtl/gathering_unit/rit_buffer.v")).unwrap();
-        assert_eq!(table.contains("p_weight"), reducers);
-        let verify = [
-            "--config",
-            "rtl/configuration.toml",
-            "verify",
-            "--scene",
-            scene,
-            "--width",
-            "8",
-            "--engine",
-            "interpreter",
-        ];
-        let said = expect(at, 0, &verify);
-        assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
-        // The same configuration, the same Verilog.
-        let again = [
-            "--config",
-            "rtl/configuration.toml",
-            "emit",
-            "--out",
-            "again",
-        ];
-        expect(at, 0, &again);
-        for file in files.keys() {
-            let [a, b] = ["rtl", "again"].map(|f| std::fs::read(at.join(f).join(file)).unwrap());
-            assert!(a == b, "{file}");
-        }
+    let emit = [
+        "--config",
+        "paper",
+        "emit",
+        "--out",
+        "rtl",
+        "--for-scene",
+        scene,
+    ];
+    let said = expect(at, 0, &[&emit[..], &["--json", "e.json"]].concat());
+    assert!(said.contains("gu.modes"), "{said}");
+    let report = json(&at.join("e.json"));
+    assert_eq!(report["for_scene"], scene);
+    let files = report["files"].as_object().unwrap();
+    let has_reducers = files.keys().any(|file| file.contains("reducer"));
+    assert_eq!(has_reducers, reducers, "{files:?}");
+    // Nor does the table carry weights that nothing multiplies.
+    let table = fs::read_to_string(at.join("rtl/gathering_unit/rit_buffer.v")).unwrap();
+    assert_eq!(table.contains("p_weight"), reducers);
+    let verify = [
+        "--config",
+        "rtl/configuration.toml",
+        "verify",
+        "--scene",
+        scene,
+        "--width",
+        "8",
+        "--engine",
+        "interpreter",
+    ];
+    let said = expect(at, 0, &verify);
+    assert!(said.contains("no mismatch in any bit or cycle"), "{said}");
+    // The same configuration, the same Verilog.
+    let again = [
+        "--config",
+        "rtl/configuration.toml",
+        "emit",
+        "--out",
+        "again",
+    ];
+    expect(at, 0, &again);
+    for file in files.keys() {
+        let [a, b] = ["rtl", "again"].map(|f| std::fs::read(at.join(f).join(file)).unwrap());
+        assert!(a == b, "{file}");
     }
 }
 

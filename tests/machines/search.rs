@@ -140,7 +140,7 @@ fn a_search_is_its_seed() {
             "--max-area",
             "1.1",
             "--budget",
-            "12",
+            "6",
             "--work-dir",
             out,
             "--json",
@@ -150,7 +150,7 @@ fn a_search_is_its_seed() {
     };
     let text = search("a", "a.json");
     assert!(
-        text.contains("12 of 196 points, by Parzen estimators"),
+        text.contains("6 of 196 points, by Parzen estimators"),
         "{text}"
     );
     assert!(
@@ -221,6 +221,7 @@ fn why_a_search_finds_nothing_is_told() {
 /// Knobs that no preset has, as many as the table can hold: its figures stay, and a clock that no block reaches
 /// wins nothing.
 #[test]
+#[ignore = "slow; run with make test-full"]
 fn a_search_over_many_knobs_keeps_its_figures() {
     let folder = tempfile::tempdir().unwrap();
     let vary = [

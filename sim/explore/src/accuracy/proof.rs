@@ -112,6 +112,16 @@ mod tests {
     /// Faults in both units, in the configuration of a setting, are found.
     #[test]
     fn a_fault_of_what_was_found_is_not_proved() {
+        faults_are_not_proved(&[Injection::Bit]);
+    }
+
+    #[test]
+    #[ignore = "slow; run with make test-full"]
+    fn further_faults_are_not_proved() {
+        faults_are_not_proved(&[Injection::Bubble, Injection::Exp]);
+    }
+
+    fn faults_are_not_proved(faults: &[Injection]) {
         let mut scene = Scene::open("lantern").unwrap();
         scene.set_size(Some(8), None).unwrap();
         let setup = Setup::new(
@@ -127,7 +137,7 @@ mod tests {
         let own = [&iterations.settings[0]];
         let proof = bench.prove(&own, None, &()).unwrap();
         assert!(proof.vectors[0] > 0 && proof.elements[0] > 0, "{proof:?}");
-        for fault in [Injection::Bit, Injection::Bubble, Injection::Exp] {
+        for &fault in faults {
             let proved = bench.prove(&own, Some(fault), &());
             assert!(
                 matches!(proved, Err(ExploreError::Check(_))),
