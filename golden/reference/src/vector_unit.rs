@@ -1,10 +1,11 @@
 //! The vector unit's arithmetic, element by element.
 
+use std::sync::Arc;
+
 use potamoi_formats::config::VuConfig;
 use potamoi_formats::fixed::round_shift;
 use potamoi_formats::units::{OpCode, VectorOp};
 use rayon::prelude::*;
-use std::sync::Arc;
 use thiserror::Error;
 
 use super::exp_table::ExpTable;
