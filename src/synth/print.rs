@@ -47,15 +47,16 @@ pub(super) fn unit(made: &SynthesisedUnit) {
     say!("{}", tables::fitted(&table, &[]));
     for memory in &report.memories {
         say!(
-            "memory {}: {} of {} x {} bit, {}, not in the areas above",
+            "memory {}: {} of {} x {} bit, {} ports, not in the areas above",
             memory.module,
             memory.count,
             memory.words,
             memory.bits,
-            match memory.read_writes {
-                0 => format!("{} write and {} read ports", memory.writes, memory.reads),
-                both => format!("{both} read-write ports"),
-            }
+            ports(
+                [memory.read_writes, memory.writes, memory.reads],
+                ["read-write", "write", "read"],
+                " and "
+            )
         );
     }
     for memory in &report.flop_memories {
@@ -71,6 +72,16 @@ pub(super) fn unit(made: &SynthesisedUnit) {
     if let Some(power) = &report.power {
         super::power::print(power);
     }
+}
+
+/// The kinds of ports that a memory has, each with its number.
+fn ports(counts: [u64; 3], kinds: [&str; 3], between: &str) -> String {
+    let all = counts
+        .into_iter()
+        .zip(kinds)
+        .filter(|(count, _)| *count > 0);
+    let all: Vec<String> = all.map(|(count, kind)| format!("{count} {kind}")).collect();
+    all.join(between)
 }
 
 /// Memories, and everything at the other node.
@@ -99,15 +110,12 @@ pub(super) fn totals(report: &SynthReport) {
         ]);
         for own in &memories.macros {
             let (shape, figures) = (&own.shape, &own.figures);
-            let ports = match shape.read_writes {
-                0 => format!("{} W {} R", shape.writes, shape.reads),
-                both => format!("{both} RW"),
-            };
+            let all = [shape.read_writes, shape.writes, shape.reads];
             table.add_row([
                 own.memory.clone(),
                 own.count.to_string(),
                 format!("{} x {}", shape.words, shape.bits),
-                ports,
+                ports(all, ["RW", "W", "R"], " "),
                 format!("{:.0}", figures.area_um2),
                 format!("{:.5}", own.count as f64 * figures.area_um2 * 1e-6),
                 format!("{:.3}", figures.read_pj),

@@ -100,15 +100,14 @@ impl Module {
         let reads = of(|op| matches!(op, Op::ReadSync(..))) as u32;
         let others = of(|op| matches!(op, Op::ReadAsync(..) | Op::Reg { .. }));
         let writes = memory.writes.len() as u32;
-        // A port that writes and reads has one address. Beside it, a port that only reads is one of
-        // the same kind.
+        // A port that writes and reads has one address; others only read.
         let one_address = |(_, address, _): &(usize, usize, usize)| {
             let reads = |n: &Node| matches!(n.op, Op::ReadSync(_, _, from) if from == *address);
             self.nodes.iter().any(reads)
         };
         let shared = writes > 0 && memory.writes.iter().all(one_address);
         let [read_writes, writes, reads_alone] = match shared {
-            true => [reads, 0, 0],
+            true => [writes, 0, reads.saturating_sub(writes)],
             false => [0, writes, reads],
         };
         (reads > 0 && others == 0 && self.instances.is_empty()).then(|| MemoryMacro {

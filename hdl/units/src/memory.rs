@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | `1r1w` | `we`, `waddr`, `wdata`; `re`, `raddr`, `rdata` | RIT |
 //! | `1rw` | `we`, `re`, `addr`, `wdata`, `rdata` | a half of a feature bank with one read |
-//! | `2rw` | `we`, `re0`, `addr0`, `wdata`, `rdata0`; `re1`, `addr1`, `rdata1` | a half with two reads |
+//! | `1rw1r` | `we`, `re0`, `addr0`, `wdata`, `rdata0`; `re1`, `addr1`, `rdata1` | a half with two reads |
 //!
 //! Reads and writes take effect at the clock edge. `rdata` changes with `re` alone, and nothing has a
 //! reset. What a read returns of a word that is written at the same edge is not defined.
@@ -54,7 +54,7 @@ pub(crate) fn ram_1r1w(name: &str, size: Size) -> Result<Arc<Module>, IrErrors> 
     m.finish()
 }
 
-/// A memory whose first port writes or reads; `2rw` has a second one, which the unit only reads.
+/// A memory whose first port writes or reads; `1rw1r` has a second one, which only reads.
 ///
 /// # Errors
 /// The netlist's own checks.
@@ -62,7 +62,7 @@ fn ram_rw(name: &str, size: Size, ports: u32) -> Result<Arc<Module>, IrErrors> {
     let mut m = wrapper(
         name,
         size,
-        ["1rw", "2rw"][ports as usize - 1],
+        ["1rw", "1rw1r"][ports as usize - 1],
         match ports {
             1 => "Its port writes or reads, never both at one edge.",
             _ => {
@@ -96,7 +96,7 @@ fn holds_between_reads(m: &mut ModuleBuilder, size: Size, ports: &[String]) {
         m.ghost_next(was_read, "1", &format!("re{of}"));
         let past = m.ghost_data_reg(&format!("past_rdata{of}"), size.bits);
         m.ghost_next(past, "1", &format!("rdata{of}"));
-        let same = format!("rdata{of}_is_same");
+        let same = format!("rdata{of}_stays");
         m.same_in_all_bits(&same, &format!("rdata{of}"), &format!("past_rdata{of}"));
         m.assert(
             &format!("holds{of}"),

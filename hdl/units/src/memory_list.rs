@@ -59,13 +59,13 @@ impl ListedMemory {
         }
     }
 
-    /// Ports in short: `2rw`, `1r1w`.
+    /// Ports in short: `1rw1r`, `1r1w`.
     #[must_use]
     pub fn ports(&self) -> String {
         let all = [
+            (self.read_writes, "rw"),
             (self.reads, "r"),
             (self.writes, "w"),
-            (self.read_writes, "rw"),
         ];
         let some = all.into_iter().filter(|(count, _)| *count > 0);
         some.map(|(count, kind)| format!("{count}{kind}")).collect()
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(
             of("paper"),
             [
-                "p_mft_bank: 64 of 512 x 16 2rw, p_mft_bank_macro",
+                "p_mft_bank: 64 of 512 x 16 1rw1r, p_mft_bank_macro",
                 "p_rit_bank: 6 of 128 x 128 1r1w, p_rit_bank_macro",
                 "p_feature_fifo: 1 of 4 x 1059 1r1w, -",
                 "p_result_fifo: 1 of 3 x 793 1r1w, -",

@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(
             macros,
             [
-                "mft_bank 64 of 512 x 16 (2, 0, 0)",
+                "mft_bank 64 of 512 x 16 (1, 0, 1)",
                 "rit_bank 6 of 128 x 128 (0, 1, 1)"
             ]
         );

@@ -120,7 +120,7 @@ pub struct Table {
 }
 
 /// The channel-major table of a configuration, M ports and double buffered, from banks with ever
-/// fewer ports. The second is the generated one; all but the last read M rows a cycle while a row is
+/// fewer ports. The second is the generated one, of whose ports one writes; all but the last read M rows a cycle while a row is
 /// written.
 #[must_use]
 pub fn tables(config: &Config) -> [Table; 4] {
@@ -147,7 +147,7 @@ pub fn tables(config: &Config) -> [Table; 4] {
             1,
             ports,
         ),
-        table("halves apart, M ports", 2 * banks, rows, ports, 0, 0),
+        table("halves apart, M ports", 2 * banks, rows, 1, 0, ports - 1),
         table(
             "halves apart, M copies with a port",
             2 * banks * ports,
@@ -314,5 +314,6 @@ mod tests {
         assert_eq!(u64::from(emitted.count), generated.count);
         assert_eq!(u64::from(emitted.words), generated.shape.words);
         assert_eq!(u64::from(emitted.read_writes), generated.shape.read_writes);
+        assert_eq!(u64::from(emitted.reads), generated.shape.reads);
     }
 }

@@ -29,7 +29,7 @@ pub(crate) struct UnitInputs<'a> {
 
 impl UnitInputs<'_> {
     pub(crate) fn key(&self) -> Key {
-        Key::new(self.unit.to_string(), "potamoi-synth 7")
+        Key::new(self.unit.to_string(), "potamoi-synth 8")
             .text("limits", &format!("{FAN_OUT} {LOAD}"))
             .text("yosys", self.yosys)
             .text("opensta", self.opensta)

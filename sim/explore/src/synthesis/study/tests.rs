@@ -74,7 +74,7 @@ fn cacti(_: &str, shape: &Shape) -> Result<Figures, SynthError> {
     let ports = [shape.read_writes, shape.writes, shape.reads];
     let area_um2 = match (shape.words, shape.bits, ports) {
         (1024, 16, [0, 1, 2]) => 5634.56,
-        (512, 16, [2, 0, 0]) => 1672.2,
+        (512, 16, [1, 0, 1]) => 1672.2,
         (512, 16, [1, 0, 0]) => 804.072,
         (128, 128, [0, 1, 1]) => 4385.84,
         (512, 96, [1, 0, 0]) => 4826.78,
@@ -104,10 +104,10 @@ fn feature_major(variant: Variant, banks: u64, lanes: u64, each_um2: [f64; 2]) -
         module.area_um2 = um2 + if own.0 == "gather_lane" { 500.0 } else { 0.0 };
     }
     unit.memories[0].count = 2 * banks;
-    unit.memories[0].read_writes = 1;
+    (unit.memories[0].read_writes, unit.memories[0].reads) = (1, 0);
     let own = &mut raw.memories.as_mut().unwrap().macros[0];
     own.count = 2 * banks;
-    own.shape.read_writes = 1;
+    (own.shape.read_writes, own.shape.reads) = (1, 0);
     own.figures.area_um2 = 804.072;
     of(variant, &raw)
 }
