@@ -36,9 +36,9 @@ pub(crate) fn live(module: &Module) -> Vec<bool> {
         let op = &module.nodes[id].op;
         queue.extend(op.operands());
         queue.extend(op.edge_operands());
-        // The text of a transposed matrix has the matrix, of which its operands are bits.
-        let matrix = module.transposed.iter().find(|of| of.node == id);
-        queue.extend(matrix.map(|of| of.from));
+        // The text of rearranged bits has their vector, of which the operands are bits.
+        let rearranged = module.rearranged.iter().find(|of| of.node == id);
+        queue.extend(rearranged.map(|of| of.from));
         if let Op::ReadSync(m, ..) | Op::ReadAsync(m, _) = op
             && !std::mem::replace(&mut read[*m], true)
         {
@@ -241,15 +241,14 @@ pub(crate) fn same_cycle_inputs(
     Ok(outputs.map(|(i, p)| (i, inputs[p.node].clone())).collect())
 }
 
-/// Variables of the loops of arrays and of transposed matrices, each once: arrays may share them, and
-/// so may matrices.
+/// Variables of the loops of arrays and of rearranged bits, each once: arrays may share them, and so
+/// may rearranged bits.
 fn loop_variables(module: &Module) -> impl Iterator<Item = (&str, &'static str)> {
     let loops = module.arrays.iter().flat_map(|a| &a.loops);
     let loops = loops.map(|(variable, _)| (variable.as_str(), "loop variable"));
-    let matrices = module.transposed.iter();
-    let matrices = matrices.flat_map(|of| [&of.rows, &of.columns]);
-    let matrices = matrices.map(|(variable, _)| (variable.as_str(), "index of a matrix"));
-    let all: BTreeSet<_> = loops.chain(matrices).collect();
+    let bits = module.rearranged.iter().flat_map(|of| &of.loops);
+    let bits = bits.map(|own| (own.variable.as_str(), "index of rearranged bits"));
+    let all: BTreeSet<_> = loops.chain(bits).collect();
     all.into_iter()
 }
 

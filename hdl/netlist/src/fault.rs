@@ -86,7 +86,7 @@ impl Fault {
             memories: module.memories.clone(),
             instances: module.instances.clone(),
             arrays: module.arrays.clone(),
-            transposed: module.transposed.clone(),
+            rearranged: module.rearranged.clone(),
             contracts: module.contracts.clone(),
             sections: module.sections.clone(),
             unused: module.unused.clone(),

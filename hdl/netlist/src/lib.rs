@@ -77,7 +77,7 @@ pub(crate) use range::ModuleRanges;
 pub use range::{Ranges, ranges};
 
 use node::{Contract, Inst, Memory, Node, Port};
-use repetition::{Array, Transposed};
+use repetition::{Array, Rearranged};
 
 /// A complete module.
 #[derive(Debug, Clone)]
@@ -90,7 +90,7 @@ pub struct Module {
     pub(crate) memories: Vec<Memory>,
     pub(crate) instances: Vec<Inst>,
     pub(crate) arrays: Vec<Array>,
-    pub(crate) transposed: Vec<Transposed>,
+    pub(crate) rearranged: Vec<Rearranged>,
     pub(crate) contracts: Vec<Contract>,
     pub(crate) sections: Vec<String>,
     pub(crate) unused: BTreeMap<usize, String>,

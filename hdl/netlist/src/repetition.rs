@@ -65,16 +65,37 @@ pub(crate) fn label(name: &str, loops: &[(String, u32)], at: usize) -> String {
     }
 }
 
-/// A matrix of bits with rows and columns exchanged, printed as `generate for`. The node is an
-/// ordinary concatenation of bits.
+/// Bits of a vector in another order, printed as loops. The node is an ordinary concatenation of
+/// bits.
 #[derive(Debug, Clone)]
-pub(crate) struct Transposed {
+pub(crate) struct Rearranged {
     pub(crate) node: usize,
-    /// The matrix, row by row, row 0 lowest.
+    /// The vector.
     pub(crate) from: usize,
-    /// Loop variable and count of its rows and of its columns.
-    pub(crate) rows: (String, u32),
-    pub(crate) columns: (String, u32),
+    /// The loops, outermost first: each bit of the node is of one turn of them.
+    pub(crate) loops: Vec<Stride>,
+}
+
+/// A loop over bits.
+#[derive(Debug, Clone)]
+pub(crate) struct Stride {
+    pub(crate) variable: String,
+    pub(crate) count: u32,
+    /// Distance of the bits of two turns, in the node and in the vector.
+    pub(crate) to: u32,
+    pub(crate) from: u32,
+}
+
+/// `3 * row + column`, the loop of the largest distance first.
+pub(crate) fn place(mut terms: Vec<(&str, u32)>) -> String {
+    terms.sort_by_key(|(_, distance)| std::cmp::Reverse(*distance));
+    let terms = terms
+        .into_iter()
+        .map(|(variable, distance)| match distance {
+            1 => variable.to_owned(),
+            _ => format!("{distance} * {variable}"),
+        });
+    terms.collect::<Vec<_>>().join(" + ")
 }
 
 /// What feeds an input port of all instances of an array.

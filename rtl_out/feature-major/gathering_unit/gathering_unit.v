@@ -377,10 +377,11 @@ module gathering_unit (
   wire [15:0] kept_ports = results_data[527:512];
 
   // Counters
-  reg begun;
+  reg begun;  // an issue has been, so that stalls count
   wire stalled = begun & (~fire);
   wire cfg_clear_or_fire = cfg_clear | fire;
-  reg [31:0] running_fifo, running_mft, running_rit;
+  reg [31:0] running_fifo;  // stalls so far, by cause; stat_stall_* show those before an issue
+  reg [31:0] running_mft, running_rit;
   wire [4:0] entries_of_group = {4'd0, lane_kept[0]} + {4'd0, lane_kept[1]} + {4'd0, lane_kept[2]} +
       {4'd0, lane_kept[3]} + {4'd0, lane_kept[4]} + {4'd0, lane_kept[5]} + {4'd0, lane_kept[6]} +
       {4'd0, lane_kept[7]} + {4'd0, lane_kept[8]} + {4'd0, lane_kept[9]} + {4'd0, lane_kept[10]} +
@@ -461,31 +462,32 @@ module gathering_unit (
   reg waits;
   reg [255:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(256)) is_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
+  potamoi_same #(.WIDTH(256)) compare_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [31:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(32)) is_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
+  potamoi_same #(.WIDTH(32)) compare_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
+  potamoi_same #(.WIDTH(1)) compare_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
       .same(tlast_stays));
   reg [255:0] tuser_past;
   wire tuser_stays;
-  potamoi_same #(.WIDTH(256)) is_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
+  potamoi_same #(.WIDTH(256)) compare_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
       .same(tuser_stays));
   reg [31:0] elapsed;
-  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
+  wire [32:0] elapsed_next = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
       elapsed} + 33'd1);
   reg [31:0] elapsed_shown;
-  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
+  wire [32:0] elapsed_shown_next = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, elapsed} + 33'd1);
   reg stat_busy_was_full, running_fifo_was_full, running_mft_was_full, running_rit_was_full,
       stat_stall_bank_was_full;
   reg [31:0] entries_again;
-  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {28'd0,
-      entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {28'd0, entries_of_group});
+  wire [32:0] entries_again_next = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} +
+      {28'd0, entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {28'd0,
+      entries_of_group});
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -510,19 +512,19 @@ module gathering_unit (
       tkeep_past <= m_axis_feat_tkeep;
       tlast_past <= m_axis_feat_tlast;
       tuser_past <= m_axis_feat_tuser;
-      if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
-      if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      if (cfg_clear | fire | begun) elapsed <= elapsed_next[31:0];
+      if (cfg_clear | fire) elapsed_shown <= elapsed_shown_next[31:0];
       stat_busy_was_full <= (stat_busy == 32'hffffffff) & (~cfg_clear);
       running_fifo_was_full <= (running_fifo == 32'hffffffff) & (~cfg_clear);
       running_mft_was_full <= (running_mft == 32'hffffffff) & (~cfg_clear);
       running_rit_was_full <= (running_rit == 32'hffffffff) & (~cfg_clear);
       stat_stall_bank_was_full <= (stat_stall_bank == 32'hffffffff) & (~cfg_clear);
-      if (cfg_clear | (step_done & step_ends_entries)) entries_again <= by_cfg_clear_3[31:0];
+      if (cfg_clear | (step_done & step_ends_entries)) entries_again <= entries_again_next[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
-      by_cfg_clear_2[32], by_cfg_clear_3[32]};
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, tuser_past, elapsed_next[32],
+      elapsed_shown_next[32], entries_again_next[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==

@@ -33,9 +33,9 @@ module lane_slots (
   potamoi_begun check_begun (.clk(clk), .on(checking));
   reg was_read;
   reg [15:0] past_rdata;
-  wire rdata_is_same;
-  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) is_rdata_is_same (.a(rdata), .b(past_rdata),
-      .same(rdata_is_same));
+  wire rdata_stays;
+  potamoi_same #(.WIDTH(16), .WHOLE(1), .TAKES_X(1)) compare_rdata_stays (.a(rdata), .b(past_rdata),
+      .same(rdata_stays));
 
   always @(posedge clk) begin
     was_read <= re;
@@ -46,7 +46,7 @@ module lane_slots (
 
   // A read alone changes the word that is read.
   potamoi_assert #(.TAKES_X(1)) check_holds (.clk(clk), .on(checking), .good(was_read |
-      rdata_is_same));
+      rdata_stays));
 `endif
 endmodule
 

@@ -49,7 +49,7 @@ module mft (
   wire write_room = write_block < MVOXEL_BLOCKS;
   wire write = write_accept & write_room;
   wire begins_block = write_channel == 4'd0;
-  wire [15:0] s_axis_mft_tkeep_30_joined = {s_axis_mft_tkeep[30], s_axis_mft_tkeep[28],
+  wire [15:0] s_axis_mft_tkeep_2 = {s_axis_mft_tkeep[30], s_axis_mft_tkeep[28],
       s_axis_mft_tkeep[26], s_axis_mft_tkeep[24], s_axis_mft_tkeep[22], s_axis_mft_tkeep[20],
       s_axis_mft_tkeep[18], s_axis_mft_tkeep[16], s_axis_mft_tkeep[14], s_axis_mft_tkeep[12],
       s_axis_mft_tkeep[10], s_axis_mft_tkeep[8], s_axis_mft_tkeep[6], s_axis_mft_tkeep[4],
@@ -76,10 +76,9 @@ module mft (
       s_axis_mft_tkeep[27]) | (s_axis_mft_tkeep[26] & (~s_axis_mft_tkeep[24])) |
       (s_axis_mft_tkeep[28] ^ s_axis_mft_tkeep[29]) | (s_axis_mft_tkeep[28] &
       (~s_axis_mft_tkeep[26])) | (s_axis_mft_tkeep[30] ^ s_axis_mft_tkeep[31]) |
-      (s_axis_mft_tkeep[30] & (~s_axis_mft_tkeep[28])) | (not_begins_block &
-      (s_axis_mft_tkeep_30_joined != block_rows)) | (begins_block & block_partial) |
-      (s_axis_mft_tlast & (~write_ends_block)))) | ((~some_rows) & s_axis_mft_tlast &
-      not_begins_block));
+      (s_axis_mft_tkeep[30] & (~s_axis_mft_tkeep[28])) | (not_begins_block & (s_axis_mft_tkeep_2 !=
+      block_rows)) | (begins_block & block_partial) | (s_axis_mft_tlast & (~write_ends_block)))) |
+      ((~some_rows) & s_axis_mft_tlast & not_begins_block));
   wire [9:0] rows_of_block = write_room ? {5'd0, {4'd0, s_axis_mft_tkeep[0]} + {4'd0,
       s_axis_mft_tkeep[2]} + {4'd0, s_axis_mft_tkeep[4]} + {4'd0, s_axis_mft_tkeep[6]} + {4'd0,
       s_axis_mft_tkeep[8]} + {4'd0, s_axis_mft_tkeep[10]} + {4'd0, s_axis_mft_tkeep[12]} + {4'd0,
@@ -113,7 +112,7 @@ module mft (
   end
 
   always @(posedge clk) begin
-    if (write_accept & some_rows & begins_block) block_rows <= s_axis_mft_tkeep_30_joined;
+    if (write_accept & some_rows & begins_block) block_rows <= s_axis_mft_tkeep_2;
   end
 
   // The halves change hands
@@ -193,8 +192,8 @@ module mft (
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg half_of_words_took, half_of_words_past;
   wire half_of_words_is_same;
-  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_half_of_words_is_same (.a(half_of_words),
-      .b(half_of_words_past), .same(half_of_words_is_same));
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) compare_half_of_words_is_same
+      (.a(half_of_words), .b(half_of_words_past), .same(half_of_words_is_same));
 
   always @(posedge clk) begin
     half_of_words_took <= |read;

@@ -303,7 +303,7 @@ module npu_registers (
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   wire [9:0] any_register;
-  potamoi_free #(.WIDTH(10)) any_any_register (.value(any_register));
+  potamoi_free #(.WIDTH(10)) free_any_register (.value(any_register));
   wire any_written = write & (write_index == any_register);
   reg [31:0] value_written, bits_written;
   wire any_is_irq_enable = any_register == 10'd11;

@@ -119,8 +119,8 @@ module vector_lane (
   reg exact_took;
   reg [64:0] exact_past;
   wire exact_is_same;
-  potamoi_same #(.WIDTH(65), .WHOLE(1), .TAKES_X(1)) is_exact_is_same (.a(exact), .b(exact_past),
-      .same(exact_is_same));
+  potamoi_same #(.WIDTH(65), .WHOLE(1), .TAKES_X(1)) compare_exact_is_same (.a(exact),
+      .b(exact_past), .same(exact_is_same));
 
   always @(posedge clk) begin
     exact_took <= accept;

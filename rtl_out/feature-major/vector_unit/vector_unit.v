@@ -35,13 +35,13 @@ module vector_unit (
   localparam [3:0] OP_EXP = 4'd5;
   localparam [3:0] OP_ONE_MINUS_EXP = 4'd6;
 
-  wire [23:0] kept_lanes = {s_axis_vec_tkeep[184], s_axis_vec_tkeep[176], s_axis_vec_tkeep[168],
-      s_axis_vec_tkeep[160], s_axis_vec_tkeep[152], s_axis_vec_tkeep[144], s_axis_vec_tkeep[136],
-      s_axis_vec_tkeep[128], s_axis_vec_tkeep[120], s_axis_vec_tkeep[112], s_axis_vec_tkeep[104],
-      s_axis_vec_tkeep[96], s_axis_vec_tkeep[88], s_axis_vec_tkeep[80], s_axis_vec_tkeep[72],
-      s_axis_vec_tkeep[64], s_axis_vec_tkeep[56], s_axis_vec_tkeep[48], s_axis_vec_tkeep[40],
-      s_axis_vec_tkeep[32], s_axis_vec_tkeep[24], s_axis_vec_tkeep[16], s_axis_vec_tkeep[8],
-      s_axis_vec_tkeep[0]};
+  reg [23:0] kept_lanes;
+  integer lowest;
+  always @(*) begin
+    for (lowest = 0; lowest < 24; lowest = lowest + 1) begin
+      kept_lanes[lowest] = s_axis_vec_tkeep[8 * lowest];
+    end
+  end
 
   // Acceptance
   wire [3:0] code = s_axis_vec_tuser[3:0];
@@ -207,25 +207,25 @@ module vector_unit (
   reg waits;
   reg [767:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(768)) is_tdata_stays (.a(m_axis_vec_tdata), .b(tdata_past),
+  potamoi_same #(.WIDTH(768)) compare_tdata_stays (.a(m_axis_vec_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [95:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(96)) is_tkeep_stays (.a(m_axis_vec_tkeep), .b(tkeep_past),
+  potamoi_same #(.WIDTH(96)) compare_tkeep_stays (.a(m_axis_vec_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_vec_tlast), .b(tlast_past),
+  potamoi_same #(.WIDTH(1)) compare_tlast_stays (.a(m_axis_vec_tlast), .b(tlast_past),
       .same(tlast_stays));
   reg [31:0] vectors_again;
-  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (vectors_again == 32'hffffffff) ? 33'hffffffff :
-      ({1'd0, vectors_again} + 33'd1);
+  wire [32:0] vectors_again_next = cfg_clear ? 33'd0 : (vectors_again == 32'hffffffff) ?
+      33'hffffffff : ({1'd0, vectors_again} + 33'd1);
   reg [31:0] busy_again;
-  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (busy_again == 32'hffffffff) ? 33'hffffffff :
+  wire [32:0] busy_again_next = cfg_clear ? 33'd0 : (busy_again == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, busy_again} + 33'd1);
   reg [31:0] stall_out_again;
-  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (stall_out_again == 32'hffffffff) ? 33'hffffffff
-      : ({1'd0, stall_out_again} + 33'd1);
+  wire [32:0] stall_out_again_next = cfg_clear ? 33'd0 : (stall_out_again == 32'hffffffff) ?
+      33'hffffffff : ({1'd0, stall_out_again} + 33'd1);
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -241,16 +241,17 @@ module vector_unit (
       tdata_past <= m_axis_vec_tdata;
       tkeep_past <= m_axis_vec_tkeep;
       tlast_past <= m_axis_vec_tlast;
-      if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready)) vectors_again <= by_cfg_clear[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready)) vectors_again <=
+          vectors_again_next[31:0];
       if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready) | (|phase)) busy_again <=
-          by_cfg_clear_2[31:0];
+          busy_again_next[31:0];
       if (cfg_clear | (s_axis_vec_tvalid & (~(|phase)) & (in_flight == 2'd3))) stall_out_again <=
-          by_cfg_clear_3[31:0];
+          stall_out_again_next[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, by_cfg_clear[32],
-      by_cfg_clear_2[32], by_cfg_clear_3[32]};
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, vectors_again_next[32],
+      busy_again_next[32], stall_out_again_next[32]};
 
   potamoi_assert check_phase_in_range (.clk(clk), .on(checking), .good(phase <= 5'd19));
 

@@ -125,7 +125,7 @@ module gathering_unit (
   // Reducers: one a channel and port
   wire [511:0] s1_features0 = mft_feature0 & {512{s1_in_range[0]}};
   wire [511:0] s1_features1 = mft_feature1 & {512{s1_in_range[1]}};
-  wire [1023:0] s1_features1_joined = {s1_features1, s1_features0};
+  wire [1023:0] s1_features = {s1_features1, s1_features0};
   wire [1023:0] reduced_result;
   genvar port, lane;
   generate
@@ -134,7 +134,7 @@ module gathering_unit (
         reducer reducer (
           .clk     (clk),
           .valid   (s1_valid),
-          .feature (s1_features1_joined[16 * (32 * port + lane) +: 16]),
+          .feature (s1_features[16 * (32 * port + lane) +: 16]),
           .first   (s1_first),
           .weight  (s1_weight[16 * port +: 16]),
           .result  (reduced_result[16 * (32 * port + lane) +: 16])
@@ -233,10 +233,11 @@ module gathering_unit (
   wire [1:0] kept_ports = results_data[1057:1056];
 
   // Counters
-  reg begun;
+  reg begun;  // an issue has been, so that stalls count
   wire stalled = begun & (~fire);
   wire cfg_clear_or_fire = cfg_clear | fire;
-  reg [31:0] running_fifo, running_mft, running_rit;
+  reg [31:0] running_fifo;  // stalls so far, by cause; stat_stall_* show those before an issue
+  reg [31:0] running_mft, running_rit;
   wire [1:0] entries_of_group = {1'd0, rit_p_keep[0]} + {1'd0, rit_p_keep[1]};
   wire [32:0] stat_entries_sum = {1'd0, stat_entries} + {31'd0, entries_of_group};
 
@@ -306,57 +307,58 @@ module gathering_unit (
   wire group_open = |rit_due;
   reg s2_end_took, s2_end_past;
   wire s2_end_is_same;
-  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_s2_end_is_same (.a(s2_end), .b(s2_end_past),
-      .same(s2_end_is_same));
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) compare_s2_end_is_same (.a(s2_end),
+      .b(s2_end_past), .same(s2_end_is_same));
   reg s2_keep_took;
   reg [1:0] s2_keep_past;
   wire s2_keep_is_same;
-  potamoi_same #(.WIDTH(2), .WHOLE(1), .TAKES_X(1)) is_s2_keep_is_same (.a(s2_keep),
+  potamoi_same #(.WIDTH(2), .WHOLE(1), .TAKES_X(1)) compare_s2_keep_is_same (.a(s2_keep),
       .b(s2_keep_past), .same(s2_keep_is_same));
   reg s2_slot_took;
   reg [31:0] s2_slot_past;
   wire s2_slot_is_same;
-  potamoi_same #(.WIDTH(32), .WHOLE(1), .TAKES_X(1)) is_s2_slot_is_same (.a(s2_slot),
+  potamoi_same #(.WIDTH(32), .WHOLE(1), .TAKES_X(1)) compare_s2_slot_is_same (.a(s2_slot),
       .b(s2_slot_past), .same(s2_slot_is_same));
   reg weight_total0_took;
   reg [18:0] weight_total0_past;
   wire weight_total0_is_same;
-  potamoi_same #(.WIDTH(19), .WHOLE(1), .TAKES_X(1)) is_weight_total0_is_same (.a(weight_total0),
-      .b(weight_total0_past), .same(weight_total0_is_same));
+  potamoi_same #(.WIDTH(19), .WHOLE(1), .TAKES_X(1)) compare_weight_total0_is_same
+      (.a(weight_total0), .b(weight_total0_past), .same(weight_total0_is_same));
   reg weight_total1_took;
   reg [18:0] weight_total1_past;
   wire weight_total1_is_same;
-  potamoi_same #(.WIDTH(19), .WHOLE(1), .TAKES_X(1)) is_weight_total1_is_same (.a(weight_total1),
-      .b(weight_total1_past), .same(weight_total1_is_same));
+  potamoi_same #(.WIDTH(19), .WHOLE(1), .TAKES_X(1)) compare_weight_total1_is_same
+      (.a(weight_total1), .b(weight_total1_past), .same(weight_total1_is_same));
   reg waits;
   reg [1023:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(1024)) is_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
+  potamoi_same #(.WIDTH(1024)) compare_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [127:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(128)) is_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
+  potamoi_same #(.WIDTH(128)) compare_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
+  potamoi_same #(.WIDTH(1)) compare_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
       .same(tlast_stays));
   reg [31:0] tuser_past;
   wire tuser_stays;
-  potamoi_same #(.WIDTH(32)) is_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
+  potamoi_same #(.WIDTH(32)) compare_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
       .same(tuser_stays));
   wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
   wire fills_issue = rit_p_free & rit_q_valid;
   reg [31:0] elapsed;
-  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
+  wire [32:0] elapsed_next = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
       elapsed} + 33'd1);
   reg [31:0] elapsed_shown;
-  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
+  wire [32:0] elapsed_shown_next = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, elapsed} + 33'd1);
   reg stat_busy_was_full, running_fifo_was_full, running_mft_was_full, running_rit_was_full;
   reg [31:0] entries_again;
-  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {31'd0,
-      entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {31'd0, entries_of_group});
+  wire [32:0] entries_again_next = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} +
+      {31'd0, entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {31'd0,
+      entries_of_group});
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -378,13 +380,13 @@ module gathering_unit (
       tkeep_past <= m_axis_feat_tkeep;
       tlast_past <= m_axis_feat_tlast;
       tuser_past <= m_axis_feat_tuser;
-      if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
-      if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      if (cfg_clear | fire | begun) elapsed <= elapsed_next[31:0];
+      if (cfg_clear | fire) elapsed_shown <= elapsed_shown_next[31:0];
       stat_busy_was_full <= (stat_busy == 32'hffffffff) & (~cfg_clear);
       running_fifo_was_full <= (running_fifo == 32'hffffffff) & (~cfg_clear);
       running_mft_was_full <= (running_mft == 32'hffffffff) & (~cfg_clear);
       running_rit_was_full <= (running_rit == 32'hffffffff) & (~cfg_clear);
-      if (cfg_clear | group_done) entries_again <= by_cfg_clear_3[31:0];
+      if (cfg_clear | group_done) entries_again <= entries_again_next[31:0];
     end
   end
 
@@ -402,8 +404,8 @@ module gathering_unit (
   end
 
   wire unused_checks = &{1'b0, s2_end_past, s2_keep_past, s2_slot_past, weight_total0_past,
-      weight_total1_past, tdata_past, tkeep_past, tlast_past, tuser_past, by_cfg_clear[32],
-      by_cfg_clear_2[32], by_cfg_clear_3[32]};
+      weight_total1_past, tdata_past, tkeep_past, tlast_past, tuser_past, elapsed_next[32],
+      elapsed_shown_next[32], entries_again_next[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==

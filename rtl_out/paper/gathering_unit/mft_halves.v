@@ -92,22 +92,22 @@ module mft_halves (
   wire high_second_enabled = high.re1;
 `endif
   wire low_write_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_low_write_row (.a(low_given), .b(waddr),
       .same(low_write_row));
   wire low_read_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_read_row (.a(low_given), .b(raddr0),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_low_read_row (.a(low_given), .b(raddr0),
       .same(low_read_row));
   wire low_second_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_second_row (.a(low_given_second),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_low_second_row (.a(low_given_second),
       .b(raddr1), .same(low_second_row));
   wire high_write_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
-      .same(high_write_row));
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_high_write_row (.a(high_given),
+      .b(waddr), .same(high_write_row));
   wire high_read_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_read_row (.a(high_given), .b(raddr0),
-      .same(high_read_row));
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_high_read_row (.a(high_given),
+      .b(raddr0), .same(high_read_row));
   wire high_second_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_second_row (.a(high_given_second),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_high_second_row (.a(high_given_second),
       .b(raddr1), .same(high_second_row));
 
   wire unused_checks = &{1'b0, low_given, low_given_second, low_second_row, high_given,

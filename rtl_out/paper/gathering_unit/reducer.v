@@ -38,7 +38,7 @@ module reducer (
   reg acc_took;
   reg [30:0] acc_past;
   wire acc_is_same;
-  potamoi_same #(.WIDTH(31), .WHOLE(1), .TAKES_X(1)) is_acc_is_same (.a(acc), .b(acc_past),
+  potamoi_same #(.WIDTH(31), .WHOLE(1), .TAKES_X(1)) compare_acc_is_same (.a(acc), .b(acc_past),
       .same(acc_is_same));
 
   always @(posedge clk) begin

@@ -105,13 +105,12 @@ module npu_axi_lite (
   reg b_waits, r_waits;
   reg [1:0] bresp_past, rresp_past, open_addresses;
   reg [31:0] rdata_past;
-  wire [2:0] open_addresses_sum_minus_b_taken = ({1'd0, open_addresses} + {2'd0, takes_address}) -
-      {2'd0, b_taken};
-  reg [1:0] open_data;
-  wire [2:0] open_data_sum_minus_b_taken = ({1'd0, open_data} + {2'd0, takes_data}) - {2'd0,
+  wire [2:0] open_addresses_next = ({1'd0, open_addresses} + {2'd0, takes_address}) - {2'd0,
       b_taken};
+  reg [1:0] open_data;
+  wire [2:0] open_data_next = ({1'd0, open_data} + {2'd0, takes_data}) - {2'd0, b_taken};
   reg [1:0] open_reads;
-  wire [2:0] open_reads_sum_minus_r_taken = ({1'd0, open_reads} + {2'd0, reads}) - {2'd0, r_taken};
+  wire [2:0] open_reads_next = ({1'd0, open_reads} + {2'd0, reads}) - {2'd0, r_taken};
   wire [9:0] awaddr_index = s_axil_awaddr[11:2];
   reg [9:0] write_index_offered;
   reg [31:0] write_data_offered, data_given;
@@ -140,9 +139,9 @@ module npu_axi_lite (
       r_waits <= s_axil_rvalid & (~s_axil_rready);
       rdata_past <= s_axil_rdata;
       rresp_past <= s_axil_rresp;
-      open_addresses <= open_addresses_sum_minus_b_taken[1:0];
-      open_data <= open_data_sum_minus_b_taken[1:0];
-      open_reads <= open_reads_sum_minus_r_taken[1:0];
+      open_addresses <= open_addresses_next[1:0];
+      open_data <= open_data_next[1:0];
+      open_reads <= open_reads_next[1:0];
       if (takes_address) write_index_offered <= awaddr_index;
       if (takes_data) begin
         write_data_offered <= s_axil_wdata;
@@ -156,8 +155,7 @@ module npu_axi_lite (
     end
   end
 
-  wire unused_checks = &{1'b0, open_addresses_sum_minus_b_taken[2], open_data_sum_minus_b_taken[2],
-      open_reads_sum_minus_r_taken[2]};
+  wire unused_checks = &{1'b0, open_addresses_next[2], open_data_next[2], open_reads_next[2]};
 
   // bvalid and bresp stay until bready.
   potamoi_assert check_write_response_stays (.clk(clk), .on(checking), .good((~b_waits) |

@@ -41,7 +41,7 @@ module npu_packet_gate (
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg [31:0] allowed;
   reg [32:0] passed;
-  wire [33:0] by_start = start ? 34'd0 : ({1'd0, passed} + {27'd0, step});
+  wire [33:0] passed_next = start ? 34'd0 : ({1'd0, passed} + {27'd0, step});
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -49,11 +49,11 @@ module npu_packet_gate (
       passed <= 33'd0;
     end else begin
       if (start) allowed <= packets;
-      if (start | ends) passed <= by_start[32:0];
+      if (start | ends) passed <= passed_next[32:0];
     end
   end
 
-  wire unused_checks = &{1'b0, by_start[33]};
+  wire unused_checks = &{1'b0, passed_next[33]};
 
   // A closed gate offers nothing and takes nothing.
   potamoi_assert check_closed_passes_nothing (.clk(clk), .on(checking), .good((~(m_tvalid |

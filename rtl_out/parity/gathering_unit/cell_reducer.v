@@ -91,47 +91,47 @@ module cell_reducer (
   reg held_product0_took;
   reg [32:0] held_product0_past;
   wire held_product0_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product0_is_same (.a(held_product0),
-      .b(held_product0_past), .same(held_product0_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product0_is_same
+      (.a(held_product0), .b(held_product0_past), .same(held_product0_is_same));
   reg held_product1_took;
   reg [32:0] held_product1_past;
   wire held_product1_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product1_is_same (.a(held_product1),
-      .b(held_product1_past), .same(held_product1_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product1_is_same
+      (.a(held_product1), .b(held_product1_past), .same(held_product1_is_same));
   reg held_product2_took;
   reg [32:0] held_product2_past;
   wire held_product2_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product2_is_same (.a(held_product2),
-      .b(held_product2_past), .same(held_product2_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product2_is_same
+      (.a(held_product2), .b(held_product2_past), .same(held_product2_is_same));
   reg held_product3_took;
   reg [32:0] held_product3_past;
   wire held_product3_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product3_is_same (.a(held_product3),
-      .b(held_product3_past), .same(held_product3_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product3_is_same
+      (.a(held_product3), .b(held_product3_past), .same(held_product3_is_same));
   reg held_product4_took;
   reg [32:0] held_product4_past;
   wire held_product4_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product4_is_same (.a(held_product4),
-      .b(held_product4_past), .same(held_product4_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product4_is_same
+      (.a(held_product4), .b(held_product4_past), .same(held_product4_is_same));
   reg held_product5_took;
   reg [32:0] held_product5_past;
   wire held_product5_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product5_is_same (.a(held_product5),
-      .b(held_product5_past), .same(held_product5_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product5_is_same
+      (.a(held_product5), .b(held_product5_past), .same(held_product5_is_same));
   reg held_product6_took;
   reg [32:0] held_product6_past;
   wire held_product6_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product6_is_same (.a(held_product6),
-      .b(held_product6_past), .same(held_product6_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product6_is_same
+      (.a(held_product6), .b(held_product6_past), .same(held_product6_is_same));
   reg held_product7_took;
   reg [32:0] held_product7_past;
   wire held_product7_is_same;
-  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) is_held_product7_is_same (.a(held_product7),
-      .b(held_product7_past), .same(held_product7_is_same));
+  potamoi_same #(.WIDTH(33), .WHOLE(1), .TAKES_X(1)) compare_held_product7_is_same
+      (.a(held_product7), .b(held_product7_past), .same(held_product7_is_same));
   reg acc_took;
   reg [34:0] acc_past;
   wire acc_is_same;
-  potamoi_same #(.WIDTH(35), .WHOLE(1), .TAKES_X(1)) is_acc_is_same (.a(acc), .b(acc_past),
+  potamoi_same #(.WIDTH(35), .WHOLE(1), .TAKES_X(1)) compare_acc_is_same (.a(acc), .b(acc_past),
       .same(acc_is_same));
 
   always @(posedge clk) begin

@@ -146,21 +146,21 @@ module gathering_unit (
       {64{s1_in_range[13]}}, {64{s1_in_range[12]}}, {64{s1_in_range[11]}}, {64{s1_in_range[10]}},
       {64{s1_in_range[9]}}, {64{s1_in_range[8]}}};
   wire [127:0] s1_features1_0_joined = {s1_features1[63:0], s1_features0[63:0]};
-  wire [31:0] s1_weight_128_joined = {s1_weight[143:128], s1_weight[15:0]};
+  wire [31:0] s1_weight_2 = {s1_weight[143:128], s1_weight[15:0]};
   wire [127:0] s1_features1_64_joined = {s1_features1[127:64], s1_features0[127:64]};
-  wire [31:0] s1_weight_144_joined = {s1_weight[159:144], s1_weight[31:16]};
+  wire [31:0] s1_weight_3 = {s1_weight[159:144], s1_weight[31:16]};
   wire [127:0] s1_features1_128_joined = {s1_features1[191:128], s1_features0[191:128]};
-  wire [31:0] s1_weight_160_joined = {s1_weight[175:160], s1_weight[47:32]};
+  wire [31:0] s1_weight_4 = {s1_weight[175:160], s1_weight[47:32]};
   wire [127:0] s1_features1_192_joined = {s1_features1[255:192], s1_features0[255:192]};
-  wire [31:0] s1_weight_176_joined = {s1_weight[191:176], s1_weight[63:48]};
+  wire [31:0] s1_weight_5 = {s1_weight[191:176], s1_weight[63:48]};
   wire [127:0] s1_features1_256_joined = {s1_features1[319:256], s1_features0[319:256]};
-  wire [31:0] s1_weight_192_joined = {s1_weight[207:192], s1_weight[79:64]};
+  wire [31:0] s1_weight_6 = {s1_weight[207:192], s1_weight[79:64]};
   wire [127:0] s1_features1_320_joined = {s1_features1[383:320], s1_features0[383:320]};
-  wire [31:0] s1_weight_208_joined = {s1_weight[223:208], s1_weight[95:80]};
+  wire [31:0] s1_weight_7 = {s1_weight[223:208], s1_weight[95:80]};
   wire [127:0] s1_features1_384_joined = {s1_features1[447:384], s1_features0[447:384]};
-  wire [31:0] s1_weight_224_joined = {s1_weight[239:224], s1_weight[111:96]};
+  wire [31:0] s1_weight_8 = {s1_weight[239:224], s1_weight[111:96]};
   wire [127:0] s1_features1_448_joined = {s1_features1[511:448], s1_features0[511:448]};
-  wire [31:0] s1_weight_240_joined = {s1_weight[255:240], s1_weight[127:112]};
+  wire [31:0] s1_weight_9 = {s1_weight[255:240], s1_weight[127:112]};
   wire [127:0] reduced_result;
   genvar port, lane;
   generate
@@ -171,21 +171,21 @@ module gathering_unit (
           .valid    (s1_valid),
           .sum      (sum_valid),
           .feature0 (s1_features1_0_joined[16 * (4 * port + lane) +: 16]),
-          .weight0  (s1_weight_128_joined[16 * port +: 16]),
+          .weight0  (s1_weight_2[16 * port +: 16]),
           .feature1 (s1_features1_64_joined[16 * (4 * port + lane) +: 16]),
-          .weight1  (s1_weight_144_joined[16 * port +: 16]),
+          .weight1  (s1_weight_3[16 * port +: 16]),
           .feature2 (s1_features1_128_joined[16 * (4 * port + lane) +: 16]),
-          .weight2  (s1_weight_160_joined[16 * port +: 16]),
+          .weight2  (s1_weight_4[16 * port +: 16]),
           .feature3 (s1_features1_192_joined[16 * (4 * port + lane) +: 16]),
-          .weight3  (s1_weight_176_joined[16 * port +: 16]),
+          .weight3  (s1_weight_5[16 * port +: 16]),
           .feature4 (s1_features1_256_joined[16 * (4 * port + lane) +: 16]),
-          .weight4  (s1_weight_192_joined[16 * port +: 16]),
+          .weight4  (s1_weight_6[16 * port +: 16]),
           .feature5 (s1_features1_320_joined[16 * (4 * port + lane) +: 16]),
-          .weight5  (s1_weight_208_joined[16 * port +: 16]),
+          .weight5  (s1_weight_7[16 * port +: 16]),
           .feature6 (s1_features1_384_joined[16 * (4 * port + lane) +: 16]),
-          .weight6  (s1_weight_224_joined[16 * port +: 16]),
+          .weight6  (s1_weight_8[16 * port +: 16]),
           .feature7 (s1_features1_448_joined[16 * (4 * port + lane) +: 16]),
-          .weight7  (s1_weight_240_joined[16 * port +: 16]),
+          .weight7  (s1_weight_9[16 * port +: 16]),
           .result   (reduced_result[16 * (4 * port + lane) +: 16])
         );
       end
@@ -264,10 +264,11 @@ module gathering_unit (
   wire [1:0] kept_ports = results_data[161:160];
 
   // Counters
-  reg begun;
+  reg begun;  // an issue has been, so that stalls count
   wire stalled = begun & (~fire);
   wire cfg_clear_or_fire = cfg_clear | fire;
-  reg [31:0] running_fifo, running_mft, running_rit;
+  reg [31:0] running_fifo;  // stalls so far, by cause; stat_stall_* show those before an issue
+  reg [31:0] running_mft, running_rit;
   wire [1:0] entries_of_group = {1'd0, rit_p_keep[0]} + {1'd0, rit_p_keep[1]};
   wire [32:0] stat_entries_sum = {1'd0, stat_entries} + {31'd0, entries_of_group};
 
@@ -333,47 +334,48 @@ module gathering_unit (
 `endif
   reg s2_end_took, s2_end_past;
   wire s2_end_is_same;
-  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_s2_end_is_same (.a(s2_end), .b(s2_end_past),
-      .same(s2_end_is_same));
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) compare_s2_end_is_same (.a(s2_end),
+      .b(s2_end_past), .same(s2_end_is_same));
   reg s2_keep_took;
   reg [1:0] s2_keep_past;
   wire s2_keep_is_same;
-  potamoi_same #(.WIDTH(2), .WHOLE(1), .TAKES_X(1)) is_s2_keep_is_same (.a(s2_keep),
+  potamoi_same #(.WIDTH(2), .WHOLE(1), .TAKES_X(1)) compare_s2_keep_is_same (.a(s2_keep),
       .b(s2_keep_past), .same(s2_keep_is_same));
   reg s2_slot_took;
   reg [31:0] s2_slot_past;
   wire s2_slot_is_same;
-  potamoi_same #(.WIDTH(32), .WHOLE(1), .TAKES_X(1)) is_s2_slot_is_same (.a(s2_slot),
+  potamoi_same #(.WIDTH(32), .WHOLE(1), .TAKES_X(1)) compare_s2_slot_is_same (.a(s2_slot),
       .b(s2_slot_past), .same(s2_slot_is_same));
   reg waits;
   reg [127:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(128)) is_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
+  potamoi_same #(.WIDTH(128)) compare_tdata_stays (.a(m_axis_feat_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [15:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(16)) is_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
+  potamoi_same #(.WIDTH(16)) compare_tkeep_stays (.a(m_axis_feat_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
+  potamoi_same #(.WIDTH(1)) compare_tlast_stays (.a(m_axis_feat_tlast), .b(tlast_past),
       .same(tlast_stays));
   reg [31:0] tuser_past;
   wire tuser_stays;
-  potamoi_same #(.WIDTH(32)) is_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
+  potamoi_same #(.WIDTH(32)) compare_tuser_stays (.a(m_axis_feat_tuser), .b(tuser_past),
       .same(tuser_stays));
   wire all_ready = m_axis_feat_tready & s_axis_rit_tvalid & (|s_axis_rit_tkeep) & s_axis_mft_tvalid;
   wire fills_issue = rit_p_free & rit_q_valid;
   reg [31:0] elapsed;
-  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
+  wire [32:0] elapsed_next = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff : ({1'd0,
       elapsed} + 33'd1);
   reg [31:0] elapsed_shown;
-  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
+  wire [32:0] elapsed_shown_next = cfg_clear ? 33'd0 : (elapsed == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, elapsed} + 33'd1);
   reg stat_busy_was_full, running_fifo_was_full, running_mft_was_full, running_rit_was_full;
   reg [31:0] entries_again;
-  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} + {31'd0,
-      entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {31'd0, entries_of_group});
+  wire [32:0] entries_again_next = cfg_clear ? 33'd0 : (33'hffffffff < ({1'd0, entries_again} +
+      {31'd0, entries_of_group})) ? 33'hffffffff : ({1'd0, entries_again} + {31'd0,
+      entries_of_group});
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -395,13 +397,13 @@ module gathering_unit (
       tkeep_past <= m_axis_feat_tkeep;
       tlast_past <= m_axis_feat_tlast;
       tuser_past <= m_axis_feat_tuser;
-      if (cfg_clear | fire | begun) elapsed <= by_cfg_clear[31:0];
-      if (cfg_clear | fire) elapsed_shown <= by_cfg_clear_2[31:0];
+      if (cfg_clear | fire | begun) elapsed <= elapsed_next[31:0];
+      if (cfg_clear | fire) elapsed_shown <= elapsed_shown_next[31:0];
       stat_busy_was_full <= (stat_busy == 32'hffffffff) & (~cfg_clear);
       running_fifo_was_full <= (running_fifo == 32'hffffffff) & (~cfg_clear);
       running_mft_was_full <= (running_mft == 32'hffffffff) & (~cfg_clear);
       running_rit_was_full <= (running_rit == 32'hffffffff) & (~cfg_clear);
-      if (cfg_clear | group_done) entries_again <= by_cfg_clear_3[31:0];
+      if (cfg_clear | group_done) entries_again <= entries_again_next[31:0];
     end
   end
 
@@ -415,7 +417,7 @@ module gathering_unit (
   end
 
   wire unused_checks = &{1'b0, s2_end_past, s2_keep_past, s2_slot_past, tdata_past, tkeep_past,
-      tlast_past, tuser_past, by_cfg_clear[32], by_cfg_clear_2[32], by_cfg_clear_3[32]};
+      tlast_past, tuser_past, elapsed_next[32], elapsed_shown_next[32], entries_again_next[32]};
 
   // cfg_* change only while the unit is idle.
   potamoi_assume check_settings_stay (.clk(clk), .on(checking), .good(idle | (settings ==

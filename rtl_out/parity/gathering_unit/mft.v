@@ -163,14 +163,12 @@ module mft (
   end
 
   // Banks, one a parity and channel
-  wire [7:0] read0_7_joined = {read0_7, read0_6, read0_5, read0_4, read0_3, read0_2, read0_1,
-      read0_0};
-  wire [47:0] address0_7_joined = {address0_7, address0_6, address0_5, address0_4, address0_3,
-      address0_2, address0_1, address0_0};
-  wire [7:0] read1_7_joined = {read1_7, read1_6, read1_5, read1_4, read1_3, read1_2, read1_1,
-      read1_0};
-  wire [47:0] address1_7_joined = {address1_7, address1_6, address1_5, address1_4, address1_3,
-      address1_2, address1_1, address1_0};
+  wire [7:0] read0 = {read0_7, read0_6, read0_5, read0_4, read0_3, read0_2, read0_1, read0_0};
+  wire [47:0] address0 = {address0_7, address0_6, address0_5, address0_4, address0_3, address0_2,
+      address0_1, address0_0};
+  wire [7:0] read1 = {read1_7, read1_6, read1_5, read1_4, read1_3, read1_2, read1_1, read1_0};
+  wire [47:0] address1 = {address1_7, address1_6, address1_5, address1_4, address1_3, address1_2,
+      address1_1, address1_0};
   wire [511:0] bank_rdata0, bank_rdata1;
   genvar group, lane;
   generate
@@ -185,10 +183,10 @@ module mft (
           .read_half     (read_half),
           .loaded        (loaded),
           .half_of_words (half_of_words),
-          .re0           (read0_7_joined[group]),
-          .raddr0        (address0_7_joined[6 * group +: 6]),
-          .re1           (read1_7_joined[group]),
-          .raddr1        (address1_7_joined[6 * group +: 6]),
+          .re0           (read0[group]),
+          .raddr0        (address0[6 * group +: 6]),
+          .re1           (read1[group]),
+          .raddr1        (address1[6 * group +: 6]),
           .rdata0        (bank_rdata0[16 * (4 * group + lane) +: 16]),
           .rdata1        (bank_rdata1[16 * (4 * group + lane) +: 16])
         );
@@ -214,8 +212,8 @@ module mft (
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg half_of_words_took, half_of_words_past;
   wire half_of_words_is_same;
-  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_half_of_words_is_same (.a(half_of_words),
-      .b(half_of_words_past), .same(half_of_words_is_same));
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) compare_half_of_words_is_same
+      (.a(half_of_words), .b(half_of_words_past), .same(half_of_words_is_same));
 
   always @(posedge clk) begin
     half_of_words_took <= read;

@@ -133,28 +133,36 @@ module rit_buffer (
   wire write_ready = ~(write_half ? closed_1 : closed_0);
   wire some_bytes = |s_axis_rit_tkeep;
   wire write_accept = s_axis_rit_tvalid & write_ready & (some_bytes | s_axis_rit_tlast);
-  wire [7:0] beat_kept = {s_axis_rit_tkeep[14], s_axis_rit_tkeep[12], s_axis_rit_tkeep[10],
-      s_axis_rit_tkeep[8], s_axis_rit_tkeep[6], s_axis_rit_tkeep[4], s_axis_rit_tkeep[2],
-      s_axis_rit_tkeep[0]};
+  reg [7:0] beat_kept;
+  integer lowest;
+  always @(*) begin
+    for (lowest = 0; lowest < 8; lowest = lowest + 1) begin
+      beat_kept[lowest] = s_axis_rit_tkeep[2 * lowest];
+    end
+  end
   wire [7:0] kept_of_beat_5 = beat_kept & {8{write_phase == 3'd5}};
   wire [7:0] kept_of_beat_4 = (beat_kept & {8{write_phase == 3'd4}}) | {8{3'd4 < write_phase}};
   wire [7:0] kept_of_beat_3 = (beat_kept & {8{write_phase == 3'd3}}) | {8{3'd3 < write_phase}};
   wire [7:0] kept_of_beat_2 = (beat_kept & {8{write_phase == 3'd2}}) | {8{3'd2 < write_phase}};
   wire [7:0] kept_of_beat_1 = (beat_kept & {8{write_phase == 3'd1}}) | {8{3'd1 < write_phase}};
   wire [7:0] kept_of_beat_0 = (beat_kept & {8{write_phase == 3'd0}}) | {8{3'd0 < write_phase}};
+  // halfwords of the row that have come
   wire [47:0] row_kept = {kept_of_beat_5, kept_of_beat_4, kept_of_beat_3, kept_of_beat_2,
       kept_of_beat_1, kept_of_beat_0};
   wire [47:0] row_last = row_kept & (~{1'b0, row_kept[47:1]});
+  // groups of the row whose last entry has come
   wire [2:0] full_groups_v8 = {2'd0, row_kept[7]} + {2'd0, row_kept[15]} + {2'd0, row_kept[23]} +
       {2'd0, row_kept[31]} + {2'd0, row_kept[39]} + {2'd0, row_kept[47]};
+  // those whose first entry has come
   wire [2:0] all_groups_v8 = {2'd0, row_kept[3]} + {2'd0, row_kept[11]} + {2'd0, row_kept[19]} +
       {2'd0, row_kept[27]} + {2'd0, row_kept[35]} + {2'd0, row_kept[43]};
+  // entries of the last of these that have come
   wire [1:0] keep_v8 = {(row_kept[7] & (~row_kept[11])) | (row_kept[15] & (~row_kept[19])) |
       (row_kept[23] & (~row_kept[27])) | (row_kept[31] & (~row_kept[35])) | (row_kept[39] &
       (~row_kept[43])) | row_kept[47], (row_kept[3] & (~row_kept[11])) | (row_kept[11] &
       (~row_kept[19])) | (row_kept[19] & (~row_kept[27])) | (row_kept[27] & (~row_kept[35])) |
       (row_kept[35] & (~row_kept[43])) | row_kept[43]};
-  wire whole_v8 = |(row_last & 48'h888888888888);
+  wire whole_v8 = |(row_last & 48'h888888888888);  // the row ends with a whole entry
   wire [8:0] completed = {whole_v8, keep_v8, all_groups_v8, full_groups_v8};
   wire [2:0] full_groups = completed[2:0];
   wire [2:0] all_groups = completed[5:3];
@@ -543,11 +551,11 @@ module rit_buffer (
       3'd1 : (write_phase == 3'd2) ? 3'd2 : (write_phase == 3'd3) ? 3'd3 : (write_phase == 3'd4) ?
       3'd4 : 3'd5;
   wire pick_half;
-  potamoi_free #(.WIDTH(1)) any_pick_half (.value(pick_half));
+  potamoi_free #(.WIDTH(1)) free_pick_half (.value(pick_half));
   wire [5:0] pick_row;
-  potamoi_free #(.WIDTH(6)) any_pick_row (.value(pick_row));
+  potamoi_free #(.WIDTH(6)) free_pick_row (.value(pick_row));
   wire [2:0] pick_group;
-  potamoi_free #(.WIDTH(3)) any_pick_group (.value(pick_group));
+  potamoi_free #(.WIDTH(3)) free_pick_group (.value(pick_group));
   wire [2:0] pick_from = (cfg_vertices == 2'd0) ? ((pick_group == 3'd0) ? 3'd0 : (pick_group ==
       3'd1) ? 3'd1 : (pick_group == 3'd2) ? 3'd2 : (pick_group == 3'd3) ? 3'd3 : (pick_group ==
       3'd4) ? 3'd4 : 3'd5) : (cfg_vertices == 2'd1) ? ((pick_group == 3'd0) ? 3'd0 : (pick_group ==

@@ -51,7 +51,7 @@ module npu_job (
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg [31:0] packets_ordered, packets_taken;
-  wire [32:0] by_begins_now = begins ? 33'd0 : ({1'd0, packets_taken} + 33'd1);
+  wire [32:0] packets_taken_next = begins ? 33'd0 : ({1'd0, packets_taken} + 33'd1);
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -59,11 +59,11 @@ module npu_job (
       packets_taken <= 32'd0;
     end else begin
       if (begins) packets_ordered <= packets;
-      if (begins | ends) packets_taken <= by_begins_now[31:0];
+      if (begins | ends) packets_taken <= packets_taken_next[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, by_begins_now[32]};
+  wire unused_checks = &{1'b0, packets_taken_next[32]};
 
   // The packets of a job are those that were taken and those that are left.
   potamoi_assert check_packets_add_up (.clk(clk), .on(checking), .good(({1'd0, packets_left} +

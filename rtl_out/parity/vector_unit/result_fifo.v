@@ -45,11 +45,11 @@ module result_fifo (
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   wire [2:0] pick;
-  potamoi_free #(.WIDTH(3)) any_pick (.value(pick));
+  potamoi_free #(.WIDTH(3)) free_pick (.value(pick));
   reg [2:0] pushes;
-  wire [3:0] pushes_plus_1 = {1'd0, pushes} + 4'd1;
+  wire [3:0] pushes_next = {1'd0, pushes} + 4'd1;
   reg [2:0] pops;
-  wire [3:0] pops_plus_1 = {1'd0, pops} + 4'd1;
+  wire [3:0] pops_next = {1'd0, pops} + 4'd1;
   reg tracked;
   reg [1:0] ahead, slot;
   reg [792:0] word;
@@ -58,19 +58,19 @@ module result_fifo (
   reg waits;
   reg [792:0] head;
   wire data_is_word;
-  potamoi_same #(.WIDTH(793)) is_data_is_word (.a(data), .b(word), .same(data_is_word));
+  potamoi_same #(.WIDTH(793)) compare_data_is_word (.a(data), .b(word), .same(data_is_word));
   wire data_is_head;
-  potamoi_same #(.WIDTH(793)) is_data_is_head (.a(data), .b(head), .same(data_is_head));
+  potamoi_same #(.WIDTH(793)) compare_data_is_head (.a(data), .b(head), .same(data_is_head));
   wire [792:0] kept_word = mem[slot];
   wire kept_is_word;
-  potamoi_same #(.WIDTH(793)) is_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
+  potamoi_same #(.WIDTH(793)) compare_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
   wire [1:0] any_slot;
-  potamoi_free #(.WIDTH(2)) any_any_slot (.value(any_slot));
+  potamoi_free #(.WIDTH(2)) free_any_slot (.value(any_slot));
   wire [792:0] stored = mem[any_slot];
   reg [792:0] was_stored;
   reg was_pushed, seen;
   wire stored_is_same;
-  potamoi_same #(.WIDTH(793), .TAKES_X(1)) is_stored_is_same (.a(stored), .b(was_stored),
+  potamoi_same #(.WIDTH(793), .TAKES_X(1)) compare_stored_is_same (.a(stored), .b(was_stored),
       .same(stored_is_same));
 
   always @(posedge clk) begin
@@ -87,8 +87,8 @@ module result_fifo (
       was_pushed <= 1'b0;
       seen <= 1'b0;
     end else begin
-      if (push) pushes <= pushes_plus_1[2:0];
-      if (pop) pops <= pops_plus_1[2:0];
+      if (push) pushes <= pushes_next[2:0];
+      if (pop) pops <= pops_next[2:0];
       if (enters | leaves) tracked <= enters;
       if (enters | pop) ahead <= enters ? (count - {1'd0, pop}) : (ahead - 2'd1);
       if (enters) begin
@@ -103,7 +103,7 @@ module result_fifo (
     end
   end
 
-  wire unused_checks = &{1'b0, pushes_plus_1[3], pops_plus_1[3], word, head, kept_word, was_stored};
+  wire unused_checks = &{1'b0, pushes_next[3], pops_next[3], word, head, kept_word, was_stored};
 
   // A word is pushed only if there is room.
   potamoi_assert check_has_room (.clk(clk), .on(checking), .good((~push) | (count < 2'd3)));

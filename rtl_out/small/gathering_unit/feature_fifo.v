@@ -46,11 +46,11 @@ module feature_fifo (
   wire checking;  // out of reset, and reset once
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   wire [3:0] pick;
-  potamoi_free #(.WIDTH(4)) any_pick (.value(pick));
+  potamoi_free #(.WIDTH(4)) free_pick (.value(pick));
   reg [3:0] pushes;
-  wire [4:0] pushes_plus_1 = {1'd0, pushes} + 5'd1;
+  wire [4:0] pushes_next = {1'd0, pushes} + 5'd1;
   reg [3:0] pops;
-  wire [4:0] pops_plus_1 = {1'd0, pops} + 5'd1;
+  wire [4:0] pops_next = {1'd0, pops} + 5'd1;
   reg tracked;
   reg [2:0] ahead;
   reg [145:0] word;
@@ -60,19 +60,19 @@ module feature_fifo (
   reg waits;
   reg [145:0] head;
   wire data_is_word;
-  potamoi_same #(.WIDTH(146)) is_data_is_word (.a(data), .b(word), .same(data_is_word));
+  potamoi_same #(.WIDTH(146)) compare_data_is_word (.a(data), .b(word), .same(data_is_word));
   wire data_is_head;
-  potamoi_same #(.WIDTH(146)) is_data_is_head (.a(data), .b(head), .same(data_is_head));
+  potamoi_same #(.WIDTH(146)) compare_data_is_head (.a(data), .b(head), .same(data_is_head));
   wire [145:0] kept_word = mem[slot];
   wire kept_is_word;
-  potamoi_same #(.WIDTH(146)) is_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
+  potamoi_same #(.WIDTH(146)) compare_kept_is_word (.a(kept_word), .b(word), .same(kept_is_word));
   wire [1:0] any_slot;
-  potamoi_free #(.WIDTH(2)) any_any_slot (.value(any_slot));
+  potamoi_free #(.WIDTH(2)) free_any_slot (.value(any_slot));
   wire [145:0] stored = mem[any_slot];
   reg [145:0] was_stored;
   reg was_pushed, seen;
   wire stored_is_same;
-  potamoi_same #(.WIDTH(146), .TAKES_X(1)) is_stored_is_same (.a(stored), .b(was_stored),
+  potamoi_same #(.WIDTH(146), .TAKES_X(1)) compare_stored_is_same (.a(stored), .b(was_stored),
       .same(stored_is_same));
 
   always @(posedge clk) begin
@@ -89,8 +89,8 @@ module feature_fifo (
       was_pushed <= 1'b0;
       seen <= 1'b0;
     end else begin
-      if (push) pushes <= pushes_plus_1[3:0];
-      if (pop) pops <= pops_plus_1[3:0];
+      if (push) pushes <= pushes_next[3:0];
+      if (pop) pops <= pops_next[3:0];
       if (enters | leaves) tracked <= enters;
       if (enters | pop) ahead <= enters ? (count - {2'd0, pop}) : (ahead - 3'd1);
       if (enters) begin
@@ -105,7 +105,7 @@ module feature_fifo (
     end
   end
 
-  wire unused_checks = &{1'b0, pushes_plus_1[4], pops_plus_1[4], word, head, kept_word, was_stored};
+  wire unused_checks = &{1'b0, pushes_next[4], pops_next[4], word, head, kept_word, was_stored};
 
   // A word is pushed only if there is room.
   potamoi_assert check_has_room (.clk(clk), .on(checking), .good((~push) | (count < 3'd4)));

@@ -117,8 +117,8 @@ module mft (
   potamoi_checking check_reset (.clk(clk), .rst_n(rst_n), .on(checking));
   reg half_of_words_took, half_of_words_past;
   wire half_of_words_is_same;
-  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) is_half_of_words_is_same (.a(half_of_words),
-      .b(half_of_words_past), .same(half_of_words_is_same));
+  potamoi_same #(.WIDTH(1), .WHOLE(1), .TAKES_X(1)) compare_half_of_words_is_same
+      (.a(half_of_words), .b(half_of_words_past), .same(half_of_words_is_same));
 
   always @(posedge clk) begin
     half_of_words_took <= read;

@@ -69,17 +69,17 @@ module mft_halves (
   wire high_enabled = high.re;
 `endif
   wire low_write_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_write_row (.a(low_given), .b(waddr),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_low_write_row (.a(low_given), .b(waddr),
       .same(low_write_row));
   wire low_read_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_low_read_row (.a(low_given), .b(raddr),
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_low_read_row (.a(low_given), .b(raddr),
       .same(low_read_row));
   wire high_write_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_write_row (.a(high_given), .b(waddr),
-      .same(high_write_row));
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_high_write_row (.a(high_given),
+      .b(waddr), .same(high_write_row));
   wire high_read_row;
-  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) is_high_read_row (.a(high_given), .b(raddr),
-      .same(high_read_row));
+  potamoi_same #(.WIDTH(9), .WHOLE(1), .TAKES_X(1)) compare_high_read_row (.a(high_given),
+      .b(raddr), .same(high_read_row));
 
   wire unused_checks = &{1'b0, low_given, high_given};
 

@@ -142,31 +142,40 @@ module rit_buffer (
   wire write_ready = ~(write_half ? closed_1 : closed_0);
   wire some_bytes = |s_axis_rit_tkeep;
   wire write_accept = s_axis_rit_tvalid & write_ready & (some_bytes | s_axis_rit_tlast);
-  wire [3:0] beat_kept = {s_axis_rit_tkeep[6], s_axis_rit_tkeep[4], s_axis_rit_tkeep[2],
-      s_axis_rit_tkeep[0]};
+  reg [3:0] beat_kept;
+  integer lowest;
+  always @(*) begin
+    for (lowest = 0; lowest < 4; lowest = lowest + 1) begin
+      beat_kept[lowest] = s_axis_rit_tkeep[2 * lowest];
+    end
+  end
   wire [3:0] kept_of_beat_5 = beat_kept & {4{write_phase == 3'd5}};
   wire [3:0] kept_of_beat_4 = (beat_kept & {4{write_phase == 3'd4}}) | {4{3'd4 < write_phase}};
   wire [3:0] kept_of_beat_3 = (beat_kept & {4{write_phase == 3'd3}}) | {4{3'd3 < write_phase}};
   wire [3:0] kept_of_beat_2 = (beat_kept & {4{write_phase == 3'd2}}) | {4{3'd2 < write_phase}};
   wire [3:0] kept_of_beat_1 = (beat_kept & {4{write_phase == 3'd1}}) | {4{3'd1 < write_phase}};
   wire [3:0] kept_of_beat_0 = (beat_kept & {4{write_phase == 3'd0}}) | {4{3'd0 < write_phase}};
+  // halfwords of the row that have come
   wire [23:0] row_kept = {kept_of_beat_5, kept_of_beat_4, kept_of_beat_3, kept_of_beat_2,
       kept_of_beat_1, kept_of_beat_0};
   wire [23:0] row_last = row_kept & (~{1'b0, row_kept[23:1]});
+  // groups of the row whose last entry has come
   wire [3:0] full_groups_v1 = {3'd0, row_kept[1]} + {3'd0, row_kept[3]} + {3'd0, row_kept[5]} +
       {3'd0, row_kept[7]} + {3'd0, row_kept[9]} + {3'd0, row_kept[11]} + {3'd0, row_kept[13]} +
       {3'd0, row_kept[15]} + {3'd0, row_kept[17]} + {3'd0, row_kept[19]} + {3'd0, row_kept[21]} +
       {3'd0, row_kept[23]};
+  // those whose first entry has come
   wire [3:0] all_groups_v1 = {3'd0, row_kept[1]} + {3'd0, row_kept[3]} + {3'd0, row_kept[5]} +
       {3'd0, row_kept[7]} + {3'd0, row_kept[9]} + {3'd0, row_kept[11]} + {3'd0, row_kept[13]} +
       {3'd0, row_kept[15]} + {3'd0, row_kept[17]} + {3'd0, row_kept[19]} + {3'd0, row_kept[21]} +
       {3'd0, row_kept[23]};
+  // entries of the last of these that have come
   wire keep_v1 = (row_kept[1] & (~row_kept[3])) | (row_kept[3] & (~row_kept[5])) | (row_kept[5] &
       (~row_kept[7])) | (row_kept[7] & (~row_kept[9])) | (row_kept[9] & (~row_kept[11])) |
       (row_kept[11] & (~row_kept[13])) | (row_kept[13] & (~row_kept[15])) | (row_kept[15] &
       (~row_kept[17])) | (row_kept[17] & (~row_kept[19])) | (row_kept[19] & (~row_kept[21])) |
       (row_kept[21] & (~row_kept[23])) | row_kept[23];
-  wire whole_v1 = |(row_last & 24'haaaaaa);
+  wire whole_v1 = |(row_last & 24'haaaaaa);  // the row ends with a whole entry
   wire [3:0] full_groups_v2 = {1'd0, {2'd0, row_kept[5]} + {2'd0, row_kept[11]} + {2'd0,
       row_kept[17]} + {2'd0, row_kept[23]}};
   wire [3:0] all_groups_v2 = {1'd0, {2'd0, row_kept[5]} + {2'd0, row_kept[11]} + {2'd0,
@@ -337,11 +346,11 @@ module rit_buffer (
       1'b1 : 1'b1) : (write_phase == 3'd0) ? 1'b0 : (write_phase == 3'd1) ? 1'b0 : (write_phase ==
       3'd2) ? 1'b0 : (write_phase == 3'd3) ? 1'b0 : 1'b0}};
   wire pick_half;
-  potamoi_free #(.WIDTH(1)) any_pick_half (.value(pick_half));
+  potamoi_free #(.WIDTH(1)) free_pick_half (.value(pick_half));
   wire [4:0] pick_row;
-  potamoi_free #(.WIDTH(5)) any_pick_row (.value(pick_row));
+  potamoi_free #(.WIDTH(5)) free_pick_row (.value(pick_row));
   wire [3:0] pick_group;
-  potamoi_free #(.WIDTH(4)) any_pick_group (.value(pick_group));
+  potamoi_free #(.WIDTH(4)) free_pick_group (.value(pick_group));
   wire [2:0] pick_from = (cfg_vertices == 2'd0) ? ((pick_group == 4'd0) ? 3'd0 : (pick_group ==
       4'd1) ? 3'd0 : (pick_group == 4'd2) ? 3'd1 : (pick_group == 4'd3) ? 3'd1 : (pick_group ==
       4'd4) ? 3'd2 : (pick_group == 4'd5) ? 3'd2 : (pick_group == 4'd6) ? 3'd3 : (pick_group ==
@@ -395,7 +404,7 @@ module rit_buffer (
   wire [2:0] last_vertex = (cfg_vertices == 2'd0) ? 3'd0 : (cfg_vertices == 2'd1) ? 3'd1 :
       (cfg_vertices == 2'd2) ? 3'd3 : 3'd7;
   reg [2:0] due;
-  wire [3:0] by_due = (due == last_vertex) ? 4'd0 : ({1'd0, due} + 4'd1);
+  wire [3:0] due_next = (due == last_vertex) ? 4'd0 : ({1'd0, due} + 4'd1);
   wire [3:0] q_due = p_valid ? ((due == last_vertex) ? 4'd0 : ({1'd0, due} + 4'd1)) : {1'd0, due};
 
   always @(posedge clk) begin
@@ -411,11 +420,11 @@ module rit_buffer (
       if (pick_completes | pick_freed) pick_written <= ~pick_freed;
       if ((read_leave_half & (read_half == pick_half)) | (read_step & at_pick)) pick_read <=
           ~(read_leave_half & (read_half == pick_half));
-      if (p_take) due <= by_due[2:0];
+      if (p_take) due <= due_next[2:0];
     end
   end
 
-  wire unused_checks = &{1'b0, by_due[3]};
+  wire unused_checks = &{1'b0, due_next[3]};
 
   // The stream raises no flag: full beats, whole entries, halves that suffice.
   potamoi_assert check_regular (.clk(clk), .on(checking), .good(~(|errors)));

@@ -275,19 +275,19 @@ module vector_lane (
   reg exact_took;
   reg [64:0] exact_past;
   wire exact_is_same;
-  potamoi_same #(.WIDTH(65), .WHOLE(1), .TAKES_X(1)) is_exact_is_same (.a(exact), .b(exact_past),
-      .same(exact_is_same));
+  potamoi_same #(.WIDTH(65), .WHOLE(1), .TAKES_X(1)) compare_exact_is_same (.a(exact),
+      .b(exact_past), .same(exact_is_same));
   reg [3:0] filled;
-  wire [4:0] by_checking = checking ? ((filled == 4'd13) ? 5'd13 : ({1'd0, filled} + 5'd1)) : 5'd0;
+  wire [4:0] filled_next = checking ? ((filled == 4'd13) ? 5'd13 : ({1'd0, filled} + 5'd1)) : 5'd0;
   wire is_filled = filled == 4'd13;
 
   always @(posedge clk) begin
     exact_took <= accept;
     exact_past <= exact;
-    filled <= by_checking[3:0];
+    filled <= filled_next[3:0];
   end
 
-  wire unused_checks = &{1'b0, exact_past, by_checking[4], is_filled};
+  wire unused_checks = &{1'b0, exact_past, filled_next[4], is_filled};
 
   // `exact` changes with `accept` alone.
   potamoi_assert #(.TAKES_X(1)) check_exact_held (.clk(clk), .on(checking), .good(exact_took |

@@ -35,8 +35,13 @@ module vector_unit (
   localparam [3:0] OP_EXP = 4'd5;
   localparam [3:0] OP_ONE_MINUS_EXP = 4'd6;
 
-  wire [3:0] kept_lanes = {s_axis_vec_tkeep[24], s_axis_vec_tkeep[16], s_axis_vec_tkeep[8],
-      s_axis_vec_tkeep[0]};
+  reg [3:0] kept_lanes;
+  integer lowest;
+  always @(*) begin
+    for (lowest = 0; lowest < 4; lowest = lowest + 1) begin
+      kept_lanes[lowest] = s_axis_vec_tkeep[8 * lowest];
+    end
+  end
 
   // Acceptance
   wire [3:0] code = s_axis_vec_tuser[3:0];
@@ -176,25 +181,25 @@ module vector_unit (
   reg waits;
   reg [127:0] tdata_past;
   wire tdata_stays;
-  potamoi_same #(.WIDTH(128)) is_tdata_stays (.a(m_axis_vec_tdata), .b(tdata_past),
+  potamoi_same #(.WIDTH(128)) compare_tdata_stays (.a(m_axis_vec_tdata), .b(tdata_past),
       .same(tdata_stays));
   reg [15:0] tkeep_past;
   wire tkeep_stays;
-  potamoi_same #(.WIDTH(16)) is_tkeep_stays (.a(m_axis_vec_tkeep), .b(tkeep_past),
+  potamoi_same #(.WIDTH(16)) compare_tkeep_stays (.a(m_axis_vec_tkeep), .b(tkeep_past),
       .same(tkeep_stays));
   reg tlast_past;
   wire tlast_stays;
-  potamoi_same #(.WIDTH(1)) is_tlast_stays (.a(m_axis_vec_tlast), .b(tlast_past),
+  potamoi_same #(.WIDTH(1)) compare_tlast_stays (.a(m_axis_vec_tlast), .b(tlast_past),
       .same(tlast_stays));
   reg [31:0] vectors_again;
-  wire [32:0] by_cfg_clear = cfg_clear ? 33'd0 : (vectors_again == 32'hffffffff) ? 33'hffffffff :
-      ({1'd0, vectors_again} + 33'd1);
+  wire [32:0] vectors_again_next = cfg_clear ? 33'd0 : (vectors_again == 32'hffffffff) ?
+      33'hffffffff : ({1'd0, vectors_again} + 33'd1);
   reg [31:0] busy_again;
-  wire [32:0] by_cfg_clear_2 = cfg_clear ? 33'd0 : (busy_again == 32'hffffffff) ? 33'hffffffff :
+  wire [32:0] busy_again_next = cfg_clear ? 33'd0 : (busy_again == 32'hffffffff) ? 33'hffffffff :
       ({1'd0, busy_again} + 33'd1);
   reg [31:0] stall_out_again;
-  wire [32:0] by_cfg_clear_3 = cfg_clear ? 33'd0 : (stall_out_again == 32'hffffffff) ? 33'hffffffff
-      : ({1'd0, stall_out_again} + 33'd1);
+  wire [32:0] stall_out_again_next = cfg_clear ? 33'd0 : (stall_out_again == 32'hffffffff) ?
+      33'hffffffff : ({1'd0, stall_out_again} + 33'd1);
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -210,16 +215,17 @@ module vector_unit (
       tdata_past <= m_axis_vec_tdata;
       tkeep_past <= m_axis_vec_tkeep;
       tlast_past <= m_axis_vec_tlast;
-      if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready)) vectors_again <= by_cfg_clear[31:0];
+      if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready)) vectors_again <=
+          vectors_again_next[31:0];
       if (cfg_clear | (s_axis_vec_tvalid & s_axis_vec_tready) | (|valid_stages)) busy_again <=
-          by_cfg_clear_2[31:0];
+          busy_again_next[31:0];
       if (cfg_clear | (s_axis_vec_tvalid & (in_flight == 5'd18))) stall_out_again <=
-          by_cfg_clear_3[31:0];
+          stall_out_again_next[31:0];
     end
   end
 
-  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, by_cfg_clear[32],
-      by_cfg_clear_2[32], by_cfg_clear_3[32]};
+  wire unused_checks = &{1'b0, tdata_past, tkeep_past, tlast_past, vectors_again_next[32],
+      busy_again_next[32], stall_out_again_next[32]};
 
   // Every vector in flight is in the engine or in the FIFO: none is lost, none is there twice.
   potamoi_assert check_balance (.clk(clk), .on(checking), .good({4'd0, in_flight} == ({4'd0,

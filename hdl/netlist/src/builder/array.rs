@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::ModuleBuilder;
 use crate::Module;
 use crate::node::{Instance, Op, Signal, Ty};
-use crate::repetition::{Array, Fed, Transposed};
+use crate::repetition::{Array, Fed, Rearranged, Stride};
 
 /// An array of instances of one module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -177,23 +177,65 @@ impl ModuleBuilder {
         if rows.1 == 1 || columns.1 == 1 {
             return self.name(matrix, name);
         }
-        let is_fixed = self.fixed[matrix.id];
+        let turn = |(variable, count): (&str, u32), to, from| Stride {
+            variable: variable.to_owned(),
+            count,
+            to,
+            from,
+        };
+        let loops = vec![turn(rows, 1, columns.1), turn(columns, rows.1, 1)];
         let places = (0..columns.1).flat_map(|c| (0..rows.1).map(move |r| columns.1 * r + c));
-        let mut bits: Vec<Signal> = places.map(|at| self.bit(matrix, at)).collect();
+        self.rearranged(name, matrix, places, loops)
+    }
+
+    /// Bits of a vector at a distance, bit 0 the first. They are given as loop variable and count; no
+    /// array may have this variable.
+    pub fn every(
+        &mut self,
+        name: &str,
+        vector: Signal,
+        distance: u32,
+        (variable, count): (&str, u32),
+    ) -> Signal {
+        if count == 0 || distance == 0 || distance.saturating_mul(count - 1) >= vector.width() {
+            let of = self.describe(vector);
+            self.fail(name, format!("{of} has no {count} bits, {distance} apart"));
+            return vector;
+        }
+        if count == 1 {
+            let only = self.bit(vector, 0);
+            return self.name(only, name);
+        }
+        let one = Stride {
+            variable: variable.to_owned(),
+            count,
+            to: 1,
+            from: distance,
+        };
+        let places = (0..count).map(|i| distance * i);
+        self.rearranged(name, vector, places, vec![one])
+    }
+
+    /// Bits of a vector, the lowest first, which the text has as loops.
+    fn rearranged(
+        &mut self,
+        name: &str,
+        from: Signal,
+        places: impl Iterator<Item = u32>,
+        loops: Vec<Stride>,
+    ) -> Signal {
+        let mut bits: Vec<Signal> = places.map(|at| self.bit(from, at)).collect();
         bits.reverse();
         let node = self.cat(&bits);
         self.module.nodes[node.id].name = Some(name.to_owned());
-        if is_fixed {
-            // Nothing would ever wake a process.
-            return node;
+        // Nothing would ever wake a process of constants.
+        if !self.fixed[from.id] {
+            self.module.rearranged.push(Rearranged {
+                node: node.id,
+                from: from.id,
+                loops,
+            });
         }
-        let named = |(variable, count): (&str, u32)| (variable.to_owned(), count);
-        self.module.transposed.push(Transposed {
-            node: node.id,
-            from: matrix.id,
-            rows: named(rows),
-            columns: named(columns),
-        });
         node
     }
 

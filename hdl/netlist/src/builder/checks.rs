@@ -176,7 +176,16 @@ impl ModuleBuilder {
         let next = self.formula(next);
         let width = reg.width();
         let next = if next.width() > width {
-            self.truncate(next, width)
+            // The text slices it, and so needs a name.
+            let name = format!(
+                "{}_next",
+                self.module.nodes[reg.id].name.as_deref().unwrap_or("")
+            );
+            let wide = match self.module.nodes[next.id].name.is_some() || self.has(&name) {
+                true => next,
+                false => self.name(next, &name),
+            };
+            self.truncate(wide, width)
         } else {
             self.extend(next, width)
         };

@@ -46,7 +46,7 @@ impl ModuleBuilder {
                 memories: vec![],
                 instances: vec![],
                 arrays: vec![],
-                transposed: vec![],
+                rearranged: vec![],
                 contracts: vec![],
                 sections: vec![String::new()],
                 unused: BTreeMap::new(),

@@ -7,7 +7,7 @@
 //! | live nodes: operation, type, operands in order, constants, reset values | comments, sections, notes, and what a constant is called |
 //! | memories that a live node reads: depth, width, writes in order | nodes that reach no output and no instance, memories that none reads |
 //! | instances: digest of their module, connections by port name | order in which nodes, ports, memories and instances were made |
-//! | | arrays, transposed matrices, vectors of values and indexed selections, which are of the text alone |
+//! | | arrays, rearranged bits, vectors of values and indexed selections, which are of the text alone |
 //! | | declared ranges and exactness, which restrict inputs and not the netlist |
 //!
 //! Nodes, memories and instances are numbered by a walk that begins at the outputs by name, so that

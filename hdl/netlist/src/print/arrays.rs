@@ -2,7 +2,7 @@
 
 use super::expr::indexed;
 use super::{Printer, spaced};
-use crate::repetition::{Array, Transposed, label};
+use crate::repetition::{Array, Rearranged, Stride, label, place};
 
 impl Printer<'_> {
     /// Wires of the arrays' outputs and, once all that they read is declared, the arrays.
@@ -75,32 +75,38 @@ impl Printer<'_> {
         self.line(1, "endgenerate");
     }
 
-    /// A matrix with rows and columns exchanged, in a process: an event-driven simulator would follow
-    /// each of so many assignments.
-    pub(super) fn transposed(&mut self, of: &Transposed, note: &str) {
+    /// Bits in another order, in a process: an event-driven simulator would follow each of so many
+    /// assignments.
+    pub(super) fn rearranged(&mut self, of: &Rearranged, note: &str) {
         let name = self.exprs.names.ident(of.node).unwrap_or_default();
         let name = name.to_owned();
         let width = self.module.nodes[of.node].ty.width;
         let from = self.exprs.operand(of.from);
         self.line(1, &format!("reg {}{name};{note}", spaced(width)));
-        let loops = [of.rows.clone(), of.columns.clone()];
-        let new: Vec<_> = (loops.iter().map(|(variable, _)| variable.clone()))
+        let new: Vec<_> = (of.loops.iter().map(|own| own.variable.clone()))
             .filter(|variable| self.loop_variables.insert(variable.clone()))
             .collect();
         if !new.is_empty() {
             self.line(1, &format!("integer {};", new.join(", ")));
         }
         self.line(1, "always @(*) begin");
-        for (depth, (variable, count)) in (2..).zip(&loops) {
+        let within = 2 + of.loops.len();
+        for (
+            depth,
+            Stride {
+                variable, count, ..
+            },
+        ) in (2..).zip(&of.loops)
+        {
             let range =
                 format!("{variable} = 0; {variable} < {count}; {variable} = {variable} + 1");
             self.line(depth, &format!("for ({range}) begin"));
         }
-        let ((row, rows), (column, columns)) = (&of.rows, &of.columns);
-        let to = format!("{name}[{rows} * {column} + {row}]");
-        let from = format!("{from}[{columns} * {row} + {column}]");
-        self.line(4, &format!("{to} = {from};"));
-        for depth in (1..=3).rev() {
+        let variables = || of.loops.iter().map(|own| own.variable.as_str());
+        let to = place(variables().zip(of.loops.iter().map(|l| l.to)).collect());
+        let at = place(variables().zip(of.loops.iter().map(|l| l.from)).collect());
+        self.line(within, &format!("{name}[{to}] = {from}[{at}];"));
+        for depth in (1..within).rev() {
             self.line(depth, "end");
         }
     }

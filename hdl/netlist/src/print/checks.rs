@@ -137,7 +137,7 @@ impl Printer<'_> {
             Source::Checking => {}
             Source::Free => {
                 self.line(1, &format!("wire {}{name};{note}", spaced(width)));
-                let text = format!("potamoi_free #(.WIDTH({width})) any_{name} (.value({name}));");
+                let text = format!("potamoi_free #(.WIDTH({width})) free_{name} (.value({name}));");
                 self.line(1, &text);
             }
             Source::Same {
@@ -151,7 +151,7 @@ impl Printer<'_> {
                 self.declarations();
                 self.line(1, &format!("wire {name};{note}"));
                 let text = format!(
-                    "potamoi_same #(.WIDTH({of}){}{}) is_{name} (.a({a}), .b({b}), .same({name}));",
+                    "potamoi_same #(.WIDTH({of}){}{}) compare_{name} (.a({a}), .b({b}), .same({name}));",
                     if *whole { ", .WHOLE(1)" } else { "" },
                     if *takes_x { ", .TAKES_X(1)" } else { "" }
                 );

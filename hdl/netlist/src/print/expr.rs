@@ -326,12 +326,18 @@ pub(super) fn constant(value: &BigInt, node: &Node) -> String {
         return format!("{0}'b{value:0>0$b}", node.ty.width as usize);
     }
     let mask = (BigInt::from(1) << width) - 1;
-    let all = (0..node.ty.width / width).rev().map(|i| {
-        let own = (value >> (i * width)) & &mask;
-        literal(&own, Ty::u(width))
+    let all = (0..node.ty.width / width).rev();
+    let all: Vec<BigInt> = all.map(|i| (value >> (i * width)) & &mask).collect();
+    let short = width <= 64 && all.iter().all(|own| *own < BigInt::from(SHORT));
+    let all = all.iter().map(|own| match short {
+        true => format!("{width}'d{own}"),
+        false => format!("{width}'h{own:x}"),
     });
     format!("{{{}}}", all.collect::<Vec<_>>().join(", "))
 }
+
+/// Numbers below it are printed in decimal.
+const SHORT: u32 = 10_000;
 
 /// A sized constant: decimal while short, otherwise hexadecimal.
 pub(super) fn literal(value: &BigInt, ty: Ty) -> String {
@@ -343,7 +349,7 @@ pub(super) fn literal(value: &BigInt, ty: Ty) -> String {
     };
     match ty.width {
         1 => format!("1'b{code}"),
-        w if w <= 64 && code < BigInt::from(10_000) => format!("{w}'d{code}"),
+        w if w <= 64 && code < BigInt::from(SHORT) => format!("{w}'d{code}"),
         w => format!("{w}'h{code:x}"),
     }
 }

@@ -263,9 +263,9 @@ impl<'a> Printer<'a> {
         }
         let (width, note) = (spaced(node.ty.width), comment(node));
         let own = self.is_own_port(id);
-        let transposed = self.module.transposed.iter().find(|of| of.node == id);
-        if let Some(of) = transposed.filter(|_| !own).cloned() {
-            self.transposed(&of, &note);
+        let rearranged = self.module.rearranged.iter().find(|of| of.node == id);
+        if let Some(of) = rearranged.filter(|_| !own).cloned() {
+            self.rearranged(&of, &note);
             return;
         }
         match &node.op {

@@ -161,8 +161,8 @@ impl<'a> Names<'a> {
         for (_, fed) in self.module.arrays.iter().flat_map(|a| &a.inputs) {
             sliced[fed.node] |= !fed.over.is_empty();
         }
-        for matrix in &self.module.transposed {
-            sliced[matrix.from] = true;
+        for rearranged in &self.module.rearranged {
+            sliced[rearranged.from] = true;
         }
         for n in self.writes().flatten() {
             uses[n] += 1;
@@ -217,8 +217,8 @@ impl<'a> Names<'a> {
             taken.insert(array.name.clone());
             taken.extend(array.loops.iter().map(|(variable, _)| variable.clone()));
         }
-        for of in &self.module.transposed {
-            taken.extend([of.rows.0.clone(), of.columns.0.clone()]);
+        for of in &self.module.rearranged {
+            taken.extend(of.loops.iter().map(|own| own.variable.clone()));
         }
         taken
     }
@@ -285,7 +285,7 @@ impl<'a> Names<'a> {
             }
             Op::Shl(a, _) | Op::Shr(a, _) => format!("{}_shifted", of(a)),
             Op::Slice(a, _) => format!("{}_part", of(a)),
-            Op::Cat(parts) => format!("{}_joined", parts.first().map_or_else(String::new, of)),
+            Op::Cat(parts) => joined(parts.iter().map(of)),
             Op::Repeat(a, _) => format!("{}_mask", of(a)),
             Op::Extend(a) => format!("{}_wide", of(a)),
             Op::Round(a, ..) => format!("{}_rounded", of(a)),
@@ -320,6 +320,20 @@ impl<'a> Names<'a> {
             Op::Cat(parts) => parts.first().map_or_else(String::new, |p| self.short(*p)),
             _ => "value".to_owned(),
         }
+    }
+}
+
+/// Name of a vector of values: their stem where they differ in their numbers alone.
+fn joined(mut parts: impl Iterator<Item = String>) -> String {
+    let first = parts.next().unwrap_or_default();
+    let stem = |name: &str| {
+        name.trim_end_matches(|c: char| c.is_ascii_digit())
+            .to_owned()
+    };
+    let own = stem(&first);
+    match parts.all(|part| stem(&part) == own) && !own.is_empty() {
+        true => own,
+        false => format!("{first}_joined"),
     }
 }
 

@@ -79,8 +79,6 @@ fn used(names: &Names<'_>) -> Vec<Vec<bool>> {
             .map(|(_, n)| whole(*n)),
     );
     reads.extend(names.writes().flatten().map(whole));
-    let matrices = module.transposed.iter().filter(|of| names.live[of.node]);
-    reads.extend(matrices.map(|of| whole(of.from)));
     reads.extend(
         module
             .ports

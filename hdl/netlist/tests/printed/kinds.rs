@@ -56,15 +56,16 @@ pub(crate) enum Kind {
     Pick,
     Values,
     Transpose,
+    Every,
 }
 
-pub(crate) const KINDS: [Kind; 45] = {
+pub(crate) const KINDS: [Kind; 46] = {
     use Kind::*;
     [
         And, Or, Xor, Not, Any, All, Parity, Add, Sub, Mul, Neg, Eq, Ne, Lt, Le, Gt, Ge, Shl, Shr,
         ShlConst, ShrConst, Slice, Bit, Cat, Repeat, Extend, Truncate, Cast, Round, Saturate,
         Saturated, Mux, Select, AnyOf, AllOf, Lit, Param, Name, ReadSync, ReadAsync, Instance,
-        Array, Pick, Values, Transpose,
+        Array, Pick, Values, Transpose, Every,
     ]
 };
 
@@ -292,6 +293,13 @@ impl Grower {
                 let [row, column] = ["r", "c"].map(|stem| self.fresh(stem));
                 self.m
                     .transpose(&name, matrix, (&row, rows), (&column, columns))
+            }
+            Kind::Every => {
+                let [distance, count] = [1 + self.up_to(9), 1 + self.up_to(9)];
+                let width = distance * (count - 1) + 1 + self.up_to(distance - 1);
+                let vector = self.any_as(Ty::u(width));
+                let (name, variable) = (self.fresh("every"), self.fresh("e"));
+                self.m.every(&name, vector, distance, (&variable, count))
             }
             Kind::Values => {
                 let (width, count) = (1 + self.up_to(70), 1 + self.up_to(5));

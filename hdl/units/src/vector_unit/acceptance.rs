@@ -40,12 +40,7 @@ impl Inputs {
             Ty::u(8 * lanes),
             "of lanes that hold elements, all eight bytes or none",
         );
-        let lowest: Vec<_> = (0..lanes)
-            .rev()
-            .map(|lane| m.bit(bytes, 8 * lane))
-            .collect();
-        let kept = m.cat(&lowest);
-        let kept = m.name(kept, "kept_lanes");
+        let kept = m.every("kept_lanes", bytes, 8, ("lowest", lanes));
         Self {
             clear,
             valid,

@@ -47,6 +47,7 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
     m.section("Counters");
     let (bits, clear) = (config.gu.counter_bits, io.clear);
     let begun = sticky(m, "begun", clear, stats.fire);
+    m.note(begun, "an issue has been, so that stalls count");
     let idle = m.not(stats.fire);
     let stalled = m.and(begun, idle);
     let stalled = m.name(stalled, "stalled");
@@ -78,6 +79,12 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
         ("rit", rit, "stalls: no entry"),
     ] {
         let running = counter(m, &format!("running_{name}"), bits, clear, cause, None);
+        if name == "fifo" {
+            m.note(
+                running,
+                "stalls so far, by cause; stat_stall_* show those before an issue",
+            );
+        }
         let port = format!("stat_stall_{name}");
         let shown = m.reg(&port, Ty::u(bits), 0);
         let zero = m.lit(0, Ty::u(bits));

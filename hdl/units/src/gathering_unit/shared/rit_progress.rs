@@ -25,16 +25,13 @@ pub(crate) struct Position {
 }
 
 impl Position {
-    /// `kept` tells whether each halfword of the beat is valid.
+    /// `of_beat` tells whether each halfword of the beat is valid.
     pub(crate) fn new(
         m: &mut ModuleBuilder,
         shape: &Shape,
         phase: Signal,
-        kept: &[Signal],
+        of_beat: Signal,
     ) -> Self {
-        let of_beat: Vec<_> = kept.iter().rev().copied().collect();
-        let of_beat = m.cat(&of_beat);
-        let of_beat = m.name(of_beat, "beat_kept");
         let beats: Vec<_> = (0..shape.phases)
             .rev()
             .map(|beat| {
@@ -52,6 +49,7 @@ impl Position {
             .collect();
         let kept = m.cat(&beats);
         let kept = m.name(kept, "row_kept");
+        m.note(kept, "halfwords of the row that have come");
         let none = m.lit(0, Ty::bit());
         let above = m.slice(kept, 1, kept.width() - 1);
         let above = m.cat(&[none, above]);
@@ -88,6 +86,11 @@ pub(crate) fn progress(
     let size = shape.entry_halfwords(vertices);
     let groups = shape.groups(vertices);
     let name = |what: &str| format!("{what}_v{}", vertices.count());
+    // Those of other sizes stand below the first.
+    let is_first = shape.vertices.first() == Some(&vertices);
+    let note = |m: &mut ModuleBuilder, signal: Signal, text: &str| {
+        m.note(signal, if is_first { text } else { "" });
+    };
     // has[e]: entry e of the row is complete.
     let has: Vec<Signal> = (1..=groups * shape.ports)
         .map(|e| position.at_least(m, size * e))
@@ -99,9 +102,15 @@ pub(crate) fn progress(
     let full_groups = popcount(m, &ends);
     let full_groups = m.extend(full_groups, width);
     let full_groups = m.name(full_groups, &name("full_groups"));
+    note(
+        m,
+        full_groups,
+        "groups of the row whose last entry has come",
+    );
     let all_groups = popcount(m, &starts);
     let all_groups = m.extend(all_groups, width);
     let all_groups = m.name(all_groups, &name("all_groups"));
+    note(m, all_groups, "those whose first entry has come");
     let mut keep = vec![];
     for p in (0..shape.ports).rev() {
         let mut any = vec![];
@@ -116,8 +125,10 @@ pub(crate) fn progress(
     }
     let last_keep = m.cat(&keep);
     let last_keep = m.name(last_keep, &name("keep"));
+    note(m, last_keep, "entries of the last of these that have come");
     let whole = position.multiple_of(m, size);
     let whole = m.name(whole, &name("whole"));
+    note(m, whole, "the row ends with a whole entry");
     Progress {
         full_groups,
         all_groups,

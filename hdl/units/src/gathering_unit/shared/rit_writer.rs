@@ -288,8 +288,8 @@ impl Writer {
 
     /// Whether each halfword of the beat is valid; and whether `keep` is all ones, or on the last
     /// beat contiguous whole halfwords from byte 0.
-    fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Vec<Signal>, Signal) {
-        let low = (0..shape.lanes).map(|i| m.bit(self.keep, 2 * i)).collect();
+    fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Signal, Signal) {
+        let low = m.every("beat_kept", self.keep, 2, ("lowest", shape.lanes));
         let most = self.keep.width() - 1;
         let (below, above) = (m.slice(self.keep, 0, most), m.slice(self.keep, 1, most));
         let missing = m.not(below);
@@ -317,10 +317,10 @@ fn completed(
     shape: &Shape,
     vertices: Signal,
     at: &At,
-    kept: Vec<Signal>,
+    kept: Signal,
     some: Signal,
 ) -> Completed {
-    let position = Position::new(m, shape, at.phase, &kept);
+    let position = Position::new(m, shape, at.phase, kept);
     let built: Vec<(Vertices, Progress)> = shape
         .vertices
         .iter()
