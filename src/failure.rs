@@ -152,6 +152,11 @@ impl Failure {
         matches!(self, Self::Explore(error) if matches!(**error, ExploreError::Check(_)))
     }
 
+    /// Whether a tool is missing or does not work.
+    pub(crate) fn is_of_a_tool(&self) -> bool {
+        matches!(self.cause(), Cause::Tool)
+    }
+
     fn cause(&self) -> Cause {
         match self {
             Self::Explore(error) => error.cause(),

@@ -176,7 +176,7 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
     let failure = verifier.failure().cloned();
     bar.finish_and_clear();
     if let (Err(error), None) = (done, &failure) {
-        return Err(error.into());
+        return Err(with_interpreter(error.into(), args));
     }
     let report = Report {
         format_version: FORMAT_VERSION,
@@ -214,6 +214,16 @@ pub(crate) fn run(common: &Common, args: &VerifyArgs) -> Result<(), Failure> {
         None => agreement(&report, &config),
         Some(failure) => difference(common, args, failure),
     }
+}
+
+/// Names the engine that needs no tool, where one cannot be used.
+fn with_interpreter(failure: Failure, args: &VerifyArgs) -> Failure {
+    if !failure.is_of_a_tool() || args.rtl.is_some() {
+        return failure;
+    }
+    Failure::Tools(format!(
+        "{failure}\n--engine interpreter needs no tool: it runs the netlists themselves, more slowly"
+    ))
 }
 
 /// Opens the work: a trace, or a scene's frame.
