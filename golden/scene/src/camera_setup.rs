@@ -23,13 +23,10 @@ const FAR: f64 = 1e9;
 /// An orbit that frames a box.
 fn framing(bounds: [DVec3; 2]) -> Orbit {
     let size = bounds[1] - bounds[0];
-    let fov = 45.0f64;
     Orbit {
-        azimuth: 30.0,
-        elevation: 15.0,
-        distance: size.length() / 2.0 / (fov / 2.0).to_radians().sin(),
-        fov,
+        distance: size.length() / 2.0 / (Orbit::USUAL.fov / 2.0).to_radians().sin(),
         target: bounds[0] + size / 2.0,
+        ..Orbit::USUAL
     }
 }
 

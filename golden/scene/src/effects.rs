@@ -113,19 +113,37 @@ impl Scene {
         2f64.powi(-(self.transmittance_bits() as i32))
     }
 
-    pub(super) fn splat_work(&self) -> Work {
-        let sorting = match () {
+    fn sorting(&self) -> Sorting {
+        match () {
             () if self.choices.leaves_out(Effect::Sorting) => Sorting::Never,
             () if self.choices.forces(Effect::Sorting) => Sorting::Always,
             () => Sorting::IfNeeded,
-        };
+        }
+    }
+
+    /// As [`Scene::splat_work`] where the model's facts are known, and otherwise all that is not left
+    /// out, with the same bits: facts take longer to find than one frame saves by them.
+    pub(super) fn one_frame(&self, cloud: &Cloud) -> Work {
+        if self.found.has_facts() {
+            return self.splat_work();
+        }
+        let stored = cloud.degree();
+        Work {
+            degree: self.choices.harmonics(stored, stored),
+            sorting: self.sorting(),
+            stops: self.carries_out(Effect::EarlyTermination, true),
+            precision: self.precision,
+        }
+    }
+
+    pub(super) fn splat_work(&self) -> Work {
         Work {
             degree: match *self.model {
                 // A camera's colours have none.
                 Model::Compact(_) => sh::MAX_DEGREE,
                 _ => self.degree(),
             },
-            sorting,
+            sorting: self.sorting(),
             stops: self.stops(self.lost_a_splat()),
             precision: self.precision,
         }

@@ -25,6 +25,15 @@ pub struct Orbit {
 const FRAMED: f64 = 0.95;
 
 impl Orbit {
+    /// The direction and field of view of a camera that no file gives.
+    pub(crate) const USUAL: Self = Self {
+        azimuth: 30.0,
+        elevation: 15.0,
+        distance: 1.0,
+        fov: 45.0,
+        target: DVec3::ZERO,
+    };
+
     /// The default for a splat model: 30 degrees to the side, 15 above, a field of view of 45
     /// degrees, and a distance at which 95 % of the Gaussians are visible.
     #[must_use]
@@ -52,14 +61,11 @@ impl Orbit {
                     .1
             }
         };
-        let fov = 45.0f64;
         Self {
-            azimuth: 30.0,
-            elevation: 15.0,
             // At least what the near plane of the profiles leaves.
-            distance: (radius / (fov / 2.0).to_radians().sin()).max(0.5),
-            fov,
+            distance: (radius / (Self::USUAL.fov / 2.0).to_radians().sin()).max(0.5),
             target,
+            ..Self::USUAL
         }
     }
 

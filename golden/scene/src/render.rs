@@ -148,18 +148,14 @@ impl Scene {
     fn floating(&self, log_decisions: bool) -> Result<Rendered, SceneError> {
         match self.model.kind() {
             Kind::Splats(cloud) => {
+                let cloud = self.seen_from(cloud, &self.camera);
                 let options = splats::FloatOptions {
                     background: self.background,
                     log_decisions,
-                    work: self.splat_work(),
+                    work: self.one_frame(&cloud),
                     ..splats::FloatOptions::default()
                 };
-                let frame = splats::render_float(
-                    &self.seen_from(cloud, &self.camera),
-                    &self.camera,
-                    self.profile,
-                    &options,
-                )?;
+                let frame = splats::render_float(&cloud, &self.camera, self.profile, &options)?;
                 Ok(Rendered {
                     decisions: frame.decisions,
                     ..floated(frame.picture, &frame.transmittance)

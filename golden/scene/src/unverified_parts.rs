@@ -1,7 +1,7 @@
 //! Parts of a picture that no unit with verified RTL computes, and open questions of a model's
 //! file. They are printed with every run, so that "no mismatch" is not overrated.
 
-use super::{Kind, Model, Scene};
+use super::{Kind, Model, Orbit, Scene};
 use potamoi_base::camera::Camera;
 use potamoi_fields::unverified_work::{COMPOSITING, HARMONICS, HASHES, PARTS, PERCEPTRONS, RIT};
 use potamoi_formats::config::Config;
@@ -96,15 +96,23 @@ impl Scene {
             return all;
         }
         all.push(NO_REFERENCE.to_owned());
-        let usual = self.default_orbit();
-        let usual = usual.camera(self.up, self.camera.width, self.camera.height);
-        if self.camera.world_to_camera == usual.world_to_camera {
+        if self.is_seen_as_usual() {
             all.push(USUAL_CAMERA.to_owned());
         }
         if let Kind::Field(field) = self.model().kind() {
             all.extend(field.assumed());
         }
         all
+    }
+
+    /// Whether the camera is the one of a model without a camera.
+    fn is_seen_as_usual(&self) -> bool {
+        let Camera { width, height, .. } = self.camera;
+        let pose = |orbit: Orbit| orbit.camera(self.up, width, height).world_to_camera;
+        let own = self.camera.world_to_camera;
+        // The middle of a large model takes long to find, and is not needed for another direction.
+        let is_turned_so = own.matrix3.abs_diff_eq(pose(Orbit::USUAL).matrix3, 1e-6);
+        is_turned_so && own == pose(self.default_orbit())
     }
 }
 

@@ -22,6 +22,11 @@ impl Cache {
         self.facts.get_or_init(find)
     }
 
+    /// Whether the facts are known.
+    pub(crate) fn has_facts(&self) -> bool {
+        self.facts.get().is_some()
+    }
+
     /// The hash of all of the model's numbers.
     pub(crate) fn content(&self, find: impl FnOnce() -> blake3::Hash) -> blake3::Hash {
         *self.content.get_or_init(find)
