@@ -74,13 +74,16 @@ impl Work {
     /// A scene that cannot be rendered, a trace that differs from this version's golden values, or
     /// the verifier's first error.
     pub fn run(&self, config: &Config, verifier: &mut Verifier<'_>) -> Result<(), ExploreError> {
-        match self {
+        let done = match self {
             Self::Scene(scene) => {
-                scene.render_fixed(config, verifier)?;
-                Ok(())
+                let rendered = scene.render_fixed(config, verifier);
+                rendered.map(|_| ()).map_err(ExploreError::from)
             }
             Self::Trace(path, trace) => replay(path, trace, verifier),
-        }
+        };
+        let finished = verifier.finish();
+        done?;
+        Ok(finished?)
     }
 }
 

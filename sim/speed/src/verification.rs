@@ -14,7 +14,7 @@ use crate::units::Units;
 
 /// Scene whose frame is verified.
 const SCENE: &str = "garden";
-/// Both runs of a piece of work are made side by side.
+/// Runs are made side by side.
 const THREADS: usize = 2;
 /// Number of steps of [`row`].
 pub(crate) const STEPS: u64 = 1;
@@ -91,7 +91,9 @@ fn verified(scene: &Scene, config: &Config) -> Result<Simulated, String> {
     let mut ignore = |_| ();
     let mut verifier = Verifier::new(config, settings, &mut ignore);
     let done = scene.render_fixed(config, &mut verifier);
+    let finished = verifier.finish();
     done.map_err(|error| error.to_string())?;
+    finished.map_err(|error| error.to_string())?;
     Ok([
         verifier.gather_report().cycles_compared,
         verifier.vector_report().cycles_compared,

@@ -81,12 +81,14 @@ impl Proof {
         };
         let mut verifier = Verifier::new(config, own, &mut show);
         let done = scene.render_fixed(config, &mut verifier);
+        let finished = verifier.finish();
         if verifier.failure().is_some() {
             return Err(ExploreError::Check(
                 "the Verilog of the configuration found differs from the golden models".to_owned(),
             ));
         }
         done?;
+        finished?;
         let proof = Self {
             vectors: [verifier.gather_report().samples, total[0]],
             elements: [verifier.vector_report().elements, total[1]],

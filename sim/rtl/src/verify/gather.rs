@@ -1,12 +1,44 @@
 //! Verification of the gathering unit.
 
+use std::sync::Arc;
+
 use potamoi_cycles::{GatherWork, runs};
+use potamoi_formats::config::Config;
 use potamoi_formats::units::GATHERING_UNIT;
 use potamoi_reference::GatherTask;
 use potamoi_units::gathering_unit::gathering_unit;
 
+use super::under_way::{Piece, Runs, UnderWay};
 use super::{Conditions, Verifier};
-use crate::{Check, GatherUnit, Mismatch, RtlError};
+use crate::gather_drive::GatherTotals;
+use crate::{GatherUnit, Mismatch, RtlError};
+
+/// MVoxels, and what the reference unit makes of them.
+pub(super) struct Gathering {
+    unit: Arc<GatherUnit>,
+    config: Arc<Config>,
+    tasks: Vec<GatherTask>,
+    features: Vec<i32>,
+    flags: u64,
+}
+
+/// MVoxels under way.
+pub(super) struct GatherPiece {
+    work: Arc<Gathering>,
+    pub(super) runs: Runs<GatherTotals>,
+}
+
+impl Gathering {
+    fn run(
+        &self,
+        conditions: &Conditions,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<GatherTotals, RtlError> {
+        let check = conditions.check(self.flags, progress);
+        self.unit
+            .check(&self.config, &self.tasks, &self.features, check)
+    }
+}
 
 impl Verifier<'_> {
     /// Verifies the share of `tasks` in the settings. `features` (or sums) and `flags`, one for
@@ -63,39 +95,42 @@ impl Verifier<'_> {
         features: &[i32],
         flags: u64,
     ) -> Result<(), RtlError> {
-        let unit = match self.gather_unit.take() {
-            Some(unit) => unit,
-            None => self.build_gather()?,
+        let unit = match &self.gather_unit {
+            Some(unit) => unit.clone(),
+            None => Arc::new(self.build_gather()?),
         };
+        self.gather_unit = Some(unit.clone());
+        let work = Arc::new(Gathering {
+            unit,
+            config: self.config.clone(),
+            tasks: tasks.to_vec(),
+            features: features.to_vec(),
+            flags,
+        });
+        let conditions = self.conditions();
+        let runs = UnderWay::begin(conditions, {
+            let work = work.clone();
+            move |conditions, progress| work.run(conditions, progress)
+        });
+        self.add(Piece::Gather(GatherPiece { work, runs }))
+    }
+
+    /// Compares both runs of a piece of work.
+    pub(super) fn compare_gather(&mut self, piece: GatherPiece) -> Result<(), RtlError> {
+        let GatherPiece { work: own, runs } = piece;
+        let tasks = &own.tasks;
         let work = GatherWork::new(&self.config, tasks)?;
         let predicted = work.predicted(&self.config)?;
-        let (both, now) = (self.conditions(), self.progress());
-        let runs = Conditions::run_both(&both, now, &mut *self.progress, |conditions, progress| {
-            let check = Check {
-                stalls: conditions.stalls,
-                seed: conditions.seed,
-                flags,
-                progress,
-            };
-            unit.check(&self.config, tasks, features, check)
-        });
-        for (conditions, totals) in both.into_iter().zip(runs) {
-            let Conditions {
-                is_stalled: stalled,
-                stalls,
-                seed,
-            } = conditions;
+        for (conditions, totals) in self.wait(runs) {
+            let (stalled, seed) = (conditions.is_stalled, conditions.seed);
             let totals = match totals {
                 Ok(totals) => totals,
                 Err(RtlError::Mismatch(mismatch)) => {
                     let excerpt = self.excerpt(|path| {
-                        let check = Check {
-                            stalls,
-                            seed,
-                            flags,
-                            progress: &mut |_| {},
-                        };
-                        unit.excerpt(&self.config, tasks, features, check, mismatch.cycle, path)
+                        let none = &mut |_| {};
+                        let check = conditions.check(own.flags, none);
+                        let Gathering { unit, config, .. } = &*own;
+                        unit.excerpt(config, tasks, &own.features, check, mismatch.cycle, path)
                     });
                     return Err(self.fail(*mismatch, stalled, seed, excerpt));
                 }
@@ -154,7 +189,6 @@ impl Verifier<'_> {
             report.fill += fill;
             report.fill_predicted += predicted.fill;
         }
-        self.gather_unit = Some(unit);
         Ok(())
     }
 

@@ -2,16 +2,19 @@
 //!
 //! A [`Verifier`] replaces a renderer's units. It computes with the reference units, sends the same
 //! work through the hardware, and compares every bit and every cycle, without stalls and again
-//! under random stalls, until the first difference. Both runs of a piece of work are made at once.
+//! under random stalls, until the first difference. Runs are made on other threads while the
+//! renderer goes on, and are looked at in the order of the work: seeds, counts and the first
+//! difference are those of one run after the other.
 
 mod gather;
 mod inject;
 mod report;
 mod splats;
+mod under_way;
 mod vector;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
 
 use potamoi_base::files::{self, Unfinished};
 use potamoi_cycles::{Stalls, StreamStalls};
@@ -27,7 +30,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::{EngineKind, ForeignRtl, GatherUnit, Mismatch, RtlError, SplatUnit, VectorUnit};
+use crate::{Check, EngineKind, ForeignRtl, GatherUnit, Mismatch, RtlError, SplatUnit, VectorUnit};
+
+use under_way::{Piece, Runs, UnderWay};
 
 pub use inject::Injection;
 pub use report::{GatherReport, SplatReport, VectorReport};
@@ -87,30 +92,14 @@ struct Conditions {
 }
 
 impl Conditions {
-    /// Makes both runs of a unit side by side: the first on this thread, which shows the progress of
-    /// both, the second on another. The results are those of one run after the other, since each
-    /// has an instance of the unit of its own.
-    fn run_both<T: Send>(
-        both: &[Self; 2],
-        mut now: Progress,
-        progress: &mut dyn FnMut(Progress),
-        run: impl Fn(&Self, &mut dyn FnMut(u64)) -> Result<T, RtlError> + Sync,
-    ) -> [Result<T, RtlError>; 2] {
-        let [ready, stalled] = both;
-        let (behind, mut other) = (AtomicU64::new(0), None);
-        let own = rayon::in_place_scope(|scope| {
-            scope.spawn(|_| {
-                other = Some(run(stalled, &mut |more| {
-                    behind.fetch_add(more, Ordering::Relaxed);
-                }));
-            });
-            run(ready, &mut |more| {
-                now.cycles += more + behind.swap(0, Ordering::Relaxed);
-                progress(now);
-            })
-        });
-        let other = other.unwrap_or_else(|| run(stalled, &mut |_| ()));
-        [own, other]
+    /// A check under these conditions, with the flags that are expected at the end.
+    fn check<'a>(&self, flags: u64, progress: &'a mut dyn FnMut(u64)) -> Check<'a> {
+        Check {
+            stalls: self.stalls,
+            seed: self.seed,
+            flags,
+            progress,
+        }
     }
 }
 
@@ -121,21 +110,24 @@ struct Stopped(Mismatch);
 
 /// Units that compute with the reference units and verify the hardware against them.
 pub struct Verifier<'p> {
-    config: Config,
+    config: Arc<Config>,
     settings: Settings,
     gather_twin: ReferenceGatheringUnit,
     vector_twin: ReferenceVectorUnit,
     /// Of the settings of the last job.
     splat_twin: Option<ReferenceSplatUnit>,
-    gather_unit: Option<GatherUnit>,
-    vector_unit: Option<VectorUnit>,
-    splat_unit: Option<SplatUnit>,
+    gather_unit: Option<Arc<GatherUnit>>,
+    vector_unit: Option<Arc<VectorUnit>>,
+    splat_unit: Option<Arc<SplatUnit>>,
     gather: GatherReport,
     vector: VectorReport,
     splat: SplatReport,
     failure: Option<Failure>,
     /// Blocks of vectors seen.
     blocks: u64,
+    /// Pieces of work begun.
+    pieces: u64,
+    under_way: UnderWay,
     progress: &'p mut dyn FnMut(Progress),
 }
 
@@ -153,7 +145,7 @@ impl<'p> Verifier<'p> {
     #[must_use]
     pub fn new(config: &Config, settings: Settings, progress: &'p mut dyn FnMut(Progress)) -> Self {
         Self {
-            config: config.clone(),
+            config: Arc::new(config.clone()),
             settings,
             gather_twin: ReferenceGatheringUnit::new(config),
             vector_twin: ReferenceVectorUnit::new(&config.vu),
@@ -166,11 +158,13 @@ impl<'p> Verifier<'p> {
             splat: SplatReport::default(),
             failure: None,
             blocks: 0,
+            pieces: 0,
+            under_way: UnderWay::default(),
             progress,
         }
     }
 
-    /// Counts of the gathering unit.
+    /// Counts of the gathering unit, whole after [`Verifier::finish`] as those of the other units.
     #[must_use]
     pub const fn gather_report(&self) -> &GatherReport {
         &self.gather
@@ -188,7 +182,7 @@ impl<'p> Verifier<'p> {
         &self.splat
     }
 
-    /// The first difference, if there was one.
+    /// The first difference, if there was one; known after [`Verifier::finish`].
     #[must_use]
     pub const fn failure(&self) -> Option<&Failure> {
         self.failure.as_ref()
@@ -199,7 +193,8 @@ impl<'p> Verifier<'p> {
             done: self.gather.samples_total + self.vector.elements_total + self.splat.pixels_total,
             cycles: self.gather.cycles_compared
                 + self.vector.cycles_compared
-                + self.splat.cycles_compared,
+                + self.splat.cycles_compared
+                + self.under_way.cycles(),
         }
     }
 
@@ -208,13 +203,60 @@ impl<'p> Verifier<'p> {
         (self.progress)(progress);
     }
 
+    /// Waits for all runs, and compares them.
+    ///
+    /// # Errors
+    /// A difference, or a unit or tool that fails.
+    pub fn finish(&mut self) -> Result<(), RtlError> {
+        if self.failure.is_some() {
+            return Ok(());
+        }
+        while let Some(piece) = self.under_way.oldest() {
+            self.compare(piece)?;
+        }
+        Ok(())
+    }
+
+    /// Leaves a piece of work to its threads, and compares the oldest if there are too many.
+    fn add(&mut self, piece: Piece) -> Result<(), RtlError> {
+        self.under_way.push(piece);
+        match self.under_way.overdue() {
+            Some(piece) => self.compare(piece),
+            None => Ok(()),
+        }
+    }
+
+    fn compare(&mut self, piece: Piece) -> Result<(), RtlError> {
+        let compared = match piece {
+            Piece::Gather(piece) => self.compare_gather(piece),
+            Piece::Vector(piece) => self.compare_vector(piece),
+            Piece::Splat(piece) => self.compare_splats(piece),
+        };
+        if compared.is_err() {
+            self.under_way.clear();
+        }
+        compared
+    }
+
+    /// Waits for both runs of a piece.
+    fn wait<T>(&mut self, runs: Runs<T>) -> [(Conditions, Result<T, RtlError>); 2] {
+        let now = self.progress();
+        runs.wait(|cycles| {
+            (self.progress)(Progress {
+                cycles: now.cycles + cycles,
+                ..now
+            });
+        })
+    }
+
     /// Conditions of the next two runs: without stalls, and under random stalls. Every run has a new
     /// seed.
-    fn conditions(&self) -> [Conditions; 2] {
-        let runs = self.gather.runs + self.vector.runs + self.splat.runs;
+    fn conditions(&mut self) -> [Conditions; 2] {
+        let pieces = self.pieces;
+        self.pieces += 1;
         let seed = |number: u64| self.settings.seed.wrapping_add(number);
         // The first of them counts as a run before the second.
-        let (ready, stalled) = (seed(2 * runs), seed(2 * (runs + 1) + 1));
+        let (ready, stalled) = (seed(2 * pieces), seed(2 * (pieces + 1) + 1));
         let mut random = Pcg64Mcg::seed_from_u64(stalled);
         let mut stream = || StreamStalls {
             per_mille: random.random_range(0..500),

@@ -1,12 +1,41 @@
 //! Verification of the splat unit.
 
+use std::sync::Arc;
+
 use potamoi_formats::config::NO_SPLAT_UNIT;
 use potamoi_formats::units::SPLAT_UNIT;
-use potamoi_reference::splat_unit::{Composited, SplatJob, TILE_PIXELS};
+use potamoi_reference::splat_unit::{Composited, SplatEntry, SplatJob, SplatSettings, TILE_PIXELS};
 use potamoi_units::splat_unit::splat_unit;
 
+use super::under_way::{Piece, Runs, UnderWay};
 use super::{Conditions, Verifier};
 use crate::{Mismatch, RtlError, SplatRun, SplatUnit};
+
+/// A job, and what the reference unit makes of it.
+pub(super) struct SplatWork {
+    unit: Arc<SplatUnit>,
+    number: u64,
+    settings: SplatSettings,
+    /// The last slot.
+    last: u16,
+    entries: Vec<SplatEntry>,
+    done: Composited,
+}
+
+/// A job under way.
+pub(super) struct SplatPiece {
+    work: Arc<SplatWork>,
+    pub(super) runs: Runs<SplatRun>,
+}
+
+impl SplatWork {
+    fn run(&self, conditions: &Conditions) -> Result<SplatRun, RtlError> {
+        let Conditions { stalls, seed, .. } = conditions;
+        let jobs = [&self.entries[..]];
+        self.unit
+            .check(&jobs, self.last, &self.settings, stalls, *seed)
+    }
+}
 
 impl Verifier<'_> {
     /// Verifies a job, if it is one of the share in the settings. `done` is the reference unit's.
@@ -21,17 +50,32 @@ impl Verifier<'_> {
         if !number.is_multiple_of(self.settings.splat_every.max(1)) {
             return Ok(());
         }
-        let unit = match self.splat_unit.take() {
-            Some(unit) => unit,
-            None => self.build_splat()?,
+        let unit = match &self.splat_unit {
+            Some(unit) => unit.clone(),
+            None => Arc::new(self.build_splat()?),
         };
-        let last = u16::try_from(job.tiles.saturating_sub(1)).unwrap_or(u16::MAX);
-        let (both, now) = (self.conditions(), self.progress());
-        let runs = Conditions::run_both(&both, now, &mut *self.progress, |conditions, _| {
-            let Conditions { stalls, seed, .. } = conditions;
-            unit.check(&[job.entries], last, &job.settings, stalls, *seed)
+        self.splat_unit = Some(unit.clone());
+        let work = Arc::new(SplatWork {
+            unit,
+            number,
+            settings: job.settings,
+            last: u16::try_from(job.tiles.saturating_sub(1)).unwrap_or(u16::MAX),
+            entries: job.entries.to_vec(),
+            done: done.clone(),
         });
-        for (conditions, run) in both.into_iter().zip(runs) {
+        let conditions = self.conditions();
+        let runs = UnderWay::begin(conditions, {
+            let work = work.clone();
+            move |conditions, _| work.run(conditions)
+        });
+        self.add(Piece::Splat(SplatPiece { work, runs }))
+    }
+
+    /// Compares both runs of a piece of work.
+    pub(super) fn compare_splats(&mut self, piece: SplatPiece) -> Result<(), RtlError> {
+        let SplatPiece { work, runs } = piece;
+        let done = &work.done;
+        for (conditions, run) in self.wait(runs) {
             let Conditions {
                 is_stalled: stalled,
                 stalls,
@@ -41,14 +85,16 @@ impl Verifier<'_> {
                 Ok(run) => run,
                 Err(RtlError::Mismatch(mismatch)) => {
                     let excerpt = self.excerpt(|path| {
-                        let work = (&[job.entries][..], last, &job.settings);
-                        unit.excerpt(work, (&stalls, seed), mismatch.cycle, path)
+                        let entries = [&work.entries[..]];
+                        let own = (&entries[..], work.last, &work.settings);
+                        work.unit
+                            .excerpt(own, (&stalls, seed), mismatch.cycle, path)
                     });
                     return Err(self.fail(*mismatch, stalled, seed, excerpt));
                 }
                 Err(other) => return Err(other),
             };
-            if let Some(mismatch) = differing(number, &run, done) {
+            if let Some(mismatch) = differing(work.number, &run, done) {
                 return Err(self.fail(mismatch, stalled, seed, None));
             }
             let report = &mut self.splat;
@@ -68,7 +114,6 @@ impl Verifier<'_> {
             report.cycles += run.cycles;
             report.busy += run.counters.busy;
         }
-        self.splat_unit = Some(unit);
         Ok(())
     }
 

@@ -1,14 +1,60 @@
 //! Verification of the vector unit.
 
+use std::sync::Arc;
+
 use potamoi_cycles::vector_cycles;
+use potamoi_formats::config::Config;
 use potamoi_formats::units::{VECTOR_UNIT, VectorOp};
 use potamoi_units::vector_unit::vector_unit;
 
+use super::under_way::{Piece, Runs, UnderWay};
 use super::{Conditions, Verifier};
-use crate::{Check, Mismatch, RtlError, VectorBatch, VectorUnit};
+use crate::vector_drive::VectorTotals;
+use crate::{Mismatch, RtlError, VectorBatch, VectorUnit};
 
 /// Vectors in a block, the unit of sampling in a quick verification.
 const BLOCK_VECTORS: usize = 4;
+
+/// A batch with its operands.
+struct Batch {
+    op: VectorOp,
+    a: Vec<i32>,
+    b: Vec<i32>,
+}
+
+/// Batches, and the results of the reference unit.
+pub(super) struct VectorWork {
+    unit: Arc<VectorUnit>,
+    config: Arc<Config>,
+    batches: Vec<Batch>,
+    results: Vec<i32>,
+}
+
+/// Batches under way.
+pub(super) struct VectorPiece {
+    work: Arc<VectorWork>,
+    pub(super) runs: Runs<VectorTotals>,
+}
+
+impl VectorWork {
+    fn batches(&self) -> Vec<VectorBatch<'_>> {
+        let each = self
+            .batches
+            .iter()
+            .map(|Batch { op, a, b }| VectorBatch { op: *op, a, b });
+        each.collect()
+    }
+
+    fn run(
+        &self,
+        conditions: &Conditions,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<VectorTotals, RtlError> {
+        let check = conditions.check(0, progress);
+        self.unit
+            .check(&self.config, &self.batches(), &self.results, check)
+    }
+}
 
 impl Verifier<'_> {
     /// Verifies the share of the elements in the settings. `results` are the reference unit's.
@@ -46,39 +92,46 @@ impl Verifier<'_> {
     }
 
     fn vector_run(&mut self, batches: &[VectorBatch<'_>], results: &[i32]) -> Result<(), RtlError> {
-        let unit = match self.vector_unit.take() {
-            Some(unit) => unit,
-            None => self.build_vector()?,
+        let unit = match &self.vector_unit {
+            Some(unit) => unit.clone(),
+            None => Arc::new(self.build_vector()?),
         };
-        let work: Vec<_> = batches.iter().map(|b| (b.op.code, b.a)).collect();
-        let predicted = vector_cycles(&self.config, &work)?;
-        let (both, now) = (self.conditions(), self.progress());
-        let runs = Conditions::run_both(&both, now, &mut *self.progress, |conditions, progress| {
-            let check = Check {
-                stalls: conditions.stalls,
-                seed: conditions.seed,
-                flags: 0,
-                progress,
-            };
-            unit.check(&self.config, batches, results, check)
+        self.vector_unit = Some(unit.clone());
+        let own = |batch: &VectorBatch<'_>| Batch {
+            op: batch.op,
+            a: batch.a.to_vec(),
+            b: batch.b.to_vec(),
+        };
+        let work = Arc::new(VectorWork {
+            unit,
+            config: self.config.clone(),
+            batches: batches.iter().map(own).collect(),
+            results: results.to_vec(),
         });
-        for (conditions, totals) in both.into_iter().zip(runs) {
-            let Conditions {
-                is_stalled: stalled,
-                stalls,
-                seed,
-            } = conditions;
+        let conditions = self.conditions();
+        let runs = UnderWay::begin(conditions, {
+            let work = work.clone();
+            move |conditions, progress| work.run(conditions, progress)
+        });
+        self.add(Piece::Vector(VectorPiece { work, runs }))
+    }
+
+    /// Compares both runs of a piece of work.
+    pub(super) fn compare_vector(&mut self, piece: VectorPiece) -> Result<(), RtlError> {
+        let VectorPiece { work, runs } = piece;
+        let batches = work.batches();
+        let operands: Vec<_> = batches.iter().map(|b| (b.op.code, b.a)).collect();
+        let predicted = vector_cycles(&self.config, &operands)?;
+        for (conditions, totals) in self.wait(runs) {
+            let (stalled, seed) = (conditions.is_stalled, conditions.seed);
             let totals = match totals {
                 Ok(totals) => totals,
                 Err(RtlError::Mismatch(mismatch)) => {
                     let excerpt = self.excerpt(|path| {
-                        let check = Check {
-                            stalls,
-                            seed,
-                            flags: 0,
-                            progress: &mut |_| {},
-                        };
-                        unit.excerpt(&self.config, batches, results, check, mismatch.cycle, path)
+                        let none = &mut |_| {};
+                        let check = conditions.check(0, none);
+                        let VectorWork { unit, config, .. } = &*work;
+                        unit.excerpt(config, &batches, &work.results, check, mismatch.cycle, path)
                     });
                     return Err(self.fail(*mismatch, stalled, seed, excerpt));
                 }
@@ -102,14 +155,13 @@ impl Verifier<'_> {
                 return Err(self.fail(mismatch, stalled, seed, None));
             }
             report.runs += 1;
-            report.elements += results.len() as u64;
+            report.elements += work.results.len() as u64;
             report.vectors += totals.vectors;
             report.cycles += totals.cycles;
             report.cycles_predicted += predicted.elapsed;
             report.busy += totals.busy;
             report.stall_out += totals.stall_out;
         }
-        self.vector_unit = Some(unit);
         Ok(())
     }
 

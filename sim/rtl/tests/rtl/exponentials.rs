@@ -13,7 +13,7 @@ use potamoi_rtl::verify::{Injection, Settings, Verifier};
 use potamoi_rtl::{EngineKind, VectorBatch, VectorUnit};
 use potamoi_units::vector_unit::error_bound;
 
-use crate::scenes_common::{garden_through, lantern_through};
+use crate::scenes_common::{garden_through, lantern_through, verified};
 
 /// The command that runs these tests again.
 const AGAIN: &str = "cargo test -p potamoi-rtl --test rtl exponentials";
@@ -196,8 +196,8 @@ fn both_scenes_pass(forms: &[&str]) {
         let mut none = |_| {};
         let every = settings(EngineKind::Verilator, 6, None);
         let mut verifier = Verifier::new(&config, every, &mut none);
-        garden_through(&mut verifier, 12).unwrap();
-        lantern_through(&mut verifier, &config, 16).unwrap();
+        verified(&mut verifier, |units| garden_through(units, 12)).unwrap();
+        verified(&mut verifier, |units| lantern_through(units, &config, 16)).unwrap();
         assert_eq!(verifier.failure(), None, "{knobs}");
         let v = verifier.vector_report();
         assert_eq!(v.cycles, v.cycles_predicted, "{knobs}");
@@ -205,7 +205,7 @@ fn both_scenes_pass(forms: &[&str]) {
 
         let faulty = settings(EngineKind::Interpreter, 60, Some(Injection::Exp));
         let mut verifier = Verifier::new(&config, faulty, &mut none);
-        lantern_through(&mut verifier, &config, 16).unwrap_err();
+        verified(&mut verifier, |units| lantern_through(units, &config, 16)).unwrap_err();
         let failure = verifier.failure().unwrap();
         assert_eq!(failure.mismatch.module, "vector_unit", "{knobs}");
     }

@@ -9,6 +9,8 @@ use potamoi_rtl::{EngineKind, ForeignRtl};
 use potamoi_scene::Scene;
 use potamoi_soc::emit::emit;
 
+use super::scenes_common::verified;
+
 fn small() -> Config {
     Config::preset("small").unwrap()
 }
@@ -52,7 +54,10 @@ fn verify_of(
     scene.set_size(Some(12), Some(12)).unwrap();
     let mut none = |_| {};
     let mut verifier = Verifier::new(config, settings, &mut none);
-    let done = scene.render_fixed(config, &mut verifier);
+    let done = verified(&mut verifier, |units| {
+        let done = scene.render_fixed(config, units);
+        done.map(|_| ()).map_err(|error| error.to_string())
+    });
     let failure = verifier.failure().map(|f| {
         assert!(f.excerpt.is_some(), "{f:?}");
         f.mismatch.to_string()

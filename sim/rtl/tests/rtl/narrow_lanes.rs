@@ -11,7 +11,7 @@ use potamoi_rtl::verify::{Settings, Verifier};
 use potamoi_rtl::{Check, EngineKind, RtlError, RtlUnits, VectorBatch, VectorUnit};
 use potamoi_scene::Scene;
 
-use super::scenes_common::garden_through;
+use super::scenes_common::{garden_through, verified};
 use super::vector_unit::compared;
 
 /// What splats send.
@@ -99,12 +99,18 @@ fn a_frame_of_splats_raises_no_flag() {
     let mut scene = Scene::open("garden").unwrap();
     scene.set_size(Some(10), Some(10)).unwrap();
     let mut verifier = Verifier::new(&config, settings, &mut none);
-    scene.render_fixed(&config, &mut verifier).unwrap();
+    let render = |units: &mut dyn Units| {
+        let done = scene.render_fixed(&config, units);
+        done.map(|_| ()).map_err(|error| error.to_string())
+    };
+    verified(&mut verifier, render).unwrap();
     assert_eq!(verifier.failure(), None);
     let report = verifier.vector_report().clone();
     assert!(report.elements > 100, "{report:?}");
 
-    let error = garden_through(&mut verifier, 16).unwrap_err().to_string();
+    let error = verified(&mut verifier, |units| garden_through(units, 16))
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("vu.operands.square_sum"), "{error}");
     let mut units = RtlUnits::on(EngineKind::Interpreter, &config);
     let squares = VectorOp::new(OpCode::SquareSum);

@@ -8,7 +8,7 @@ use potamoi_rtl::verify::{Injection, Settings, Verifier};
 use potamoi_scene::Scene;
 use potamoi_units::gathering_unit::gathering_unit;
 
-use crate::scenes_common::{garden_through, lantern_through};
+use crate::scenes_common::{garden_through, lantern_through, verified};
 
 const SEED: u64 = 11;
 
@@ -41,8 +41,8 @@ fn the_paper_preset_passes_on_both_scenes() {
     let mut calls = 0;
     let mut count = |_| calls += 1;
     let mut verifier = Verifier::new(&config, settings(EngineKind::Verilator), &mut count);
-    garden_through(&mut verifier, 20).unwrap();
-    lantern_through(&mut verifier, &config, 32).unwrap();
+    verified(&mut verifier, |units| garden_through(units, 20)).unwrap();
+    verified(&mut verifier, |units| lantern_through(units, &config, 32)).unwrap();
     assert_eq!(verifier.failure(), None);
     let (g, v) = (
         verifier.gather_report().clone(),
@@ -71,7 +71,7 @@ fn a_share_is_what_was_asked_for() {
         ..settings(EngineKind::Verilator)
     };
     let mut verifier = Verifier::new(&config, quick, &mut none);
-    garden_through(&mut verifier, 64).unwrap();
+    verified(&mut verifier, |units| garden_through(units, 64)).unwrap();
     let (g, v) = (verifier.gather_report(), verifier.vector_report());
     assert_eq!(g.mvoxels, g.mvoxels_total.div_ceil(5));
     let share = v.elements as f64 / v.elements_total as f64;
@@ -98,7 +98,8 @@ fn engines_agree() {
             ..settings(engine)
         };
         let mut verifier = Verifier::new(&small, share, &mut none);
-        garden_through(&mut verifier, 12).unwrap_or_else(|e| panic!("{engine}: {e}"));
+        verified(&mut verifier, |units| garden_through(units, 12))
+            .unwrap_or_else(|e| panic!("{engine}: {e}"));
         (
             verifier.gather_report().clone(),
             verifier.vector_report().clone(),
@@ -179,7 +180,8 @@ fn faults_are_found(cases: &[(EngineKind, &[Injection])]) {
             };
             let mut none = |_| {};
             let mut verifier = Verifier::new(&small, faulty, &mut none);
-            let error = lantern_through(&mut verifier, &small, 24).unwrap_err();
+            let error =
+                verified(&mut verifier, |units| lantern_through(units, &small, 24)).unwrap_err();
             let failure = verifier.failure().expect(&error);
             let m = &failure.mismatch;
             assert!(error.contains(&m.to_string()), "{error}");
@@ -226,8 +228,8 @@ fn the_feature_major_preset_passes_on_both_scenes() {
         ..settings(EngineKind::Verilator)
     };
     let mut verifier = Verifier::new(&config, gathers, &mut none);
-    garden_through(&mut verifier, 32).unwrap();
-    lantern_through(&mut verifier, &config, 48).unwrap();
+    verified(&mut verifier, |units| garden_through(units, 32)).unwrap();
+    verified(&mut verifier, |units| lantern_through(units, &config, 48)).unwrap();
     assert_eq!(verifier.failure(), None);
     let g = verifier.gather_report();
     assert!(g.samples > 5_000 && g.mvoxels > 40, "{g:?}");
@@ -257,7 +259,8 @@ fn faults_of_the_feature_major_unit_are_found() {
         };
         let mut none = |_| {};
         let mut verifier = Verifier::new(&config, faulty, &mut none);
-        let error = lantern_through(&mut verifier, &config, 24).unwrap_err();
+        let error =
+            verified(&mut verifier, |units| lantern_through(units, &config, 24)).unwrap_err();
         let m = &verifier.failure().expect(&error).mismatch;
         assert!(m.signal.starts_with(signal), "{injection}: {m}");
         assert_eq!(m.module, "gathering_unit");
@@ -274,7 +277,7 @@ fn an_impossible_fault_is_refused() {
     };
     let mut none = |_| {};
     let mut verifier = Verifier::new(&config, faulty, &mut none);
-    let error = garden_through(&mut verifier, 16).unwrap_err();
+    let error = verified(&mut verifier, |units| garden_through(units, 16)).unwrap_err();
     assert!(error.contains("s1_weight"), "{error}");
     assert_eq!(verifier.failure(), None);
     for injection in [Injection::Grant, Injection::Crossbar] {
@@ -287,8 +290,10 @@ fn an_impossible_fault_is_refused() {
 fn garden_on_splat_unit(verifier: &mut Verifier<'_>, config: &Config) -> Result<(), String> {
     let mut garden = Scene::open("garden").unwrap();
     garden.set_size(Some(40), Some(24)).unwrap();
-    let done = garden.render_fixed(config, verifier);
-    done.map(|_| ()).map_err(|error| error.to_string())
+    verified(verifier, |units| {
+        let done = garden.render_fixed(config, units);
+        done.map(|_| ()).map_err(|error| error.to_string())
+    })
 }
 
 const WITH_SPLAT_UNIT: &str = "[vu.exp]\npipelined = true\n[su]\nlanes = 1\ntiles = 4\n";
