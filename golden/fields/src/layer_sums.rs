@@ -6,7 +6,7 @@
 //! those behind a ReLU, are left out.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, dispatch, f64x8};
 
 /// Outputs in a block of weights. The weights of a block of 128 inputs fit a first-level cache.
 const BLOCK: usize = 32;
@@ -27,39 +27,77 @@ pub(super) struct Weights {
     starts: Vec<Row>,
 }
 
-/// The inputs of a batch that are not 0.
+/// Inputs in a word of [`Passed`].
+const WORD: usize = 64;
+
+/// The inputs of a batch that are added: those that are not 0, or behind a ReLU those above 0.
 #[derive(Debug, Default)]
 pub(super) struct Passed {
-    /// Number and value of each, sample after sample; elements behind the last are unused.
-    inputs: Vec<(u32, f64)>,
-    /// The end of each sample's inputs.
-    ends: Vec<usize>,
+    /// A bit for each input of a sample, the first lowest; each sample begins a word.
+    bits: Vec<u64>,
+    /// Words of a sample.
+    words: usize,
 }
 
 impl Passed {
-    /// Takes the inputs of samples of `width` inputs each that `passes` accepts, which are not 0.
-    pub(super) fn keep(&mut self, values: &[f64], width: usize, passes: impl Fn(f64) -> bool) {
-        self.ends.clear();
-        // One more: the element behind the last is written, too.
-        self.inputs.resize(values.len() + 1, (0, 0.0));
-        let mut count = 0;
-        for sample in values.chunks_exact(width) {
-            for (number, value) in (0..).zip(sample) {
-                self.inputs[count] = (number, *value);
-                count += usize::from(passes(*value));
+    /// Takes the inputs of samples of `width` inputs each.
+    pub(super) fn keep(&mut self, values: &[f64], width: usize, behind_relu: bool) {
+        self.words = width.div_ceil(WORD);
+        self.bits.clear();
+        self.bits.resize(values.len() / width * self.words, 0);
+        dispatch!(Level::new(), simd => self.find(simd, values, width, behind_relu));
+    }
+
+    /// Sets the bits. Plain loops, so that the compiler sees the vectors in them.
+    #[inline(always)]
+    fn find<S: Simd>(&mut self, simd: S, values: &[f64], width: usize, behind_relu: bool) {
+        let samples = values.chunks_exact(width);
+        for (sample, bits) in samples.zip(self.bits.chunks_exact_mut(self.words)) {
+            for (values, bits) in sample.chunks(WORD).zip(bits) {
+                *bits = match behind_relu {
+                    true => above_0(simd, values),
+                    false => not_0(simd, values),
+                };
             }
-            self.ends.push(count);
         }
     }
 
-    /// The inputs of each sample.
-    fn samples(&self) -> impl Iterator<Item = &[(u32, f64)]> {
-        let mut begin = 0;
-        self.ends.iter().map(move |end| {
-            let from = std::mem::replace(&mut begin, *end);
-            &self.inputs[from..*end]
-        })
+    /// The bits of each sample.
+    fn samples(&self) -> impl Iterator<Item = &[u64]> {
+        self.bits.chunks_exact(self.words.max(1))
     }
+}
+
+/// Which of at most 64 values are above 0.
+#[inline(always)]
+fn above_0<S: Simd>(simd: S, values: &[f64]) -> u64 {
+    let zero = f64x8::splat(simd, 0.0);
+    let (groups, rest) = values.as_chunks::<8>();
+    let mut bits = 0;
+    for (at, group) in groups.iter().enumerate() {
+        let own = f64x8::from_slice(simd, group).simd_gt(zero);
+        bits |= own.to_bitmask() << (8 * at);
+    }
+    for (at, value) in (8 * groups.len()..).zip(rest) {
+        bits |= u64::from(*value > 0.0) << at;
+    }
+    bits
+}
+
+/// Which of at most 64 values are not 0.
+#[inline(always)]
+fn not_0<S: Simd>(simd: S, values: &[f64]) -> u64 {
+    let zero = f64x8::splat(simd, 0.0);
+    let (groups, rest) = values.as_chunks::<8>();
+    let mut bits = 0;
+    for (at, group) in groups.iter().enumerate() {
+        let own = f64x8::from_slice(simd, group).simd_eq(zero);
+        bits |= (own.to_bitmask() ^ 0xff) << (8 * at);
+    }
+    for (at, value) in (8 * groups.len()..).zip(rest) {
+        bits |= u64::from(*value != 0.0) << at;
+    }
+    bits
 }
 
 impl Weights {
@@ -77,27 +115,27 @@ impl Weights {
         }
     }
 
-    /// Replaces `sums` by those of each sample, before their ReLU.
-    pub(super) fn sums(&self, passed: &Passed, sums: &mut Vec<f64>) {
-        sums.clear();
-        sums.resize(passed.ends.len() * self.outputs, 0.0);
-        dispatch!(Level::new(), simd => self.with(simd, passed, sums));
+    /// Replaces `sums` by those of each sample of `values`, before their ReLU.
+    pub(super) fn sums(&self, values: &[f64], passed: &Passed, sums: &mut Vec<f64>) {
+        // Each is written.
+        sums.resize(values.len() / self.inputs * self.outputs, 0.0);
+        dispatch!(Level::new(), simd => self.with(simd, values, passed, sums));
     }
 
     /// The same with some vectors: as many outputs side by side as fit the registers.
     #[inline(always)]
-    fn with<S: Simd>(&self, _: S, passed: &Passed, sums: &mut [f64]) {
+    fn with<S: Simd>(&self, _: S, values: &[f64], passed: &Passed, sums: &mut [f64]) {
         match self.outputs {
-            ..=8 => self.blocks::<8>(passed, sums),
-            9..=16 => self.blocks::<16>(passed, sums),
-            _ if S::f64s::LEN < 4 => self.blocks::<16>(passed, sums),
-            _ => self.blocks::<BLOCK>(passed, sums),
+            ..=8 => self.blocks::<8>(values, passed, sums),
+            9..=16 => self.blocks::<16>(values, passed, sums),
+            _ if S::f64s::LEN < 4 => self.blocks::<16>(values, passed, sums),
+            _ => self.blocks::<BLOCK>(values, passed, sums),
         }
     }
 
     /// The sums of all outputs, `LANES` side by side.
     #[inline(always)]
-    fn blocks<const LANES: usize>(&self, passed: &Passed, sums: &mut [f64]) {
+    fn blocks<const LANES: usize>(&self, values: &[f64], passed: &Passed, sums: &mut [f64]) {
         let blocks = self.rows.chunks_exact(self.inputs).zip(&self.starts);
         for (block, (rows, starts)) in blocks.enumerate() {
             for part in (0..BLOCK).step_by(LANES) {
@@ -105,19 +143,25 @@ impl Weights {
                 let Some(count) = self.outputs.checked_sub(first).filter(|rest| *rest > 0) else {
                     break;
                 };
-                let count = count.min(LANES);
                 let starts = *starts.lanes::<LANES>(part);
+                let samples = values.chunks_exact(self.inputs).zip(passed.samples());
                 let outputs = sums.chunks_exact_mut(self.outputs);
-                for (inputs, outputs) in passed.samples().zip(outputs) {
-                    let own = summed(starts, rows, part, inputs);
-                    outputs[first..first + count].copy_from_slice(&own[..count]);
+                for ((values, bits), outputs) in samples.zip(outputs) {
+                    let own = summed(starts, rows, part, values, bits);
+                    let outputs = &mut outputs[first..];
+                    // A copy of known length is no call.
+                    match outputs.first_chunk_mut::<LANES>() {
+                        Some(whole) => *whole = own,
+                        None => outputs.copy_from_slice(&own[..count]),
+                    }
                 }
             }
         }
     }
 }
 
-/// The sums of one sample from `starts` on, with the weights of `LANES` outputs from `first`.
+/// The sums of one sample from `starts` on, with the weights of `LANES` outputs from `first`, over the
+/// inputs whose bit is set.
 ///
 /// The loop over lanes is by number, which the compiler turns into vectors as it stands.
 #[inline(always)]
@@ -126,13 +170,20 @@ fn summed<const LANES: usize>(
     starts: [f64; LANES],
     rows: &[Row],
     first: usize,
-    inputs: &[(u32, f64)],
+    values: &[f64],
+    bits: &[u64],
 ) -> [f64; LANES] {
     let mut sums = starts;
-    for &(input, value) in inputs {
-        let row = rows[input as usize].lanes::<LANES>(first);
-        for lane in 0..LANES {
-            sums[lane] += row[lane] * value;
+    let words = values.chunks(WORD).zip(rows.chunks(WORD)).zip(bits);
+    for ((values, rows), bits) in words {
+        let mut left = *bits;
+        while left != 0 {
+            let input = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let (value, row) = (values[input], rows[input].lanes::<LANES>(first));
+            for lane in 0..LANES {
+                sums[lane] += row[lane] * value;
+            }
         }
     }
     sums
@@ -192,16 +243,25 @@ mod tests {
             let values: Vec<f64> = values.collect();
             let made = Weights::new(inputs, &weights, &bias);
             let mut passed = Passed::default();
-            passed.keep(&values, inputs, |value| value != 0.0);
+            for behind_relu in [true, false] {
+                passed.keep(&values, inputs, behind_relu);
+                for (sample, words) in values.chunks_exact(inputs).zip(passed.samples()) {
+                    for (at, value) in sample.iter().enumerate() {
+                        let is_left = words[at / WORD] >> (at % WORD) & 1 == 1;
+                        let passes = if behind_relu { *value > 0.0 } else { *value != 0.0 };
+                        prop_assert_eq!(is_left, passes, "{} {}", at, value);
+                    }
+                }
+            }
             let bits = |sums: &[f64]| sums.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
             let each = values.chunks_exact(inputs);
             let expected: Vec<f64> = each.flat_map(|own| plain(own, &weights, &bias)).collect();
             let mut sums = vec![];
-            made.sums(&passed, &mut sums);
+            made.sums(&values, &passed, &mut sums);
             prop_assert_eq!(bits(&sums), bits(&expected));
             for narrow in [Weights::blocks::<8>, Weights::blocks::<16>, Weights::blocks::<BLOCK>] {
                 sums.fill(f64::NAN);
-                narrow(&made, &passed, &mut sums);
+                narrow(&made, &values, &passed, &mut sums);
                 prop_assert_eq!(bits(&sums), bits(&expected));
             }
         }

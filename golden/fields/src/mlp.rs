@@ -137,14 +137,12 @@ impl Mlp {
 
     /// As [`Mlp::run`], and calls `watch` with each output of each layer before its ReLU.
     pub(crate) fn run_watched(&self, values: &mut Vec<f64>, mut watch: impl FnMut(usize, f64)) {
-        let mut passed = Passed::default();
+        let (mut passed, mut sums) = (Passed::default(), vec![]);
         for (i, layer) in self.layers.iter().enumerate() {
             // ReLU leaves out what is not above 0.
-            match i {
-                0 => passed.keep(values, layer.inputs, |value| value != 0.0),
-                _ => passed.keep(values, layer.inputs, |value| value > 0.0),
-            }
-            layer.ordered.sums(&passed, values);
+            passed.keep(values, layer.inputs, i > 0);
+            layer.ordered.sums(values, &passed, &mut sums);
+            std::mem::swap(values, &mut sums);
             values.iter().for_each(|sum| watch(i, *sum));
         }
     }
