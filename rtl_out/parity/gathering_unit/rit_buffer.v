@@ -192,6 +192,13 @@ module rit_buffer (
   wire [5:0] write_beat = {6{write_accept}} & (6'd1 << write_phase);
   wire [6:0] write_address = {write_half, write_row};
   reg write_user;
+  wire is_too_large = write_accept & ends_half & not_last & write_second & (~s_axis_rit_tuser) &
+      (7'd1 < cfg_segments);
+  wire has_gap = write_accept & ((~(s_axis_rit_tlast ? (~((|(s_axis_rit_tkeep[15:1] &
+      (~s_axis_rit_tkeep[14:0]))) | (^s_axis_rit_tkeep))) : (&s_axis_rit_tkeep))) | (follows_beats &
+      (write_user ^ s_axis_rit_tuser)));
+  wire is_ragged = write_accept & s_axis_rit_tlast & (~(whole_entries | ((~some_bytes) &
+      write_phase_is_0 & write_row_or_write_second)));
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -521,11 +528,7 @@ module rit_buffer (
   assign p_slot = {p_tag1, p_tag0};
   assign is_empty = ~(closed_0 | closed_1 | follows_beats | q_valid | e_valid | f_valid | p_valid);
   assign s_axis_rit_tready = write_ready;
-  assign errors = {write_accept & ends_half & not_last & write_second & (~s_axis_rit_tuser) & (7'd1
-      < cfg_segments), write_accept & ((~(s_axis_rit_tlast ? (~((|(s_axis_rit_tkeep[15:1] &
-      (~s_axis_rit_tkeep[14:0]))) | (^s_axis_rit_tkeep))) : (&s_axis_rit_tkeep))) | (follows_beats &
-      (write_user ^ s_axis_rit_tuser))), write_accept & s_axis_rit_tlast & (~(whole_entries |
-      ((~some_bytes) & write_phase_is_0 & write_row_or_write_second)))};
+  assign errors = {is_too_large, has_gap, is_ragged};
 
   // One entry size is built.
   wire unused_ok = &{1'b0, cfg_vertices, product_y0_0[10:0], product_y0_0_rounded[16],

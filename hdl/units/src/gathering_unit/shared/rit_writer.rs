@@ -279,10 +279,15 @@ impl Writer {
         let several = m.gt(wrong.segments, one);
         let kept = m.not(self.user);
         let too_large = m.all_of(&[beat.closes, wrong.not_last, at.second, kept, several]);
-        let errors: Vec<_> = [too_large, gap, ragged]
-            .into_iter()
-            .map(|e| m.and(beat.accept, e))
-            .collect();
+        let errors = [
+            (too_large, "is_too_large"),
+            (gap, "has_gap"),
+            (ragged, "is_ragged"),
+        ];
+        let errors = errors.map(|(error, name)| {
+            let raised = m.and(beat.accept, error);
+            m.name(raised, name)
+        });
         m.cat(&errors)
     }
 
