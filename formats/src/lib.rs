@@ -26,6 +26,7 @@ pub mod compact;
 pub mod config;
 pub mod device_file;
 pub mod document;
+pub mod file_kinds;
 pub mod files;
 pub mod fixed;
 pub mod nearest;

@@ -248,7 +248,7 @@ impl Config {
             source,
         };
         let bytes = crate::files::read(path, LIMIT).map_err(fail)?;
-        let long = || fail(std::io::Error::other(format!("more than {LIMIT} bytes")));
+        let long = || fail(crate::file_kinds::too_long(path, LIMIT));
         let document = document::toml(&bytes.ok_or_else(long)?);
         document.map_err(|wrong| ConfigError::parse(&path.display().to_string(), &wrong))
     }

@@ -8,6 +8,7 @@ use std::fmt;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use super::{Value, Wrong, foreign};
+use crate::file_kinds::kind;
 
 /// Largest number of values in a document: half a gigabyte of memory at 32 bytes each.
 const MOST: usize = 1 << 24;
@@ -26,6 +27,10 @@ pub fn json(bytes: &[u8]) -> Result<Value, Wrong> {
     let text = text(bytes)?;
     let mut reader = serde_json::Deserializer::from_str(&text);
     let left = Cell::new(MOST);
+    let no_json = |error| match kind(bytes).or_else(|| is_toml(&text).then_some("TOML")) {
+        Some(kind) => Wrong::found(kind, "JSON"),
+        None => no_json(error),
+    };
     let value = Seed(&left).deserialize(&mut reader).map_err(no_json)?;
     reader.end().map_err(no_json)?;
     checked(value, &text, bytes)
@@ -38,6 +43,9 @@ pub fn json(bytes: &[u8]) -> Result<Value, Wrong> {
 pub fn toml(bytes: &[u8]) -> Result<Value, Wrong> {
     let text = text(bytes)?;
     let no_toml = |e: toml::de::Error| {
+        if let Some(kind) = kind(bytes).or_else(|| is_json(&text).then_some("JSON")) {
+            return Wrong::found(kind, "TOML");
+        }
         let at = e.span().map_or(0, |span| span.start);
         let message = foreign(&e.message().replace('\n', ", "));
         Wrong::new(format!("{}: invalid TOML: {message}", place(&text, at)))
@@ -85,6 +93,19 @@ fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Wrong> {
     }
     let plain = bytes.strip_prefix(MARK).unwrap_or(bytes);
     Ok(String::from_utf8_lossy(plain))
+}
+
+/// Whether a text that is no TOML begins as JSON.
+fn is_json(text: &str) -> bool {
+    let text = text.trim_start();
+    let list = text.strip_prefix('[').map(str::trim_start);
+    text.starts_with('{') || list.is_some_and(|first| first.starts_with('{'))
+}
+
+/// Whether a text that is no JSON is TOML with a value.
+fn is_toml(text: &str) -> bool {
+    let table: Result<toml::Table, _> = toml::from_str(text);
+    table.is_ok_and(|table| !table.is_empty())
 }
 
 /// Line and column of a byte, from 1.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use potamoi_formats::document::{self, Value, Wrong};
+use potamoi_formats::file_kinds;
 use potamoi_scene::files_read::paths_of;
 use potamoi_scene::{BUILTIN, Scene, SceneError, scenes_named};
 use serde::Deserialize;
@@ -60,7 +61,7 @@ impl Plan {
             source,
         };
         let bytes = potamoi_base::files::read(path, LIMIT).map_err(fail)?;
-        let long = || fail(std::io::Error::other(format!("more than {LIMIT} bytes")));
+        let long = || fail(file_kinds::too_long(path, LIMIT));
         let folder = path.parent().unwrap_or(Path::new(""));
         Self::of(
             &bytes.ok_or_else(long)?,

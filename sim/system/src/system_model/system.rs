@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use potamoi_base::content_hash::hash_of;
 use potamoi_formats::device_file::is_file;
 use potamoi_formats::document::{self, Value};
+use potamoi_formats::file_kinds;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -191,7 +192,7 @@ impl System {
             problem,
         };
         let bytes = potamoi_base::files::read(path, LARGEST).map_err(|e| fail(e.to_string()))?;
-        let long = || fail(format!("expected at most {LARGEST} bytes"));
+        let long = || fail(file_kinds::too_long(path, LARGEST).to_string());
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.display().to_string();
         Self::described(&bytes.ok_or_else(long)?, &name, folder)
