@@ -33,6 +33,15 @@ impl UnitModel {
         }))
     }
 
+    /// Whether the unit is empty, so that the settings may change: `idle` in the next cycle.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        match self {
+            Self::ChannelMajor(model) => model.is_idle(),
+            Self::FeatureMajor(model) => model.is_idle(),
+        }
+    }
+
     /// One clock cycle.
     pub fn step(&mut self, inputs: &GatherInputs) -> GatherOutputs {
         match self {

@@ -221,6 +221,7 @@ impl<T: Copy + Into<i32>> GatherWatch for GatherCheck<'_, T> {
         inputs: &GatherInputs,
         seen: &GatherSeen<'_>,
     ) -> Result<(), RtlError> {
+        let is_idle = self.model.is_idle();
         let wanted = self.model.step(inputs);
         for (name, found, expected) in [
             ("s_axis_rit_tready", seen.rit_ready, wanted.rit_ready),
@@ -230,6 +231,7 @@ impl<T: Copy + Into<i32>> GatherWatch for GatherCheck<'_, T> {
                 seen.beat.is_some(),
                 wanted.feat.is_some(),
             ),
+            ("idle", seen.idle, is_idle),
         ] {
             same(u8::from(found), u8::from(expected), |f, e| {
                 self.differs(cycle, name, f, e)

@@ -16,6 +16,7 @@ const PATIENCE: u64 = 20_000;
 pub(super) struct GatherSeen<'a> {
     pub(super) rit_ready: bool,
     pub(super) mft_ready: bool,
+    pub(super) idle: bool,
     /// The beat of features, if valid.
     pub(super) beat: Option<BeatSeen<'a>>,
     /// Busy; stalls for FIFO, MFT, RIT; entries; stalls for banks.
@@ -126,6 +127,7 @@ struct Ports<P> {
     /// The MFT stream's keep, of the feature-major organisation.
     mft_keep: Option<P>,
     errors: P,
+    idle: P,
 }
 
 impl<P: Copy> Stream<P> {
@@ -227,6 +229,7 @@ impl<P: Copy> Ports<P> {
             bank: waits.then(|| stat("stall_bank")).transpose()?,
             mft_keep: lanes.then(|| engine.port("s_axis_mft_tkeep")).transpose()?,
             errors: stat("errors")?,
+            idle: engine.port("idle")?,
         })
     }
 }
@@ -333,6 +336,7 @@ impl<W: GatherWatch> Job for Drive<'_, W> {
             let seen = GatherSeen {
                 rit_ready: engine.get(p.rit.stream.ready)? == 1,
                 mft_ready: engine.get(p.mft.ready)? == 1,
+                idle: engine.get(p.idle)? == 1,
                 beat,
                 counters,
             };

@@ -121,10 +121,12 @@ impl VectorWatch for VectorCheck<'_> {
         inputs: &VectorInputs,
         seen: &VectorSeen<'_>,
     ) -> Result<(), RtlError> {
+        let is_idle = self.model.is_idle();
         let wanted = self.model.step(inputs);
         for (name, found, expected) in [
             ("s_axis_vec_tready", seen.ready, wanted.ready),
             ("m_axis_vec_tvalid", seen.result.is_some(), wanted.valid),
+            ("idle", seen.idle, is_idle),
         ] {
             same(u8::from(found), u8::from(expected), |f, e| {
                 self.differs(cycle, name, f, e)

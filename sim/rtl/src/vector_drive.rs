@@ -81,6 +81,7 @@ impl<'a> Vectors<'a> {
 /// Outputs of the unit in one cycle.
 pub(super) struct VectorSeen<'a> {
     pub(super) ready: bool,
+    pub(super) idle: bool,
     /// Results and valid lanes, if any.
     pub(super) result: Option<ResultSeen<'a>>,
     /// Vectors, busy, stalls.
@@ -138,6 +139,7 @@ struct Ports<P> {
     /// Vectors, busy, stalls.
     counters: [P; 3],
     errors: P,
+    idle: P,
 }
 
 impl<P: Copy> Ports<P> {
@@ -163,6 +165,7 @@ impl<P: Copy> Ports<P> {
             ],
             counters: [stat("vectors")?, stat("busy")?, stat("stall_out")?],
             errors: stat("errors")?,
+            idle: engine.port("idle")?,
         })
     }
 
@@ -278,6 +281,7 @@ impl<W: VectorWatch> Job for Drive<'_, W> {
             engine.settle()?;
             let seen = VectorSeen {
                 ready: engine.get(ready)? == 1,
+                idle: engine.get(ports.idle)? == 1,
                 counters: ports.counters(engine)?,
                 result: words.seen(engine, &ports)?,
             };
