@@ -21,7 +21,8 @@ pub enum Trace {
 pub enum Opt {
     /// `-O0`: builds fastest, runs about eight times slower.
     O0,
-    /// `-O1`: within a few percent of the fastest, and builds soonest of those.
+    /// `-O1`: builds soonest of those that run fast. The vector unit of 24 lanes takes a third more time a
+    /// clock than with `-O3`.
     #[default]
     O1,
     /// `-O2`.
