@@ -144,11 +144,9 @@ module rit_buffer (
   wire some_bytes = |s_axis_rit_tkeep;
   wire write_accept = s_axis_rit_tvalid & write_ready & (some_bytes | s_axis_rit_tlast);
   reg [7:0] beat_kept;
-  integer lowest;
+  integer each;
   always @(*) begin
-    for (lowest = 0; lowest < 8; lowest = lowest + 1) begin
-      beat_kept[lowest] = s_axis_rit_tkeep[2 * lowest];
-    end
+    for (each = 0; each < 8; each = each + 1) beat_kept[each] = s_axis_rit_tkeep[2 * each];
   end
   wire [7:0] kept_of_beat_5 = beat_kept & {8{write_phase == 3'd5}};
   wire [7:0] kept_of_beat_4 = (beat_kept & {8{write_phase == 3'd4}}) | {8{3'd4 < write_phase}};
@@ -156,7 +154,6 @@ module rit_buffer (
   wire [7:0] kept_of_beat_2 = (beat_kept & {8{write_phase == 3'd2}}) | {8{3'd2 < write_phase}};
   wire [7:0] kept_of_beat_1 = (beat_kept & {8{write_phase == 3'd1}}) | {8{3'd1 < write_phase}};
   wire [7:0] kept_of_beat_0 = (beat_kept & {8{write_phase == 3'd0}}) | {8{3'd0 < write_phase}};
-  // halfwords of the row that have come
   wire [47:0] row_kept = {kept_of_beat_5, kept_of_beat_4, kept_of_beat_3, kept_of_beat_2,
       kept_of_beat_1, kept_of_beat_0};
   wire [47:0] row_last = row_kept & (~{1'b0, row_kept[47:1]});

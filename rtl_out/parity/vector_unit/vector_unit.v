@@ -36,11 +36,9 @@ module vector_unit (
   localparam [3:0] OP_ONE_MINUS_EXP = 4'd6;
 
   reg [23:0] kept_lanes;
-  integer lowest;
+  integer each;
   always @(*) begin
-    for (lowest = 0; lowest < 24; lowest = lowest + 1) begin
-      kept_lanes[lowest] = s_axis_vec_tkeep[8 * lowest];
-    end
+    for (each = 0; each < 24; each = each + 1) kept_lanes[each] = s_axis_vec_tkeep[8 * each];
   end
 
   // Acceptance

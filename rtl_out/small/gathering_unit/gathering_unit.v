@@ -35,7 +35,7 @@ module gathering_unit (
   output reg  [31:0]  stat_entries,        // entries issued
   output wire         idle,                // nothing is received or in flight: cfg_* may change
   // sticky: 8 setting moved, 7 bad setting, 6 row dropped, 5 RIT too large, 4 gap, 3 ragged, 2 sum
-  // of weights, 1 weight above 1, 0 row not loaded
+  // of weights, 1 never here, 0 row not loaded
   output wire [8:0]   stat_errors
 );
 
@@ -220,8 +220,7 @@ module gathering_unit (
   reg begun;  // an issue has been, so that stalls count
   wire stalled = begun & (~fire);
   wire cfg_clear_or_fire = cfg_clear | fire;
-  reg [31:0] running_fifo;  // stalls so far, by cause; stat_stall_* show those before an issue
-  reg [31:0] running_mft, running_rit;
+  reg [31:0] running_fifo, running_mft, running_rit;
   wire entries_of_group = rit_p_keep;
   wire [32:0] stat_entries_sum = {1'd0, stat_entries} + {32'd0, entries_of_group};
 

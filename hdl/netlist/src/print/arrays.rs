@@ -2,7 +2,7 @@
 
 use super::expr::indexed;
 use super::{Printer, spaced};
-use crate::repetition::{Array, Rearranged, Stride, label, place};
+use crate::repetition::{Array, Rearranged, label, place};
 
 impl Printer<'_> {
     /// Wires of the arrays' outputs and, once all that they read is declared, the arrays.
@@ -90,25 +90,28 @@ impl Printer<'_> {
             self.line(1, &format!("integer {};", new.join(", ")));
         }
         self.line(1, "always @(*) begin");
-        let within = 2 + of.loops.len();
-        for (
-            depth,
-            Stride {
-                variable, count, ..
-            },
-        ) in (2..).zip(&of.loops)
-        {
-            let range =
-                format!("{variable} = 0; {variable} < {count}; {variable} = {variable} + 1");
-            self.line(depth, &format!("for ({range}) begin"));
-        }
+        let ranges = of.loops.iter().map(|own| {
+            let (variable, count) = (&own.variable, own.count);
+            format!("for ({variable} = 0; {variable} < {count}; {variable} = {variable} + 1)")
+        });
+        let ranges: Vec<String> = ranges.collect();
         let variables = || of.loops.iter().map(|own| own.variable.as_str());
         let to = place(variables().zip(of.loops.iter().map(|l| l.to)).collect());
         let at = place(variables().zip(of.loops.iter().map(|l| l.from)).collect());
-        self.line(within, &format!("{name}[{to}] = {from}[{at}];"));
-        for depth in (1..within).rev() {
-            self.line(depth, "end");
+        let bit = format!("{name}[{to}] = {from}[{at}];");
+        match &ranges[..] {
+            [range] => self.line(2, &format!("{range} {bit}")),
+            ranges => {
+                for (depth, range) in (2..).zip(ranges) {
+                    self.line(depth, &format!("{range} begin"));
+                }
+                self.line(2 + ranges.len(), &bit);
+                for depth in (2..2 + ranges.len()).rev() {
+                    self.line(depth, "end");
+                }
+            }
         }
+        self.line(1, "end");
     }
 
     /// The instance within the loops.

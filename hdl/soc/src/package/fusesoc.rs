@@ -78,7 +78,7 @@ fn targets(text: &mut String, unit: &Unit) {
       tool: verilator
       verilator_options: [-Wall]
   sim_{name}:
-    description: Golden vectors; with Verilator after --tool=verilator
+    description: Golden vectors; with Verilator by --tool=verilator after the name of the core
     filesets:
 {parts}      - {name}_bench
     toplevel: {name}_tb

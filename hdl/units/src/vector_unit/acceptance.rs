@@ -40,7 +40,7 @@ impl Inputs {
             Ty::u(8 * lanes),
             "of lanes that hold elements, all eight bytes or none",
         );
-        let kept = m.every("kept_lanes", bytes, 8, ("lowest", lanes));
+        let kept = m.every("kept_lanes", bytes, 8, ("each", lanes));
         Self {
             clear,
             valid,

@@ -1,6 +1,6 @@
-// potamoi_assert: a condition that always holds. A simulation stops where it does not. With TAKES_X it
-// goes on where the condition is unknown: a module without reset is shown unknown operands before the
-// first valid one.
+// potamoi_assert: a condition that always holds. A simulation stops where it does not. With TAKES_X
+// it goes on where the condition is unknown: a module without reset is shown unknown operands
+// before the first valid one.
 `default_nettype none
 
 module potamoi_assert #(

@@ -79,12 +79,6 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
         ("rit", rit, "stalls: no entry"),
     ] {
         let running = counter(m, &format!("running_{name}"), bits, clear, cause, None);
-        if name == "fifo" {
-            m.note(
-                running,
-                "stalls so far, by cause; stat_stall_* show those before an issue",
-            );
-        }
         let port = format!("stat_stall_{name}");
         let shown = m.reg(&port, Ty::u(bits), 0);
         let zero = m.lit(0, Ty::u(bits));
@@ -128,9 +122,16 @@ pub(crate) fn outputs(
         idle,
         "nothing is received or in flight: cfg_* may change",
     );
-    let doc = "sticky: 8 setting moved, 7 bad setting, 6 row dropped, 5 RIT too large, 4 gap, 3 ragged, \
-               2 sum of weights, 1 weight above 1, 0 row not loaded";
-    m.output("stat_errors", errors, doc);
+    // With 15 fraction bits no code is above that of 1 by a further bit.
+    let above = match config.gu.weight_bits {
+        15.. => "1 never here",
+        _ => "1 weight above 1",
+    };
+    let doc = format!(
+        "sticky: 8 setting moved, 7 bad setting, 6 row dropped, 5 RIT too large, 4 gap, 3 ragged, \
+         2 sum of weights, {above}, 0 row not loaded"
+    );
+    m.output("stat_errors", errors, &doc);
 }
 
 /// Weight errors: above 1, and a sum other than 1.

@@ -49,7 +49,6 @@ impl Position {
             .collect();
         let kept = m.cat(&beats);
         let kept = m.name(kept, "row_kept");
-        m.note(kept, "halfwords of the row that have come");
         let none = m.lit(0, Ty::bit());
         let above = m.slice(kept, 1, kept.width() - 1);
         let above = m.cat(&[none, above]);

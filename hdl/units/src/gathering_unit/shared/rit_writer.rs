@@ -294,7 +294,7 @@ impl Writer {
     /// Whether each halfword of the beat is valid; and whether `keep` is all ones, or on the last
     /// beat contiguous whole halfwords from byte 0.
     fn kept(&self, m: &mut ModuleBuilder, shape: &Shape) -> (Signal, Signal) {
-        let low = m.every("beat_kept", self.keep, 2, ("lowest", shape.lanes));
+        let low = m.every("beat_kept", self.keep, 2, ("each", shape.lanes));
         let most = self.keep.width() - 1;
         let (below, above) = (m.slice(self.keep, 0, most), m.slice(self.keep, 1, most));
         let missing = m.not(below);
