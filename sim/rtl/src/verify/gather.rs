@@ -14,7 +14,7 @@ use crate::gather_drive::GatherTotals;
 use crate::{GatherUnit, Mismatch, RtlError};
 
 /// MVoxels, and what the reference unit makes of them.
-pub(super) struct Gathering {
+struct Gathering {
     unit: Arc<GatherUnit>,
     config: Arc<Config>,
     tasks: Vec<GatherTask>,
@@ -23,9 +23,9 @@ pub(super) struct Gathering {
 }
 
 /// MVoxels under way.
-pub(super) struct GatherPiece {
+struct GatherPiece {
     work: Arc<Gathering>,
-    pub(super) runs: Runs<GatherTotals>,
+    runs: Runs<GatherTotals>,
 }
 
 impl Gathering {
@@ -37,6 +37,16 @@ impl Gathering {
         let check = conditions.check(self.flags, progress);
         self.unit
             .check(&self.config, &self.tasks, &self.features, check)
+    }
+}
+
+impl Piece for GatherPiece {
+    fn cycles(&self) -> u64 {
+        self.runs.cycles()
+    }
+
+    fn compare(self: Box<Self>, verifier: &mut Verifier<'_>) -> Result<(), RtlError> {
+        verifier.compare_gather(*self)
     }
 }
 
@@ -112,11 +122,11 @@ impl Verifier<'_> {
             let work = work.clone();
             move |conditions, progress| work.run(conditions, progress)
         });
-        self.add(Piece::Gather(GatherPiece { work, runs }))
+        self.add(Box::new(GatherPiece { work, runs }))
     }
 
     /// Compares both runs of a piece of work.
-    pub(super) fn compare_gather(&mut self, piece: GatherPiece) -> Result<(), RtlError> {
+    fn compare_gather(&mut self, piece: GatherPiece) -> Result<(), RtlError> {
         let GatherPiece { work: own, runs } = piece;
         let tasks = &own.tasks;
         let work = GatherWork::new(&self.config, tasks)?;

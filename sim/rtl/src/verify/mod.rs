@@ -218,7 +218,7 @@ impl<'p> Verifier<'p> {
     }
 
     /// Leaves a piece of work to its threads, and compares the oldest if there are too many.
-    fn add(&mut self, piece: Piece) -> Result<(), RtlError> {
+    fn add(&mut self, piece: Box<dyn Piece>) -> Result<(), RtlError> {
         self.under_way.push(piece);
         match self.under_way.overdue() {
             Some(piece) => self.compare(piece),
@@ -226,12 +226,8 @@ impl<'p> Verifier<'p> {
         }
     }
 
-    fn compare(&mut self, piece: Piece) -> Result<(), RtlError> {
-        let compared = match piece {
-            Piece::Gather(piece) => self.compare_gather(piece),
-            Piece::Vector(piece) => self.compare_vector(piece),
-            Piece::Splat(piece) => self.compare_splats(piece),
-        };
+    fn compare(&mut self, piece: Box<dyn Piece>) -> Result<(), RtlError> {
+        let compared = piece.compare(self);
         if compared.is_err() {
             self.under_way.clear();
         }

@@ -12,7 +12,7 @@ use super::{Conditions, Verifier};
 use crate::{Mismatch, RtlError, SplatRun, SplatUnit};
 
 /// A job, and what the reference unit makes of it.
-pub(super) struct SplatWork {
+struct SplatWork {
     unit: Arc<SplatUnit>,
     number: u64,
     settings: SplatSettings,
@@ -23,9 +23,9 @@ pub(super) struct SplatWork {
 }
 
 /// A job under way.
-pub(super) struct SplatPiece {
+struct SplatPiece {
     work: Arc<SplatWork>,
-    pub(super) runs: Runs<SplatRun>,
+    runs: Runs<SplatRun>,
 }
 
 impl SplatWork {
@@ -34,6 +34,16 @@ impl SplatWork {
         let jobs = [&self.entries[..]];
         self.unit
             .check(&jobs, self.last, &self.settings, stalls, *seed)
+    }
+}
+
+impl Piece for SplatPiece {
+    fn cycles(&self) -> u64 {
+        self.runs.cycles()
+    }
+
+    fn compare(self: Box<Self>, verifier: &mut Verifier<'_>) -> Result<(), RtlError> {
+        verifier.compare_splats(*self)
     }
 }
 
@@ -68,11 +78,11 @@ impl Verifier<'_> {
             let work = work.clone();
             move |conditions, _| work.run(conditions)
         });
-        self.add(Piece::Splat(SplatPiece { work, runs }))
+        self.add(Box::new(SplatPiece { work, runs }))
     }
 
     /// Compares both runs of a piece of work.
-    pub(super) fn compare_splats(&mut self, piece: SplatPiece) -> Result<(), RtlError> {
+    fn compare_splats(&mut self, piece: SplatPiece) -> Result<(), RtlError> {
         let SplatPiece { work, runs } = piece;
         let done = &work.done;
         for (conditions, run) in self.wait(runs) {

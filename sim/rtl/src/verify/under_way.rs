@@ -8,10 +8,7 @@ use std::time::Duration;
 
 use rayon::ThreadPool;
 
-use super::Conditions;
-use super::gather::GatherPiece;
-use super::splats::SplatPiece;
-use super::vector::VectorPiece;
+use super::{Conditions, Verifier};
 use crate::RtlError;
 
 /// Pieces of work that are under way at most. A constant, so that on any machine as many pieces have
@@ -21,21 +18,12 @@ const MOST: usize = 4;
 const LOOK: Duration = Duration::from_millis(50);
 
 /// A piece of work of a unit.
-pub(super) enum Piece {
-    Gather(GatherPiece),
-    Vector(VectorPiece),
-    Splat(SplatPiece),
-}
-
-impl Piece {
+pub(super) trait Piece {
     /// Cycles compared so far.
-    fn cycles(&self) -> u64 {
-        match self {
-            Self::Gather(piece) => piece.runs.cycles(),
-            Self::Vector(piece) => piece.runs.cycles(),
-            Self::Splat(piece) => piece.runs.cycles(),
-        }
-    }
+    fn cycles(&self) -> u64;
+
+    /// Waits for both runs, and compares them.
+    fn compare(self: Box<Self>, verifier: &mut Verifier<'_>) -> Result<(), RtlError>;
 }
 
 /// Both runs of a piece of work: without stalls, and under random stalls.
@@ -46,7 +34,8 @@ pub(super) struct Runs<T> {
 }
 
 impl<T> Runs<T> {
-    fn cycles(&self) -> u64 {
+    /// Cycles compared so far.
+    pub(super) fn cycles(&self) -> u64 {
         self.cycles.load(Ordering::Relaxed)
     }
 
@@ -85,7 +74,7 @@ fn threads() -> Option<&'static ThreadPool> {
 
 /// The pieces under way, the oldest first.
 #[derive(Default)]
-pub(super) struct UnderWay(VecDeque<Piece>);
+pub(super) struct UnderWay(VecDeque<Box<dyn Piece>>);
 
 impl UnderWay {
     /// Begins both runs. Each has an instance of its unit of its own, so that no order is needed.
@@ -117,17 +106,17 @@ impl UnderWay {
         }
     }
 
-    pub(super) fn push(&mut self, piece: Piece) {
+    pub(super) fn push(&mut self, piece: Box<dyn Piece>) {
         self.0.push_back(piece);
     }
 
     /// The oldest piece, if more are under way than may be.
-    pub(super) fn overdue(&mut self) -> Option<Piece> {
+    pub(super) fn overdue(&mut self) -> Option<Box<dyn Piece>> {
         (self.0.len() > MOST).then(|| self.0.pop_front())?
     }
 
     /// The oldest piece.
-    pub(super) fn oldest(&mut self) -> Option<Piece> {
+    pub(super) fn oldest(&mut self) -> Option<Box<dyn Piece>> {
         self.0.pop_front()
     }
 
@@ -138,6 +127,6 @@ impl UnderWay {
 
     /// Cycles compared so far in pieces under way.
     pub(super) fn cycles(&self) -> u64 {
-        self.0.iter().map(Piece::cycles).sum()
+        self.0.iter().map(|piece| piece.cycles()).sum()
     }
 }

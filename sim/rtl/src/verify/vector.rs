@@ -23,7 +23,7 @@ struct Batch {
 }
 
 /// Batches, and the results of the reference unit.
-pub(super) struct VectorWork {
+struct VectorWork {
     unit: Arc<VectorUnit>,
     config: Arc<Config>,
     batches: Vec<Batch>,
@@ -31,9 +31,9 @@ pub(super) struct VectorWork {
 }
 
 /// Batches under way.
-pub(super) struct VectorPiece {
+struct VectorPiece {
     work: Arc<VectorWork>,
-    pub(super) runs: Runs<VectorTotals>,
+    runs: Runs<VectorTotals>,
 }
 
 impl VectorWork {
@@ -53,6 +53,16 @@ impl VectorWork {
         let check = conditions.check(0, progress);
         self.unit
             .check(&self.config, &self.batches(), &self.results, check)
+    }
+}
+
+impl Piece for VectorPiece {
+    fn cycles(&self) -> u64 {
+        self.runs.cycles()
+    }
+
+    fn compare(self: Box<Self>, verifier: &mut Verifier<'_>) -> Result<(), RtlError> {
+        verifier.compare_vector(*self)
     }
 }
 
@@ -113,11 +123,11 @@ impl Verifier<'_> {
             let work = work.clone();
             move |conditions, progress| work.run(conditions, progress)
         });
-        self.add(Piece::Vector(VectorPiece { work, runs }))
+        self.add(Box::new(VectorPiece { work, runs }))
     }
 
     /// Compares both runs of a piece of work.
-    pub(super) fn compare_vector(&mut self, piece: VectorPiece) -> Result<(), RtlError> {
+    fn compare_vector(&mut self, piece: VectorPiece) -> Result<(), RtlError> {
         let VectorPiece { work, runs } = piece;
         let batches = work.batches();
         let operands: Vec<_> = batches.iter().map(|b| (b.op.code, b.a)).collect();
