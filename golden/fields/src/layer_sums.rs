@@ -55,8 +55,8 @@ impl Passed {
         for (sample, bits) in samples.zip(self.bits.chunks_exact_mut(self.words)) {
             for (values, bits) in sample.chunks(WORD).zip(bits) {
                 *bits = match behind_relu {
-                    true => above_0(simd, values),
-                    false => not_0(simd, values),
+                    true => left::<_, true>(simd, values),
+                    false => left::<_, false>(simd, values),
                 };
             }
         }
@@ -68,34 +68,27 @@ impl Passed {
     }
 }
 
-/// Which of at most 64 values are above 0.
+/// Which of at most 64 values are not 0, or behind a ReLU above 0.
 #[inline(always)]
-fn above_0<S: Simd>(simd: S, values: &[f64]) -> u64 {
+fn left<S: Simd, const BEHIND_RELU: bool>(simd: S, values: &[f64]) -> u64 {
     let zero = f64x8::splat(simd, 0.0);
     let (groups, rest) = values.as_chunks::<8>();
     let mut bits = 0;
     for (at, group) in groups.iter().enumerate() {
-        let own = f64x8::from_slice(simd, group).simd_gt(zero);
-        bits |= own.to_bitmask() << (8 * at);
+        let group = f64x8::from_slice(simd, group);
+        let own = match BEHIND_RELU {
+            true => group.simd_gt(zero).to_bitmask(),
+            false => group.simd_eq(zero).to_bitmask() ^ 0xff,
+        };
+        bits |= own << (8 * at);
     }
     for (at, value) in (8 * groups.len()..).zip(rest) {
-        bits |= u64::from(*value > 0.0) << at;
-    }
-    bits
-}
-
-/// Which of at most 64 values are not 0.
-#[inline(always)]
-fn not_0<S: Simd>(simd: S, values: &[f64]) -> u64 {
-    let zero = f64x8::splat(simd, 0.0);
-    let (groups, rest) = values.as_chunks::<8>();
-    let mut bits = 0;
-    for (at, group) in groups.iter().enumerate() {
-        let own = f64x8::from_slice(simd, group).simd_eq(zero);
-        bits |= (own.to_bitmask() ^ 0xff) << (8 * at);
-    }
-    for (at, value) in (8 * groups.len()..).zip(rest) {
-        bits |= u64::from(*value != 0.0) << at;
+        let own = if BEHIND_RELU {
+            *value > 0.0
+        } else {
+            *value != 0.0
+        };
+        bits |= u64::from(own) << at;
     }
     bits
 }

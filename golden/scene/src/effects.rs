@@ -123,7 +123,7 @@ impl Scene {
 
     /// As [`Scene::splat_work`] where the model's facts are known, and otherwise all that is not left
     /// out, with the same bits: facts take longer to find than one frame saves by them.
-    pub(super) fn one_frame(&self, cloud: &Cloud) -> Work {
+    pub(super) fn splat_work_of_one_frame(&self, cloud: &Cloud) -> Work {
         if self.found.has_facts() {
             return self.splat_work();
         }

@@ -152,7 +152,7 @@ impl Scene {
                 let options = splats::FloatOptions {
                     background: self.background,
                     log_decisions,
-                    work: self.one_frame(&cloud),
+                    work: self.splat_work_of_one_frame(&cloud),
                     ..splats::FloatOptions::default()
                 };
                 let frame = splats::render_float(&cloud, &self.camera, self.profile, &options)?;

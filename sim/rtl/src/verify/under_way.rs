@@ -28,7 +28,7 @@ pub(super) trait Piece {
 
 /// Both runs of a piece of work: without stalls, and under random stalls.
 pub(super) struct Runs<T> {
-    pub(super) conditions: [Conditions; 2],
+    conditions: [Conditions; 2],
     results: [Receiver<Result<T, RtlError>>; 2],
     cycles: Arc<AtomicU64>,
 }
