@@ -10,8 +10,8 @@ step = @printf '\n==> %s\n' '$(1)'
 help:
 	@printf '%s\n' \
 	  'make demo       emit, verify and render the built-in scenes on simulated hardware' \
-	  'make test       all checks of a change: formatting, lints, tests, checked-in Verilog' \
-	  'make test-full  also the exhaustive tests, hard cases without their guards, the crate verilated, and that the benches build' \
+	  'make test       the checks of a change: formatting, lints, tests but for slow ones, checked-in Verilog' \
+	  'make test-full  also the slow and the exhaustive tests, hard cases without their guards, the crate verilated, and that the benches build' \
 	  'make refresh    regenerate rtl_out/, pictures and snapshots, to be reviewed with git diff' \
 	  'make figures    write the figures between markers in the documents (slow ones: SLOW=1; of one page: PAGE=system)' \
 	  'make plots      draw the plots of the documents again: docs/images/*.svg' \
@@ -50,7 +50,7 @@ test-full: setup
 	$(call step,documentation and its links)
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --workspace
 	$(call step,tests with the exhaustive ones)
-	@tools/run-tests --include-ignored
+	@tools/run-tests --all --include-ignored
 	$(call step,the memory model against DRAMsim3)
 	cargo test --locked --manifest-path sim/dram-oracle/Cargo.toml --target-dir target/dram-oracle
 	$(call step,the crate verilated against Verilator 5)

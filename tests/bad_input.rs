@@ -145,6 +145,36 @@ fn missing_tools() {
 /// Names of flags of the version before do the same, and a line says what they are called now.
 #[test]
 fn old_names_of_flags_work_with_a_note() {
+    let grid = Path::new(env!("CARGO_MANIFEST_DIR")).join("synth/grid-asap7.json");
+    let grid = grid.display();
+    old_names_do_the_same(&[
+        ("emit --out a".to_owned(), "emit --out-dir a".to_owned()),
+        (
+            format!("estimate --grid {grid} --unit gu"),
+            format!("estimate --fit-to {grid} --unit gu"),
+        ),
+    ]);
+}
+
+#[test]
+fn old_names_of_slower_commands_work_too() {
+    let frames = "warp --scene lantern --width 12 --frames 3 --window 2 --frame-ms 20";
+    let model = "model --scene lantern --width 12 --frames 2 --window 2";
+    old_names_do_the_same(&[
+        (
+            format!("{frames} --out b --trace t.json"),
+            format!("{frames} --out-dir b --chrome-trace t.json"),
+        ),
+        (
+            format!("{model} --energy e.svg --roofline r.svg --trace t.json"),
+            format!("{model} --plot-energy e.svg --plot-roofline r.svg --chrome-trace t.json"),
+        ),
+        ("cost --unit exp".to_owned(), "cost --study exp".to_owned()),
+    ]);
+}
+
+/// Runs each command by its old name and by its new one.
+fn old_names_do_the_same(pairs: &[(String, String)]) {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let said = |arguments: &str| {
@@ -155,27 +185,8 @@ fn old_names_of_flags_work_with_a_note() {
         let printed = common::stdout(&done).replace("counted earlier", "counted now");
         (printed, stderr(&done))
     };
-    let frames = "warp --scene lantern --width 12 --frames 3 --window 2 --frame-ms 20";
-    let model = "model --scene lantern --width 12 --frames 2 --window 2";
-    let grid = Path::new(env!("CARGO_MANIFEST_DIR")).join("synth/grid-asap7.json");
-    let grid = grid.display();
-    for (old, new) in [
-        ("emit --out a".to_owned(), "emit --out-dir a".to_owned()),
-        (
-            format!("{frames} --out b --trace t.json"),
-            format!("{frames} --out-dir b --chrome-trace t.json"),
-        ),
-        (
-            format!("{model} --energy e.svg --roofline r.svg --trace t.json"),
-            format!("{model} --plot-energy e.svg --plot-roofline r.svg --chrome-trace t.json"),
-        ),
-        ("cost --unit exp".to_owned(), "cost --study exp".to_owned()),
-        (
-            format!("estimate --grid {grid} --unit gu"),
-            format!("estimate --fit-to {grid} --unit gu"),
-        ),
-    ] {
-        let ((printed, notes), (expected, quiet)) = (said(&old), said(&new));
+    for (old, new) in pairs {
+        let ((printed, notes), (expected, quiet)) = (said(old), said(new));
         assert_eq!(printed, expected, "{old}");
         assert!(!quiet.contains("note: "), "{quiet}");
         let renamed: Vec<_> = new.split(' ').filter(|w| !old.contains(*w)).collect();

@@ -273,9 +273,18 @@ fn element_wise_operations_are_exact_in_every_rounding() {
 fn every_cycle_is_as_predicted_under_random_stalls() {
     as_predicted(
         &[
-            "[vu]\nlanes = 3",
             "[vu]\nlanes = 1\nfifo_depth = 3\n[vu.exp]\niterations_per_clock = 3\ntail = true",
             "[vu]\nlanes = 2\nfifo_depth = 3\n[vu.exp]\npipelined = true",
+        ],
+        3,
+    );
+}
+
+#[test]
+fn every_cycle_of_other_forms_is_as_predicted() {
+    as_predicted(
+        &[
+            "[vu]\nlanes = 3",
             "[vu]\nlanes = 3\nops = [\"pass\", \"multiply\", \"exp\", \"one-minus-exp\", \"sigmoid\", \"softplus\"]",
             "[vu]\nlanes = 3\n[vu.exp]\nform = \"piecewise\"\npipelined = true",
             "[vu]\nlanes = 3\nfifo_depth = 3\n[vu.exp]\nform = \"radix-4\"\niterations = 4\ntail = true",
