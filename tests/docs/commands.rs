@@ -2,8 +2,8 @@
 //!
 //! A block marked `console` holds commands, each on a line that begins with `$ potamoi `. Those of
 //! a page run one after another in one folder. `console exit=1` marks commands that end with
-//! another exit status than 0, `console slow` those that take long, which run with `--ignored`; a
-//! block marked `file=NAME` is written into the folder.
+//! another exit status than 0, `console slow` those that take long, which run with `--ignored`, and
+//! `console slow=NAME` the subcommand of a block that does; a block marked `file=NAME` is written into the folder.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -51,12 +51,13 @@ fn steps(text: &str) -> Vec<Step> {
         } else if kind.split(' ').next() == Some("console") {
             for line in block {
                 let arguments = line.strip_prefix("$ potamoi ");
+                let arguments = arguments.expect("a console block holds commands");
+                let slow = option("slow=").map(|name| format!("{name} "));
+                let is_slow = slow.is_some_and(|name| arguments.starts_with(&name));
                 out.push(Step::Run(Command {
-                    arguments: arguments
-                        .expect("a console block holds commands")
-                        .to_owned(),
+                    arguments: arguments.to_owned(),
                     status: option("exit=").map_or(0, |status| status.parse().unwrap()),
-                    is_slow: kind.split(' ').any(|word| word == "slow"),
+                    is_slow: is_slow || kind.split(' ').any(|word| word == "slow"),
                 }));
             }
         }
@@ -67,7 +68,8 @@ fn steps(text: &str) -> Vec<Step> {
 #[test]
 fn steps_are_commands_and_files() {
     let text = "```sh\n$ potamoi no\n```\n1. x\n\n   ```toml file=a.toml\n   [a]\n   b = 1\n   ```\n\n\
-                ```console exit=4\n$ potamoi x\n```\n```console slow\n$ potamoi y z\n```\n";
+                ```console exit=4\n$ potamoi x\n```\n```console slow\n$ potamoi y z\n```\n\
+                ```console slow=v\n$ potamoi u v\n$ potamoi v u\n```\n";
     let write = Step::Write {
         name: "a.toml".to_owned(),
         text: "[a]\nb = 1\n".to_owned(),
@@ -82,7 +84,13 @@ fn steps_are_commands_and_files() {
     };
     assert_eq!(
         steps(text),
-        [write, run("x", 4, false), run("y z", 0, true)]
+        [
+            write,
+            run("x", 4, false),
+            run("y z", 0, true),
+            run("u v", 0, false),
+            run("v u", 0, true)
+        ]
     );
 }
 
