@@ -7,7 +7,7 @@ use super::Entry;
 use super::tiles::Live;
 
 /// Products of a record: a factor times half an offset each.
-const PHASES: u32 = 6;
+pub(super) const PHASES: u32 = 6;
 /// Clocks from the last product to the rows.
 const SETTLES: u32 = 4;
 /// Stages from a row to its live pixels.
@@ -16,6 +16,9 @@ const STAGES: usize = 12;
 const ENTRIES: usize = 8;
 /// Rows that wait for their pixels.
 pub(super) const ROWS: usize = 4;
+
+/// Clocks from a record to its first row.
+pub(super) const CYCLES: usize = PHASES as usize + SETTLES as usize + 2 + STAGES;
 
 /// A row of a record.
 #[derive(Clone)]

@@ -9,6 +9,9 @@ use super::Pair;
 use crate::vector_unit::{VectorInputs, VectorModel, VectorTiming};
 use crate::work::WorkError;
 
+/// Clocks from a pair to its vector, which is sent.
+pub(super) const CYCLES: usize = 2;
+
 /// Pairs of a vector; lanes without one at its end.
 pub(super) type Vector = Vec<Option<Pair>>;
 

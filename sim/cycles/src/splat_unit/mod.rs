@@ -5,6 +5,7 @@
 //! Parts follow the data: [`front`] (forms and rows), [`walk`] (pixels of rows), [`lanes`]
 //! (exponentials), [`tiles`] (transmittance, colour, and the pass that gives pixels).
 
+mod closed_form;
 mod front;
 mod lanes;
 mod tiles;
@@ -17,6 +18,7 @@ use potamoi_reference::splat_unit::{
     ReferenceSplatUnit, SplatEntry, SplatJob, SplatPairs, SplatPart, SplatPixel, SplatSettings,
 };
 
+pub use self::closed_form::SplatSums;
 use self::front::Front;
 use self::lanes::Lanes;
 use self::tiles::Tiles;
@@ -372,6 +374,65 @@ mod tests {
         assert!(own.exponentials < own.square_sums, "{own:?}");
         assert!(cut.counters.exponentials > own.exponentials, "{cut:?}");
         assert!(spans.cycles > whole.cycles && cut.cycles >= whole.cycles);
+    }
+
+    /// The formula is exact for one pair on one lane, and never above the model; where one part is the
+    /// slowest throughout it is near.
+    #[test]
+    fn the_formula_is_a_lower_bound_and_exact_for_one_pair() {
+        let mut pipelined = Config::preset("lean-splats").unwrap();
+        let mut iterative = pipelined.clone();
+        iterative.vu.exp.pipelined = false;
+        iterative.su.as_mut().unwrap().pipelined = false;
+        let mut in_power = pipelined.clone();
+        in_power.su.as_mut().unwrap().opacity = SplatOpacity::InPower;
+        pipelined.su.as_mut().unwrap().lanes = 1;
+        let mut wide = iterative.clone();
+        wide.su.as_mut().unwrap().lanes = 12;
+        let of = |config: &Config, entries: &[SplatEntry], tiles| {
+            let settings = SplatSettings {
+                opacity: config.su.as_ref().unwrap().opacity,
+                ..SETTINGS
+            };
+            let job = SplatJob {
+                settings,
+                tiles,
+                entries,
+            };
+            let run = SplatRunner::new(config).unwrap().run(&job).unwrap();
+            let sums = SplatSums {
+                jobs: 1,
+                records: run.counters.records,
+                square_sums: run.counters.square_sums,
+                exponentials: run.counters.exponentials,
+                pixels: 256 * tiles as u64,
+            };
+            (run, sums.cycles(config).unwrap())
+        };
+        // A faint record at the centre of a pixel reaches no other.
+        let mut one = entry(0);
+        one.record.mean = [9 << 11, 9 << 11];
+        one.record.factor = [15 << 27, 0, 15 << 27];
+        one.record.opacity = 300;
+        let entries: Vec<SplatEntry> = (0..60).map(entry).collect();
+        for config in [&pipelined, &iterative, &in_power] {
+            if config.su.as_ref().unwrap().opacity == SplatOpacity::InPower {
+                // -ln(300 / 65536), U3.13.
+                one.record.opacity = 44_125;
+            }
+            let (run, formula) = of(config, &[one], 1);
+            assert_eq!(run.counters.exponentials, 1, "{run:?}");
+            assert_eq!(formula, run.cycles, "{:?}", config.su);
+        }
+        for config in [&pipelined, &iterative, &in_power, &wide] {
+            let (run, formula) = of(config, &entries, 1);
+            let share = formula as f64 / run.cycles as f64;
+            assert!(
+                (0.5..=1.0).contains(&share),
+                "{share}: {run:?} {:?}",
+                config.su
+            );
+        }
     }
 
     #[test]

@@ -11,6 +11,11 @@ const STAGES: usize = 9;
 /// Of these, the ones before the transmittance is written.
 const BEFORE_WRITE: usize = 4;
 
+/// Clocks from an exponential to the first pixel of the pass, where no other pair is behind it.
+pub(super) const CYCLES: usize = STAGES + 5;
+/// Those of the multiplication by an opacity.
+pub(super) const MULTIPLIES: usize = 2;
+
 /// Live pixels at the begin of a cycle.
 pub(super) struct Live(Vec<[u16; 16]>);
 

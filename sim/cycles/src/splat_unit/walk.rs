@@ -5,6 +5,8 @@ use super::front::Row;
 
 /// Stages from a pixel to the cut.
 const STAGES: usize = 7;
+/// Clocks from a row to its first pair, which is offered.
+pub(super) const CYCLES: usize = STAGES + 2;
 
 /// A pixel in a stage.
 struct Step {
