@@ -24,7 +24,7 @@ pub struct RtlCycles {
     pub gather: u64,
     /// Vector unit.
     pub vector: u64,
-    /// Splat unit, from the first word of its limits to the last pixel.
+    /// Splat unit, from the first record to the last pixel of each job: pixels are clear and limits are written.
     pub splat: u64,
 }
 

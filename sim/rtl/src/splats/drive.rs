@@ -87,15 +87,15 @@ impl Job for Drive<'_> {
         // The clocks of the reset clear no pixel; the model begins after them.
         let mut model = SplatModel::new(self.config, self.su, *self.settings, last_slot)?;
         let (mut next, mut offered, mut quiet, mut cycles) = (0, false, 0, 0);
-        let (mut differs, mut has_begun) = (None, false);
+        let (mut differs, mut begun) = (None, None);
         let mut jobs = vec![vec![]; self.jobs.len()];
         let mut done = 0;
         while done < self.jobs.len() {
             let willing = self.plan.step();
             offered = next < beats.len() && (offered || willing.rit);
             let beat = beats.get(next).copied().filter(|_| offered);
-            if !has_begun && beat.is_some_and(|own| !matches!(own, Beat::Limit(_))) {
-                has_begun = true;
+            if begun.is_none() && beat.is_some_and(|own| !matches!(own, Beat::Limit(_))) {
+                begun = Some(cycles);
                 engine.work_begins();
             }
             ports.offer(engine, self.su, beat, willing.sink)?;
@@ -134,9 +134,11 @@ impl Job for Drive<'_> {
         engine.settle()?;
         let ended = ports.seen(engine)?;
         self.all_given(&jobs, ended.errors)?;
+        let before = begun.unwrap_or(0);
         Ok(SplatRun {
             jobs,
-            cycles,
+            before,
+            cycles: cycles - before,
             counters: ended.counters,
         })
     }

@@ -34,6 +34,8 @@ pub struct SplatUnit {
 pub struct SplatRun {
     /// Pixels of every job, tile by tile and row by row.
     pub jobs: Vec<Vec<SplatPixel>>,
+    /// Cycles before the first record: after the reset all pixels are cleared, and the limits are written.
+    pub before: u64,
     /// Cycles from the first record to the last pixel.
     pub cycles: u64,
     /// Counters of the unit.

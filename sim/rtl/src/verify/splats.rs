@@ -108,9 +108,9 @@ impl Verifier<'_> {
                 return Err(self.fail(mismatch, stalled, seed, None));
             }
             let report = &mut self.splat;
-            report.cycles_compared += run.cycles;
+            report.cycles_compared += run.before + run.cycles;
             if stalled {
-                report.cycles_stalled += run.cycles;
+                report.cycles_stalled += run.before + run.cycles;
                 continue;
             }
             report.runs += 1;

@@ -317,7 +317,9 @@ fn the_splat_unit_passes_on_the_garden() {
             s.cycles_stalled > s.cycles && s.cycles > s.exponentials,
             "{s:?}"
         );
-        assert_eq!(s.cycles_compared, s.cycles + s.cycles_stalled);
+        // Before the first record pixels are cleared and limits are written.
+        let before = s.cycles_compared - s.cycles - s.cycles_stalled;
+        assert!(before > 0 && before < s.cycles, "{s:?}");
         assert_eq!(v.elements_total, 0);
     }
 }
