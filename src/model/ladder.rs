@@ -32,29 +32,32 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
 }
 
 pub(crate) fn print(rungs: &[Rung]) {
-    let mut table = tables::plain([
-        "",
-        "gathering unit, cycles",
-        "error",
-        "vector unit, cycles",
-        "error",
-        "frame, us",
-        "error",
-        "wall time, s",
-    ]);
     let Some(truth) = rungs.last() else { return };
+    // A unit that does nothing in the frame has no column.
+    let units: [(&str, fn(&Rung) -> u64); 3] = [
+        ("gathering unit, cycles", |own| own.gather_cycles),
+        ("vector unit, cycles", |own| own.vector_cycles),
+        ("splat units, cycles", |own| own.splat_cycles),
+    ];
+    let busy = units.iter().filter(|(_, cycles)| cycles(truth) > 0);
+    let busy: Vec<_> = busy.collect();
+    let mut head = vec![""];
+    head.extend(busy.iter().flat_map(|(name, _)| [*name, "error"]));
+    head.extend(["frame, us", "error", "wall time, s"]);
+    let mut table = tables::plain(head);
     let off = |own: f64, truth: f64| format!("{:+.2} %", 100.0 * (own / truth - 1.0));
     for own in rungs {
-        table.add_row([
-            own.way.to_owned(),
-            own.gather_cycles.to_string(),
-            off(own.gather_cycles as f64, truth.gather_cycles as f64),
-            own.vector_cycles.to_string(),
-            off(own.vector_cycles as f64, truth.vector_cycles as f64),
+        let mut row = vec![own.way.to_owned()];
+        row.extend(busy.iter().flat_map(|(_, cycles)| {
+            let (own, truth) = (cycles(own), cycles(truth));
+            [own.to_string(), off(own as f64, truth as f64)]
+        }));
+        row.extend([
             format!("{:.1}", own.frame_ns * 1e-3),
             off(own.frame_ns, truth.frame_ns),
             format!("{:.2}", own.wall_s),
         ]);
+        table.add_row(row);
     }
     say!("{}", tables::fitted(&table, &[]));
     say!(

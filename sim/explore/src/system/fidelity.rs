@@ -5,7 +5,7 @@ use std::time::Instant;
 use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
 use potamoi_system::system_model::Gathering;
-use potamoi_system::system_model::work::{Counted, FrameWork, Replay};
+use potamoi_system::system_model::work::{Counted, FrameWork, Replay, UnitCycles};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -20,6 +20,8 @@ pub struct Rung {
     pub gather_cycles: u64,
     /// Cycles of the vector unit.
     pub vector_cycles: u64,
+    /// Cycles of all splat units; 0 without one.
+    pub splat_cycles: u64,
     /// Cycles of the MAC array, the same for all methods.
     pub array_cycles: u64,
     /// Time of the frame in nanoseconds, the geometric mean of both bounds of the GPU's kernels.
@@ -90,6 +92,7 @@ pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
             way,
             gather_cycles: total.gather_cycles,
             vector_cycles: total.vector_cycles,
+            splat_cycles: total.splat_cycles,
             array_cycles: total.array_cycles,
             frame_ns: frame.span_ns().mid(),
             wall_s: before_s + begun.elapsed().as_secs_f64(),
@@ -98,7 +101,11 @@ pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
     };
     // Without the cycle models: what is asked for is counted all the same.
     let asked_s = counted_s - modelled.as_secs_f64();
-    rung("formulas on one sum", &work.as_one_sum(sums), asked_s)?;
+    rung(
+        "formulas on one sum",
+        &work.as_one_sum(sums, config)?,
+        asked_s,
+    )?;
     rung("cycle models", &work, counted_s)?;
     let mut rtl = RtlUnits::new(config);
     let begun = Instant::now();
@@ -106,7 +113,11 @@ pub fn rungs(setup: &Setup) -> Result<Vec<Rung>, ExploreError> {
     let simulated_s = begun.elapsed().as_secs_f64();
     let cycles = rtl.cycles();
     // Cycles of the hardware stand for those of the models.
-    let measured = through.with_cycles(cycles.gather, cycles.vector);
+    let measured = through.with_cycles(UnitCycles {
+        gather: cycles.gather,
+        vector: cycles.vector,
+        splat: cycles.splat,
+    });
     rung("Verilated units", &measured, simulated_s)?;
     Ok(rungs)
 }

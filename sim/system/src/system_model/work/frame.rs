@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use potamoi_cycles::batch::{Batch, BatchEvents, Pricing};
 use potamoi_cycles::frame_meter::{FrameMeter, GatherSums};
 use potamoi_cycles::mac_array::MacArray;
+use potamoi_cycles::splat_unit::SplatSums;
 
 /// Threads in a warp, and banks of a GPU's shared memory.
 const WARP: usize = 32;
@@ -228,6 +229,17 @@ impl Rendering {
     }
 }
 
+/// Cycles of the units in a frame.
+#[derive(Debug, Clone, Copy)]
+pub struct UnitCycles {
+    /// Of the gathering unit.
+    pub gather: u64,
+    /// Of the vector unit.
+    pub vector: u64,
+    /// Of all splat units.
+    pub splat: u64,
+}
+
 /// A frame with its counted work.
 #[derive(Debug)]
 pub struct Counted {
@@ -314,37 +326,56 @@ impl FrameWork {
     }
 
     /// The same work with other total cycles of the units, distributed over the batches in
-    /// proportion to their own.
+    /// proportion to their own. Splat units side by side keep their share of them.
     #[must_use]
-    pub fn with_cycles(&self, gather: u64, vector: u64) -> Self {
+    pub fn with_cycles(&self, cycles: UnitCycles) -> Self {
         let total = self.total();
         let mut own = self.clone();
         let scale = |part: u64, whole: u64, to: u64| {
             (u128::from(part) * u128::from(to) / u128::from(whole.max(1))) as u64
         };
+        let elapsed = scale(total.splat_elapsed, total.splat_cycles, cycles.splat);
         for batch in &mut own.batches {
-            batch.gather_cycles = scale(batch.gather_cycles, total.gather_cycles, gather);
-            batch.vector_cycles = scale(batch.vector_cycles, total.vector_cycles, vector);
+            batch.gather_cycles = scale(batch.gather_cycles, total.gather_cycles, cycles.gather);
+            batch.vector_cycles = scale(batch.vector_cycles, total.vector_cycles, cycles.vector);
+            batch.splat_cycles = scale(batch.splat_cycles, total.splat_cycles, cycles.splat);
+            batch.splat_elapsed = scale(batch.splat_elapsed, total.splat_elapsed, elapsed);
         }
         // What rounding left.
         let spread = own.total();
         if let Some(last) = own.batches.last_mut() {
-            last.gather_cycles += gather - spread.gather_cycles.min(gather);
-            last.vector_cycles += vector - spread.vector_cycles.min(vector);
+            last.gather_cycles += cycles.gather.saturating_sub(spread.gather_cycles);
+            last.vector_cycles += cycles.vector.saturating_sub(spread.vector_cycles);
+            last.splat_cycles += cycles.splat.saturating_sub(spread.splat_cycles);
+            last.splat_elapsed += elapsed.saturating_sub(spread.splat_elapsed);
         }
         own
     }
 
     /// Closed-form estimate without simulation: all MVoxels as one, by `sums`, all vectors at their
-    /// units' throughput, without pipeline fill, stalls and drain.
-    #[must_use]
-    pub fn as_one_sum(&self, sums: GatherSums) -> Self {
+    /// units' throughput, without pipeline fill, stalls and drain, and splat units as if all their jobs were one.
+    ///
+    /// # Errors
+    /// A configuration that breaks its rules.
+    pub fn as_one_sum(&self, sums: GatherSums, config: &Config) -> Result<Self, SceneError> {
         let total = self.total();
-        Self {
+        let splats = SplatSums {
+            jobs: total.splat_jobs,
+            records: total.splat_records,
+            square_sums: total.splat_square_sums,
+            exponentials: total.splat_counted,
+            pixels: total.splat_pixels,
+        };
+        let splat = splats.cycles(config);
+        let whole = Self {
             batches: vec![total],
             ..self.clone()
-        }
-        .with_cycles(sums.cycles(), total.vector_busy)
+        };
+        Ok(whole.with_cycles(UnitCycles {
+            gather: sums.cycles(),
+            vector: total.vector_busy,
+            splat: splat.map_err(|error| SceneError::of_unit(error.into()))?,
+        }))
     }
 
     /// The same frame with all tables on chip, one bank each, which delivers a vertex a cycle

@@ -10,7 +10,7 @@ mod replay;
 mod tests;
 
 pub use cache::{WorkCache, WorkCacheError};
-pub use frame::{Counted, FrameWork, PixelPairs, Reads};
+pub use frame::{Counted, FrameWork, PixelPairs, Reads, UnitCycles};
 pub use path::{Classes, PathError, PathOptions, PathParts, PathWork, Quality, TargetWork};
 pub use replay::{PathReplay, Replay, Replayed};
 

@@ -6,7 +6,7 @@ use potamoi_base::effects::{Choices, Effect};
 use potamoi_base::mask::Mask;
 use potamoi_base::precision::Precision;
 use potamoi_cycles::batch::{Batch, Pricing};
-use potamoi_cycles::frame_meter::FrameMeter;
+use potamoi_cycles::frame_meter::{FrameMeter, GatherSums};
 use potamoi_cycles::mac_array::MacArray;
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
@@ -96,7 +96,7 @@ fn sums_are_no_more_than_the_unit_takes() {
         assert_eq!(sums.cycles(), sums.reads.max(sums.loads));
         assert!(sums.cycles() < total.gather_cycles, "{name}");
         assert!(sums.reads + sums.loads > total.gather_cycles / 2, "{name}");
-        let formulas = work.as_one_sum(sums).total();
+        let formulas = work.as_one_sum(sums, &config).unwrap().total();
         assert_eq!(formulas.gather_cycles, sums.cycles());
         assert_eq!(formulas.vector_cycles, total.vector_busy);
     }
@@ -345,11 +345,13 @@ fn narrow_conics_and_fewer_harmonics_are_less_work() {
 #[test]
 fn splat_units_do_the_compositing() {
     let scene = scene("garden", 72);
-    let count = |units: u32| {
+    let config = |units: u32| {
         let text =
             format!("[vu.exp]\npipelined = true\n[su]\nlanes = 1\ntiles = 4\nunits = {units}\n");
-        let config = Config::from_toml(&text, "test").unwrap();
-        FrameWork::count(&scene, &config, MacArray::PAPER, CACHE, None).unwrap()
+        Config::from_toml(&text, "test").unwrap()
+    };
+    let count = |units: u32| {
+        FrameWork::count(&scene, &config(units), MacArray::PAPER, CACHE, None).unwrap()
     };
     let [one, two] = [1, 2].map(count);
     let (total, side_by_side) = (one.total(), two.total());
@@ -366,5 +368,8 @@ fn splat_units_do_the_compositing() {
     assert_eq!(total.splat_elapsed, total.splat_cycles);
     assert_eq!(side_by_side.splat_cycles, total.splat_cycles);
     let share = side_by_side.splat_elapsed as f64 / total.splat_cycles as f64;
+    let formulas = one.as_one_sum(GatherSums::default(), &config(1)).unwrap();
+    let formulas = formulas.total().splat_cycles as f64 / total.splat_cycles as f64;
+    assert!((0.8..=1.0).contains(&formulas), "{formulas}");
     assert!((0.5..0.75).contains(&share), "{share}");
 }
