@@ -97,6 +97,32 @@ fn random(draw: &mut Pcg64Mcg, tile: [u16; 2]) -> SplatRecord {
     }
 }
 
+/// Records whose forms lie in the middle between two codes at each pixel: their centres are on corners of
+/// pixels, and their factors are odd multiples of the forms' ulp, 2^-16.
+fn ties(seed: u64, count: usize) -> Vec<SplatEntry> {
+    let mut draw = Pcg64Mcg::seed_from_u64(seed + 1);
+    let of = |_| {
+        let mut factor = || (draw.random_range(1 << 14..1 << 16) | 1) << 14;
+        let factor = [factor(), 0, factor()];
+        let mut corner = || draw.random_range(2..SIDE - 2) * PIXEL;
+        entry(SplatRecord {
+            mean: [corner(), corner()],
+            ..at(0, 0, factor, 6_000)
+        })
+    };
+    (0..count).map(of).collect()
+}
+
+/// A record a row, whose pixels take as long as those of two records take to come.
+fn long_rows(count: i32) -> Vec<SplatEntry> {
+    let of = |i: i32| {
+        let mut record = at(8, i % SIDE, [ONE >> 8, 0, i32::MAX], 1_000 + 37 * i as u16);
+        record.colour = [i, 2 * i, 3 * i].map(|own| own as u16);
+        entry(record)
+    };
+    (0..count).map(of).collect()
+}
+
 fn any(draw: &mut Pcg64Mcg, slots: u16, count: usize) -> Vec<SplatEntry> {
     let of = |_| {
         let slot = draw.random_range(0..slots);
@@ -113,6 +139,29 @@ fn any(draw: &mut Pcg64Mcg, slots: u16, count: usize) -> Vec<SplatEntry> {
         }
     };
     (0..count).map(of).collect()
+}
+
+/// Two records on a pixel, and the threshold at which the first one's exact product lies, or `above` it: the
+/// pixel ends where the product is below.
+fn ends_at(above: u64) -> Records {
+    let thresholds = PUBLISHED.thresholds;
+    let product = (1 << 20) * u64::from((1 << 16) - thresholds.alpha_cap);
+    let title = match above {
+        0 => "a product at the threshold, which ends no pixel",
+        _ => "a product just below the threshold",
+    };
+    let bright = entry(at(5, 9, [i32::MAX, 0, i32::MAX], u16::MAX));
+    let faint = entry(at(5, 9, [i32::MAX, 0, i32::MAX], 30_000));
+    Records {
+        settings: SplatSettings {
+            thresholds: Thresholds {
+                stop: product + above,
+                ..thresholds
+            },
+            ..PUBLISHED
+        },
+        ..Records::new(title, vec![bright, faint])
+    }
 }
 
 /// The jobs.
@@ -166,6 +215,13 @@ pub(super) fn jobs(su: &SuConfig, seed: u64) -> Vec<Records> {
                 entry(at(8, 8 + 64_000, [ONE, 0, ONE], 65_535)),
             ],
         ),
+        Records::new("forms in the middle between two codes", ties(seed, 40)),
+        Records::new(
+            "rows of a tile's width, behind which records wait",
+            long_rows(32),
+        ),
+        ends_at(0),
+        ends_at(1),
         Records {
             closed: 700,
             ..Records::new("a sink that takes nothing at first", any(&mut draw, 1, 12))
