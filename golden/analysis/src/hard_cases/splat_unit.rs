@@ -26,6 +26,9 @@ cases! {
     needles_along_a_row, "needles along a row", UNIT;
     all_records_on_one_pixel, "all records on one pixel", UNIT;
     pairs_behind_a_stop, "a pixel that stops while its later pairs are in flight", UNIT;
+    larger_than_the_frame, "a Gaussian larger than the frame", UNIT;
+    all_pixels_live, "all pixels of a tile live", UNIT;
+    no_pixel_live, "no pixel of a tile live", UNIT;
 }
 
 /// Stages from the reading of a transmittance to its writing.
@@ -325,5 +328,119 @@ fn pairs_behind_a_stop(under: &Config) -> Measuring {
         bound: 0.0,
         from: "the transmittance of a pixel that has stopped holds a bit that says so".into(),
         ours,
+    })
+}
+
+/// Gaussians whose means are far outside the picture and whose forms change little from pixel to pixel: the
+/// limit runs through the tile.
+fn larger_than_the_frame(under: &Config) -> Measuring {
+    let (twin, mut unit) = parts(under)?;
+    let mut draws = Draws(13);
+    let (mut fails, mut ours) = (Worst::default(), Worst::default());
+    for _ in 0..4000 {
+        let opacity = draws.between(400.0, 65_535.0) as u16;
+        let size = draws.between(0.002, 0.02);
+        let reach = (2.0 * by_formula(opacity)).sqrt() / size;
+        let off = [7.5 - reach, draws.between(0.0, 15.0)];
+        let own = entry(off, [size, draws.between(-size, size) / 4.0, size], opacity);
+        let drawn = |forms: &dyn Fn(u32, u32) -> [i32; 2]| {
+            mask(|x, y| alpha(opacity, twin.exp(power(forms(x, y), HALF_UP))) >= threshold())
+        };
+        let counted = drawn(&|x, y| rounded_once(&own.record, x, y));
+        fails.0 += wrong(drawn(&|x, y| rounded_steps(&own.record, x, y)), counted);
+        ours.0 += wrong(of_unit(&own, &mut unit), counted);
+    }
+    Ok(Case {
+        naive: "start values and steps of the forms are rounded to 16 fraction bits, and added"
+            .into(),
+        unit: "pairs decided wrongly of 1,024,000".into(),
+        fails,
+        bound: 0.0,
+        from: "start values and steps are exact, and each form is rounded once".into(),
+        ours,
+    })
+}
+
+/// Exact forms of a record at a pixel of the first tile, 42 fraction bits.
+fn exact_forms(record: &SplatRecord, x: u32, y: u32) -> [i128; 2] {
+    let bits = MEAN.frac_bits();
+    let offset =
+        |at: u32, mean: i32| (i128::from(at) << bits) + (1 << (bits - 1)) - i128::from(mean);
+    let [dx, dy] = [offset(x, record.mean[0]), offset(y, record.mean[1])];
+    let [l11, l21, l22] = record.factor.map(i128::from);
+    [l11 * dx + l21 * dy, l22 * dy]
+}
+
+/// Half to even, away with so many bits.
+fn half_even(value: i128, dropped: u32) -> i32 {
+    let (floor, half) = (value >> dropped, 1 << (dropped - 1));
+    let rest = value - (floor << dropped);
+    (floor + i128::from(rest > half || rest == half && floor & 1 == 1)) as i32
+}
+
+/// Forms, S15.16, each rounded once.
+fn rounded_once(record: &SplatRecord, x: u32, y: u32) -> [i32; 2] {
+    let dropped = FACTOR.frac_bits() + MEAN.frac_bits() - 16;
+    exact_forms(record, x, y).map(|own| half_even(own, dropped))
+}
+
+/// Forms, S15.16, from a start value and steps of that format.
+fn rounded_steps(record: &SplatRecord, x: u32, y: u32) -> [i32; 2] {
+    let [p, q] = rounded_once(record, 0, 0);
+    let step = |factor: i32| half_even(factor.into(), FACTOR.frac_bits() - 16);
+    let [l11, l21, l22] = record.factor.map(step);
+    let [x, y] = [x as i32, y as i32];
+    [p + l11 * x + l21 * y, q + l22 * y]
+}
+
+/// Faint Gaussians over the whole tile: as many pairs a record as a tile has pixels.
+fn all_pixels_live(under: &Config) -> Measuring {
+    const RECORDS: u64 = 20;
+    let (_, mut unit) = parts(under)?;
+    let wide = entry([7.5, 7.5], [0.01, 0.0, 0.01], 2_000);
+    let job = SplatJob {
+        settings: settings(),
+        tiles: 1,
+        entries: &[wide; RECORDS as usize],
+    };
+    let pairs = u64::from(TILE * TILE);
+    let counts = unit.run(&job).counts;
+    // A count in the bits of a pixel's number.
+    let in_a_byte = u64::from(pairs as u8);
+    let off = |a_record: u64| Worst::of([(RECORDS * pairs).abs_diff(a_record) as f64]);
+    Ok(Case {
+        naive: "the pairs of a record are counted in the eight bits of a pixel's number".into(),
+        unit: "pairs missed of 5,120".into(),
+        fails: off(RECORDS * in_a_byte),
+        bound: 0.0,
+        from: "what is left of a row is a mask of its pixels, and nothing is counted".into(),
+        ours: off(counts.drawn + counts.stopped),
+    })
+}
+
+/// Opaque Gaussians end all pixels of a tile; what comes after them finds none.
+fn no_pixel_live(under: &Config) -> Measuring {
+    let (_, mut unit) = parts(under)?;
+    let opaque = entry([7.5, 7.5], [0.001, 0.0, 0.001], u16::MAX);
+    let later = entry([4.0, 9.0], [0.3, 0.1, 0.2], 30_000);
+    let mut square_sums = |entries: &[SplatEntry]| {
+        let job = SplatJob {
+            settings: settings(),
+            tiles: 1,
+            entries,
+        };
+        unit.run(&job).counts.square_sums
+    };
+    // By the third at the latest every pixel has ended.
+    let first = square_sums(&[opaque; 3]);
+    let all = square_sums(&[[opaque; 3].as_slice(), &[later; 20]].concat());
+    let alone = square_sums(&[later]);
+    Ok(Case {
+        naive: "the pixels of a record's spans are evaluated, whether they are live or not".into(),
+        unit: "square sums after the end".into(),
+        fails: Worst::of([20.0 * alone as f64]),
+        bound: 0.0,
+        from: "pixels that have ended are no part of a row's mask".into(),
+        ours: Worst::of([(all - first) as f64]),
     })
 }
