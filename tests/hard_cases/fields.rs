@@ -14,7 +14,7 @@ use potamoi_fields::{
 };
 use potamoi_formats::config::Config;
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_march::{Head, Lanes, MarchError, Opacities};
+use potamoi_march::{Head, Lanes, MarchError, Opacities, Transparent};
 use potamoi_reference::bounds::VectorBounds;
 use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
@@ -253,7 +253,7 @@ impl Head for ToyHead {
         // The step has 10 fraction bits.
         let (step, shift) = ((STEP * 1024.0) as i32, (FRAC + 10 - self.depth_bits) as u8);
         Ok(Opacities {
-            alpha: lanes.opacities(&density, step, shift)?,
+            alpha: lanes.opacities(&density, step, shift, Transparent::NONE)?,
             kept: Cow::Borrowed(features),
         })
     }

@@ -30,7 +30,7 @@ pub use gu::{
 };
 pub use overlay::{Layer, overlay};
 pub use su::{NO_SPLAT_UNIT, SplatOpacity, SuConfig};
-pub use vu::{OperandWidths, VuConfig};
+pub use vu::{OperandWidths, VuConfig, VuSamples};
 
 /// The paper's sizes, the default of every command.
 pub(crate) const PAPER_PRESET: &str = include_str!("../../../configs/paper.toml");

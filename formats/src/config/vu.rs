@@ -24,8 +24,23 @@ pub struct VuConfig {
     /// Widths of the operands of multiplications; left out: all 32 bits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operands: Option<OperandWidths>,
+    /// The samples of fields and stored voxels whose exponential is computed. No hardware depends on it.
+    #[serde(skip_serializing_if = "is_default")]
+    pub samples: VuSamples,
     /// The exponential engine.
     pub exp: ExpConfig,
+}
+
+/// Which samples are sent through the exponential of the vector unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VuSamples {
+    /// All.
+    #[default]
+    All,
+    /// Those whose optical depth is above the largest at which the opacity is 0. No code of a picture
+    /// depends on the others.
+    ThatMayCount,
 }
 
 /// Signed widths of the operands of multiplications, in bits. An operand beyond its width raises a
@@ -49,6 +64,10 @@ impl Default for OperandWidths {
             square_sum: WORD,
         }
     }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 // Serde passes a reference.
@@ -115,6 +134,7 @@ impl Default for VuConfig {
             fifo_depth: 3,
             registered: false,
             operands: None,
+            samples: VuSamples::All,
             exp: ExpConfig::default(),
         }
     }

@@ -19,7 +19,7 @@ use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use super::FieldError;
-use potamoi_march::{Lanes, MarchError};
+use potamoi_march::{Lanes, MarchError, Transparent};
 
 /// Fraction bits of the interval.
 const INTERVAL_BITS: u32 = 24;
@@ -60,6 +60,7 @@ pub(super) struct Opacity {
     pub(super) interval: f64,
     /// Fraction bits of the exponential's input, of its results, and of s.
     engine: [u32; 3],
+    transparent: Transparent,
 }
 
 impl Opacity {
@@ -85,7 +86,16 @@ impl Opacity {
                 exp.output_bits,
                 exp.one_minus_frac_bits,
             ],
+            transparent: Transparent::of(config, 0),
         })
+    }
+
+    /// The same where opacities up to `least` are taken for 0.
+    pub(super) fn with_least(self, least: i32, config: &Config) -> Self {
+        Self {
+            transparent: Transparent::of(config, least),
+            ..self
+        }
     }
 
     /// Operations of the conversion.
@@ -124,7 +134,7 @@ impl Opacity {
             }
             Curve::Exp => self.exponential(numbers, frac_bits, lanes)?,
         };
-        lanes.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
+        lanes.one_minus_exp(&depth, self.transparent)
     }
 
     /// Bits of the interval above its point. An interval of 1 and more has as many bits as one below 1, and

@@ -51,7 +51,7 @@ pub use groups::{GROUP_RAYS, default_group_side, groups};
 pub use render::{Batch, GatherOrder, Next, RayGroup, render};
 pub use sample_outcomes::SampleOutcomes;
 pub use setup::Setup;
-pub use shading::{Head, Lanes, Opacities, OpacityAlone, TruncatedDirections};
+pub use shading::{Head, Lanes, Opacities, OpacityAlone, Transparent, TruncatedDirections};
 pub use span::Span;
 pub use transmittance::TRANSMITTANCE;
 pub use work::Work;

@@ -3,11 +3,13 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
+use potamoi_formats::config::{Config, VuSamples};
 use potamoi_formats::fixed::Rounding;
 use potamoi_formats::units::{OpCode, VectorOp};
 
 use crate::error::MarchError;
 use crate::work::Work;
+use potamoi_reference::exponential::ReferenceExponential;
 use potamoi_reference::{Product, Units};
 
 /// Factors of all elements from here on go first.
@@ -190,6 +192,29 @@ impl Head for OpacityAlone<'_> {
     }
 }
 
+/// Optical depths whose opacity is 0 and need not be computed: up to a code of `one_minus_frac_bits`, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Transparent(Option<i32>);
+
+impl Transparent {
+    /// All opacities are computed.
+    pub const NONE: Self = Self(None);
+
+    /// Those that a configuration leaves out, where opacities up to `least` are taken for 0.
+    #[must_use]
+    pub fn of(config: &Config, least: i32) -> Self {
+        let exp = || ReferenceExponential::new(&config.vu.exp);
+        match config.vu.samples {
+            VuSamples::All => Self::NONE,
+            VuSamples::ThatMayCount => Self(Some(exp().largest_depth(least))),
+        }
+    }
+
+    fn has(self, depth: i32) -> bool {
+        self.0.is_some_and(|largest| depth <= largest)
+    }
+}
+
 /// Access to the vector unit, with counts of its work.
 pub struct Lanes<'u> {
     /// The units.
@@ -231,6 +256,28 @@ impl Lanes<'_> {
         self.compute(op, first, second)
     }
 
+    /// `1 - exp(-s)` of optical depths, 0 or more; those that are known to be transparent are not sent to the
+    /// unit.
+    ///
+    /// # Errors
+    /// A unit fails.
+    pub fn one_minus_exp(
+        &mut self,
+        depth: &[i32],
+        transparent: Transparent,
+    ) -> Result<Vec<i32>, MarchError> {
+        let counts = |depth: &i32| !transparent.has(*depth);
+        let sent: Vec<i32> = depth.iter().copied().filter(counts).collect();
+        let mut computed = self
+            .compute_with(VectorOp::new(OpCode::OneMinusExp), &sent, 0)?
+            .into_iter();
+        let next = |depth| match counts(depth) {
+            true => computed.next().unwrap_or_default(),
+            false => 0,
+        };
+        Ok(depth.iter().map(next).collect())
+    }
+
     /// `1 - exp(-s)` of densities, 0 for negative ones; s is density times step without its last
     /// `shift` bits, truncated.
     ///
@@ -241,6 +288,7 @@ impl Lanes<'_> {
         density: &[i32],
         step: i32,
         shift: u8,
+        transparent: Transparent,
     ) -> Result<Vec<i32>, MarchError> {
         let positive = self.compute_with(VectorOp::new(OpCode::Relu), density, 0)?;
         let to_depth = VectorOp {
@@ -249,7 +297,7 @@ impl Lanes<'_> {
             rounding: Rounding::Floor,
         };
         let depth = self.compute_with(to_depth, &positive, step)?;
-        self.compute_with(VectorOp::new(OpCode::OneMinusExp), &depth, 0)
+        self.one_minus_exp(&depth, transparent)
     }
 
     /// Counts a product of the MAC array and `held` saturated sums of it.

@@ -131,6 +131,15 @@ impl ReferenceExponential {
         (one - e).min(one - 1) as i32
     }
 
+    /// The largest `a` up to which, from 0 on, results of `one-minus-exp` are from 0 to `least`; -1 if that at 0 is
+    /// not.
+    #[must_use]
+    pub fn largest_depth(&self, least: i32) -> i32 {
+        let mut codes = 0..16 << self.one_minus_bits;
+        let beyond = codes.find(|a| !(0..=least).contains(&self.one_minus_exp(*a)));
+        beyond.map_or(i32::MAX, |first| first - 1)
+    }
+
     /// The engine's registers after the operation `one-minus-exp` of `a`.
     #[must_use]
     pub(crate) fn raw_one_minus(&self, a: i32) -> Raw {

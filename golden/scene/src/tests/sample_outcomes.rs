@@ -1,6 +1,6 @@
 //! What gathered samples change in a picture.
 
-use potamoi_formats::config::Config;
+use potamoi_formats::config::{Config, VuSamples};
 use potamoi_formats::units::OpCode;
 use potamoi_march::SampleOutcomes;
 use potamoi_reference::ReferenceUnits;
@@ -40,6 +40,45 @@ fn every_sample_counts_once() {
         composited > 0 && transparent > 0 && behind > 0,
         "{outcomes:?}"
     );
+}
+
+/// Samples of opacity 0 need no exponential: no code of the picture changes, nor any other work. They are
+/// transparent, or behind the end of their ray.
+#[test]
+fn samples_that_cannot_count_have_no_exponential() {
+    for (name, preset) in [
+        ("lantern", "paper"),
+        ("cairn:dvgo", "fields"),
+        ("moons:efficientnerf", "fields"),
+    ] {
+        let all = Config::preset(preset).unwrap();
+        let mut fewer = all.clone();
+        fewer.vu.samples = VuSamples::ThatMayCount;
+        let mut scene = crate::tests::opened(name);
+        scene.set_size(Some(24), Some(24)).unwrap();
+        let [all, fewer] = [all, fewer].map(|config| {
+            let mut units = ReferenceUnits::new(&config);
+            scene.render_fixed(&config, &mut units).unwrap()
+        });
+        assert!(all.picture == fewer.picture, "{name}");
+        let of = |own: &FrameCounts, op| own.elements.get(&op).copied().unwrap_or_default();
+        let (before, after) = (&all.counts, &fewer.counts);
+        for op in OpCode::ALL {
+            let [before, after] = [before, after].map(|own| of(own, op));
+            match op {
+                OpCode::OneMinusExp => assert!(after < before, "{name}: {after} of {before}"),
+                _ => assert_eq!(after, before, "{name}: {op:?}"),
+            }
+        }
+        let outcomes = before.sample_outcomes.unwrap();
+        let opacities = of(after, OpCode::OneMinusExp);
+        let needed = outcomes.composited + outcomes.without_weight;
+        assert_eq!(before.sample_outcomes, after.sample_outcomes);
+        assert!(
+            (needed..=needed + outcomes.behind).contains(&opacities),
+            "{name}: {opacities}"
+        );
+    }
 }
 
 /// Splats have no samples.

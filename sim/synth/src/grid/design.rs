@@ -382,7 +382,8 @@ fn matters(field: &str, unit: UnitKind) -> bool {
             !["vu.", "su."].iter().any(|begin| field.starts_with(begin))
                 && !["clock_mhz", "rit.path", "rit.pairs"].contains(&field)
         }
-        UnitKind::Vector => field.starts_with("vu."),
+        // Of the samples that it computes the host's schedule decides.
+        UnitKind::Vector => field.starts_with("vu.") && field != "vu.samples",
         // Units side by side are each the same.
         UnitKind::Splat => {
             let of_lanes = field.starts_with("vu.exp.") || field == "vu.registered";
@@ -510,7 +511,8 @@ mod tests {
     #[test]
     fn what_the_gpu_does_otherwise_leaves_the_units_alike() {
         let paper = Config::paper();
-        let text = "rit.path = \"direct\"\nrit.pairs = \"that-may-count\"\nsu.units = 2";
+        let text = "rit.path = \"direct\"\nrit.pairs = \"that-may-count\"\nsu.units = 2\n\
+                    vu.samples = \"that-may-count\"";
         let other = Config::from_toml(text, "test").unwrap();
         for unit in [UnitKind::Gathering, UnitKind::Vector] {
             assert!(is_same_unit(&paper, &other, unit), "{unit}");

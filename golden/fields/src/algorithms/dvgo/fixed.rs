@@ -58,6 +58,8 @@ impl Dvgo {
         need(config, &[OpCode::Relu, OpCode::Multiply, OpCode::Sigmoid])?;
         let curve = Curve::Softplus { shift: self.shift };
         let opacity = Opacity::new(curve, self.interval, config)?;
+        let least = (self.least * 2f64.powi(opacity.alpha_bits() as i32)) as i32;
+        let opacity = opacity.with_least(least, config);
         let [table] = &self.tables;
         let channels = table.channels();
         let bits = config.gu.feature_bits;
@@ -95,7 +97,7 @@ impl Dvgo {
                 input_bits,
                 logit_bits: config.vu.exp.input.frac_bits(),
                 least: [
-                    (self.least * 2f64.powi(opacity.alpha_bits() as i32)) as i32,
+                    least,
                     (self.least * 2f64.powi(TRANSMITTANCE.frac_bits() as i32)) as i32,
                 ],
                 opacity,

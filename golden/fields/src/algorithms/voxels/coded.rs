@@ -8,7 +8,7 @@ use super::formats::{Formats, code};
 use super::grid::Grid;
 use super::head::Stored;
 use crate::volume::{CodedVolume, MVoxels, Placement};
-use potamoi_march::MarchError;
+use potamoi_march::{MarchError, Transparent};
 
 impl Grid {
     pub(super) fn placement(&self) -> Placement {
@@ -46,6 +46,7 @@ impl StoredField {
             layout: grid.layout(),
             formats,
             step: Formats::step_code(self.step),
+            transparent: Transparent::of(config, 0),
         };
         Ok((volume, head))
     }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 use potamoi_formats::fixed::{Rounding, round_shift};
 use potamoi_formats::units::{OpCode, VectorOp};
-use potamoi_march::{Head, Lanes, MarchError, Opacities};
+use potamoi_march::{Head, Lanes, MarchError, Opacities, Transparent};
 use potamoi_reference::Product;
 
 use super::formats::{DIRECTION_BITS, Formats, STEP_BITS};
@@ -29,6 +29,7 @@ pub(super) struct Stored {
     pub(super) formats: Formats,
     /// Step in voxel edges, as [`Formats::step_code`].
     pub(super) step: i32,
+    pub(super) transparent: Transparent,
 }
 
 impl Head for Stored {
@@ -67,7 +68,7 @@ impl Head for Stored {
         let density: Vec<i32> = density.collect();
         let shift = self.formats.depth_shift() as u8;
         Ok(Opacities {
-            alpha: lanes.opacities(&density, self.step, shift)?,
+            alpha: lanes.opacities(&density, self.step, shift, self.transparent)?,
             kept: Cow::Borrowed(features),
         })
     }
