@@ -31,10 +31,13 @@ pub(super) fn run(common: &Common, args: &ModelArgs, system: &System) -> Result<
         .write(&Report::new("model --ladder", system, vec![found]))
 }
 
+/// Cycles of a unit.
+type Cycles = fn(&Rung) -> u64;
+
 pub(crate) fn print(rungs: &[Rung]) {
     let Some(truth) = rungs.last() else { return };
     // A unit that does nothing in the frame has no column.
-    let units: [(&str, fn(&Rung) -> u64); 3] = [
+    let units: [(&str, Cycles); 3] = [
         ("gathering unit, cycles", |own| own.gather_cycles),
         ("vector unit, cycles", |own| own.vector_cycles),
         ("splat units, cycles", |own| own.splat_cycles),
