@@ -38,8 +38,8 @@ pub enum VuSamples {
     /// All.
     #[default]
     All,
-    /// Those whose optical depth is above the largest at which the opacity is 0. No code of a picture
-    /// depends on the others.
+    /// Those whose opacity is not 0, judged by their optical depth. No code of a picture depends on the
+    /// others.
     ThatMayCount,
 }
 

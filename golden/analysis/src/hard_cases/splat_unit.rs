@@ -409,11 +409,13 @@ fn all_pixels_live(under: &Config) -> Measuring {
     let in_a_byte = u64::from(pairs as u8);
     let off = |a_record: u64| Worst::of([(RECORDS * pairs).abs_diff(a_record) as f64]);
     Ok(Case {
-        naive: "the pairs of a record are counted in the eight bits of a pixel's number".into(),
+        naive: "an eight-bit counter of the pairs of a record".into(),
         unit: "pairs missed of 5,120".into(),
         fails: off(RECORDS * in_a_byte),
         bound: 0.0,
-        from: "what is left of a row is a mask of its pixels, and nothing is counted".into(),
+        from:
+            "the remaining pixels of a row are a mask of 16 bits; the unit has no counter of pairs"
+                .into(),
         ours: off(counts.drawn + counts.stopped),
     })
 }
@@ -436,11 +438,11 @@ fn no_pixel_live(under: &Config) -> Measuring {
     let all = square_sums(&[[opaque; 3].as_slice(), &[later; 20]].concat());
     let alone = square_sums(&[later]);
     Ok(Case {
-        naive: "the pixels of a record's spans are evaluated, whether they are live or not".into(),
+        naive: "every pixel of a record's spans is evaluated, live or not".into(),
         unit: "square sums after the end".into(),
         fails: Worst::of([20.0 * alone as f64]),
         bound: 0.0,
-        from: "pixels that have ended are no part of a row's mask".into(),
+        from: "the mask of a row excludes pixels that have ended".into(),
         ours: Worst::of([(all - first) as f64]),
     })
 }

@@ -131,8 +131,8 @@ impl ReferenceExponential {
         (one - e).min(one - 1) as i32
     }
 
-    /// The largest `a` up to which, from 0 on, results of `one-minus-exp` are from 0 to `least`; -1 if that at 0 is
-    /// not.
+    /// The largest operand `a` such that `one-minus-exp` gives 0 to `least` for every operand from 0 to `a`; -1
+    /// if it does not for 0.
     #[must_use]
     pub fn largest_depth(&self, least: i32) -> i32 {
         let mut codes = 0..16 << self.one_minus_bits;

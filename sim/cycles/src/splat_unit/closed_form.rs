@@ -23,10 +23,10 @@ pub struct SplatSums {
 }
 
 impl SplatSums {
-    /// Cycles of one unit: the time of the slowest of its parts, and what no other pair hides, which are
-    /// the stages of a job's first pair and the pixels. The parts are a record in six clocks, a pixel of a row a clock, and vectors of
-    /// exponentials at the pace of the lanes. It is a lower bound, since a part may wait for another and
-    /// the slowest one may change; a job of one pair takes exactly as long on a single lane. 0 without a splat unit.
+    /// Cycles of one unit: latency of each job's first pair, time of the slowest part, and output of the pixels. The
+    /// parts are the setup of records (six clocks each), the walk (a pixel a clock) and the lanes (a vector
+    /// of exponentials an interval). The sum is a lower bound, since parts wait for one another. It is exact
+    /// for a job of one pair on one lane. 0 without a splat unit.
     ///
     /// # Errors
     /// A configuration that breaks its rules.

@@ -376,8 +376,7 @@ mod tests {
         assert!(spans.cycles > whole.cycles && cut.cycles >= whole.cycles);
     }
 
-    /// The formula is exact for one pair on one lane, and never above the model; where one part is the
-    /// slowest throughout it is near.
+    /// The formula is exact for one pair on one lane, and never above the model.
     #[test]
     fn the_formula_is_a_lower_bound_and_exact_for_one_pair() {
         let mut pipelined = Config::preset("lean-splats").unwrap();
