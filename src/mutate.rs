@@ -8,7 +8,9 @@ use potamoi_base::content_hash;
 use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::NPU_EXT;
-use potamoi_mutate::{Fate, Judge, Judged, Kept, MutateError, Options, Score, Tools, score};
+use potamoi_mutate::{
+    Fate, Judge, Judged, Kept, MutateError, Options, Score, Tools, chosen_modules, score,
+};
 use potamoi_netlist::{Header, verilog};
 use potamoi_prove::{Unit, top_as_built, units_as_built};
 use potamoi_rtl::verify::{Settings, Verifier};
@@ -23,6 +25,7 @@ use crate::published::{Published, shape};
 use crate::report_files::ReportFiles;
 use crate::scene::SceneArgs;
 use crate::stdout::say;
+use crate::suggest;
 use crate::tables;
 
 #[derive(Debug, Args)]
@@ -32,13 +35,16 @@ pub(crate) struct MutateArgs {
     /// Hardware unit [default: all]
     #[arg(long, value_enum)]
     unit: Option<MutatedUnit>,
+    /// Modules of the units, by name; the others get no fault [default: all]
+    #[arg(long, value_delimiter = ',', value_name = "NAME,...")]
+    module: Vec<String>,
     /// Faults in every module; fewer where it has fewer
     #[arg(long, value_name = "N", default_value_t = 300,
         value_parser = clap::value_parser!(u32).range(1..=100_000))]
     mutants: u32,
     /// Judges, of which each gets what is left by those before it
     #[arg(long, value_enum, value_delimiter = ',', value_name = "JUDGE,...",
-        default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::Proofs, JudgeArg::UnitMiter,
+        default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::UnitMiter, JudgeArg::Proofs,
             JudgeArg::Operands, JudgeArg::Verify])]
     judges: Vec<JudgeArg>,
     /// Seed of the pseudo-random numbers; equal seeds give equal results
@@ -64,10 +70,10 @@ enum JudgeArg {
     Bench,
     /// A miter of the module with and without the fault, which finds it equivalent
     Miter,
-    /// The proofs of the checks in the Verilog
-    Proofs,
     /// A miter of the unit with and without the fault, from the states that the proofs allow
     UnitMiter,
+    /// The proofs of the checks in the Verilog
+    Proofs,
     /// All operands of a pipelined exponential, in lanes with and without the fault, under Verilator
     Operands,
     /// The verification of a scene's work against the golden models, under Icarus Verilog
@@ -130,6 +136,7 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
     let options = Options {
         judges,
         mutants: args.mutants,
+        modules: args.module.iter().cloned().collect(),
         seed: args.seed,
         cycles: CYCLES,
         kept: Some(kept()?),
@@ -149,7 +156,9 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
         Some(MutatedUnit::Npu) => &all[2..],
         None => &all[..],
     };
-    for unit in chosen {
+    refuse_unknown(&options.modules, chosen)?;
+    let of_unit = |unit: &&Unit| !chosen_modules(unit, &options.modules).is_empty();
+    for unit in chosen.iter().filter(of_unit) {
         let bar = progress::bar(1, &format!("mutants of {}", unit.name));
         let show = |by: &str, done: usize, of: usize| {
             bar.set_length(of as u64);
@@ -191,6 +200,19 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
     print(&report);
     args.files.write(&report)?;
     Ok(())
+}
+
+/// Refuses names of modules that these units do not have.
+fn refuse_unknown(modules: &BTreeSet<String>, units: &[Unit]) -> Result<(), Failure> {
+    let all = BTreeSet::new();
+    let own: BTreeSet<String> = units.iter().flat_map(|u| chosen_modules(u, &all)).collect();
+    let Some(unknown) = modules.difference(&own).next() else {
+        return Ok(());
+    };
+    let names: Vec<&str> = own.iter().map(String::as_str).collect();
+    let expected = format!("--module is {unknown}: expected {}", names.join(", "));
+    let message = suggest::with_nearest(expected, unknown, names);
+    Err(Failure::Usage(message))
 }
 
 /// Where verdicts are kept, with the hash of this program.

@@ -1,6 +1,6 @@
 //! One build of a unit with all its mutants.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use potamoi_prove::Unit;
 use tempfile::TempDir;
 
 use crate::tools::{no_result, read, write};
-use crate::{Mutant, MutateError, Tools};
+use crate::{Mutant, MutateError, Options, Tools};
 
 /// Input that tells which mutant is active.
 pub(crate) const SELECT: &str = "potamoi_mutant";
@@ -25,14 +25,14 @@ pub struct Design {
 }
 
 impl Design {
-    /// Draws `count` mutants of every module, or as many as it has.
+    /// Draws as many mutants of every chosen module as the options say, or as many as it has.
     ///
     /// # Errors
     /// Yosys fails, or a file cannot be written.
-    pub fn new(tools: &Tools, unit: &Unit, count: u32, seed: u64) -> Result<Self, MutateError> {
+    pub fn new(tools: &Tools, unit: &Unit, options: &Options) -> Result<Self, MutateError> {
         let folder = unit.files()?;
-        // Units within the SoC top are mutated by themselves.
-        let modules = unit.module.modules_outside(&unit.apart);
+        let (count, seed) = (options.mutants, options.seed);
+        let modules = chosen_modules(unit, &options.modules);
         let mut lines = unit.load().to_vec();
         // The checks are not mutated. They are deleted after they are read, so that cells are named
         // as where they are proven.
@@ -154,6 +154,15 @@ impl Design {
     pub(crate) fn write(&self, name: &str, text: &str) -> Result<(), MutateError> {
         write(&self.folder().join(name), text)
     }
+}
+
+/// Modules of a unit that get mutants: those of these names, or all if there is none. Units within the
+/// SoC top are mutated by themselves.
+#[must_use]
+pub fn chosen_modules(unit: &Unit, names: &BTreeSet<String>) -> BTreeSet<String> {
+    let mut all = unit.module.modules_outside(&unit.apart);
+    all.retain(|module| names.is_empty() || names.contains(module));
+    all
 }
 
 /// All modules of a unit by name.

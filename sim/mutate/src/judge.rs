@@ -13,10 +13,10 @@ pub enum Judge {
     Bench,
     /// The miter of the mutant's module.
     Miter,
-    /// The proofs of the checks.
-    Proofs,
     /// The miter of the unit, from all states that the proofs allow.
     UnitMiter,
+    /// The proofs of the checks.
+    Proofs,
     /// All operands of a pipelined exponential.
     Operands,
     /// The verification against the golden models.
@@ -30,8 +30,8 @@ impl Judge {
         match self {
             Self::Bench => "bench",
             Self::Miter => "miter",
-            Self::Proofs => "proofs",
             Self::UnitMiter => "unit-miter",
+            Self::Proofs => "proofs",
             Self::Operands => "operands",
             Self::Verify => "verify",
         }

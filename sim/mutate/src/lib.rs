@@ -5,11 +5,12 @@
 //! input tells which is active.
 //!
 //! The judges are, in this order: the standalone bench; a miter of the module, which shows that a
-//! mutant is equivalent; the proofs; a miter of the unit, from the states that the proofs allow; the
+//! mutant is equivalent; a miter of the unit, from the states that the proofs allow; the proofs; the
 //! verification against the golden models. A mutant that none settles is alive.
 
 mod all_operands;
 mod bench;
+mod case;
 mod design;
 mod equivalence;
 mod error;
@@ -23,7 +24,7 @@ mod score;
 mod tools;
 mod unit_miter;
 
-pub use design::Design;
+pub use design::{Design, chosen_modules};
 pub use equivalence::Miter;
 pub use error::MutateError;
 pub use fate::Fate;

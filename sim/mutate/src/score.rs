@@ -24,6 +24,8 @@ pub struct Options {
     pub judges: BTreeSet<Judge>,
     /// Mutants of every module; fewer where it has fewer.
     pub mutants: u32,
+    /// Modules that get mutants, by name; all if there is none.
+    pub modules: BTreeSet<String>,
     /// Seed of the mutants.
     pub seed: u64,
     /// Length of the runs in which the proofs look for a counterexample.
@@ -126,7 +128,7 @@ pub fn score(
         all_bits: true,
         ..unit.clone()
     };
-    let design = Design::new(tools, unit, options.mutants, options.seed)?;
+    let design = Design::new(tools, unit, options)?;
     let commands: Vec<&str> = design.mutants.iter().map(|m| &*m.command).collect();
     let parts = (config, &design.netlist()?, commands, options.cycles);
     let mut court = Court {
@@ -160,6 +162,15 @@ pub fn score(
                     Ok(found.map(|miter| Fate::Equivalent { miter }))
                 })?;
             }
+            Judge::UnitMiter => {
+                let miters = unit_miters.as_deref().unwrap_or_default();
+                court.judge(Judge::UnitMiter, &|mutant| {
+                    let own = miters.iter().find(|miter| miter.has(mutant));
+                    let is_same = own.map_or(Ok(false), |miter| miter.equivalent(mutant))?;
+                    let miter = Miter::InUnit;
+                    Ok(is_same.then_some(Fate::Equivalent { miter }))
+                })?;
+            }
             Judge::Proofs => {
                 let Some(systems) = &proven else {
                     continue;
@@ -168,15 +179,6 @@ pub fn score(
                     let lost = systems.lost(mutant)?;
                     let is_found = !lost.is_empty();
                     Ok(is_found.then_some(Fate::Proofs { properties: lost }))
-                })?;
-            }
-            Judge::UnitMiter => {
-                let miters = unit_miters.as_deref().unwrap_or_default();
-                court.judge(Judge::UnitMiter, &|mutant| {
-                    let own = miters.iter().find(|miter| miter.has(mutant));
-                    let is_same = own.map_or(Ok(false), |miter| miter.equivalent(mutant))?;
-                    let miter = Miter::InUnit;
-                    Ok(is_same.then_some(Fate::Equivalent { miter }))
                 })?;
             }
             Judge::Operands => {

@@ -6,6 +6,9 @@
 //! the inputs holds, and once pipelines are filled with operands that entered after the start. Error
 //! flags are compared without these assumptions: they are for inputs that break them. A reset is compared
 //! from the same states.
+//!
+//! Where next registers differ, each register of one bit in their module is tried as their valid bit: they
+//! may differ while it is low, before the clock and after it, and all else has to be equal.
 
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -14,6 +17,7 @@ use std::time::Duration;
 use potamoi_prove::Unit;
 use potamoi_verilated::child;
 
+use crate::case::{Case, Compared, Unread};
 use crate::design::SELECT;
 use crate::question::Question;
 use crate::tools::{broken, no_result, read, text, write};
@@ -21,6 +25,8 @@ use crate::{Mutant, MutateError, Tools};
 
 /// Time limit of one comparison.
 const LIMIT: Duration = Duration::from_secs(600);
+/// Most registers that may differ where nothing reads them.
+const MOST_UNREAD: usize = 32;
 /// Begins of the names of a pipelined exponential's registers.
 const EXPONENTIAL: [&str; 4] = ["s_", "digits_stages", "rescaled_stages", "filled"];
 /// The input of a lane that is high where the result is that of an exponential.
@@ -79,12 +85,54 @@ impl UnitMiter {
 
     /// Whether the unit with the mutant cannot be told from the one without.
     pub(crate) fn equivalent(&self, mutant: &Mutant) -> Result<bool, MutateError> {
-        for case in self.question.cases(mutant.number, self.width) {
-            if self.is_found(mutant, &case)? {
-                return Ok(false);
+        let found = self.differences(mutant, None)?;
+        let registers: Vec<&String> = found.iter().filter_map(register).collect();
+        // From equal registers an output differs.
+        let Some(first) = registers.first().filter(|_| registers.len() == found.len()) else {
+            return Ok(found.is_empty());
+        };
+        for valid in self.question.bits_beside(first) {
+            if self.is_unread_while_low(valid, mutant)? {
+                return Ok(true);
             }
         }
-        Ok(true)
+        Ok(false)
+    }
+
+    /// Whether nothing but registers differs, and those only while the register `valid` is low.
+    fn is_unread_while_low(&self, valid: &str, mutant: &Mutant) -> Result<bool, MutateError> {
+        let mut unread = Unread {
+            valid,
+            registers: BTreeSet::new(),
+        };
+        while unread.registers.len() < MOST_UNREAD {
+            let found = self.differences(mutant, Some(&unread))?;
+            if found.is_empty() {
+                return Ok(true);
+            }
+            for one in &found {
+                let new = register(one).filter(|name| *name != valid);
+                if !new.is_some_and(|name| unread.registers.insert(name.clone())) {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// What can be told apart in the first case in which there is something.
+    fn differences(
+        &self,
+        mutant: &Mutant,
+        unread: Option<&Unread<'_>>,
+    ) -> Result<Vec<Compared>, MutateError> {
+        for case in self.question.cases(mutant.number, self.width, unread) {
+            let found = self.asked(mutant, &case)?;
+            if !found.is_empty() {
+                return Ok(found);
+            }
+        }
+        Ok(vec![])
     }
 
     /// Whether a mutant of a lane changes nothing but results of the exponential.
@@ -96,24 +144,33 @@ impl UnitMiter {
             return Ok(false);
         };
         let case = question.while_low(CHOSEN, mutant.number, self.width);
-        Ok(!self.is_found(mutant, &case)?)
+        Ok(self.asked(mutant, &case)?.is_empty())
     }
 
-    /// Whether there is a state in which the mutant can be told from none.
-    fn is_found(&self, mutant: &Mutant, query: &str) -> Result<bool, MutateError> {
+    /// What differs in a state in which the mutant can be told from none; nothing if there is no such
+    /// state.
+    fn asked(&self, mutant: &Mutant, case: &Case) -> Result<Vec<Compared>, MutateError> {
         let file = format!("{}.smt2", mutant.number);
         let path = self.folder.path().join(&file);
-        write(&path, query)?;
+        write(&path, &case.query)?;
         let mut yices = Command::new("yices-smt2");
         yices.arg(&file).current_dir(self.folder.path());
         let what = mutant.what();
         let done = child::run(&yices, LIMIT).map_err(|e| broken("yices-smt2", &what, e))?;
         std::fs::remove_file(&path).map_err(|error| MutateError::File { path, error })?;
-        match text(&done).trim() {
-            "unsat" => Ok(false),
-            "sat" => Ok(true),
-            said => Err(no_result("yices-smt2", &self.unit.name, said)),
-        }
+        let said = text(&done);
+        let found = case
+            .differences(&said)
+            .map_err(|said| no_result("yices-smt2", &self.unit.name, &said))?;
+        Ok(found.into_iter().cloned().collect())
+    }
+}
+
+/// The register of a comparison of one.
+const fn register(compared: &Compared) -> Option<&String> {
+    match compared {
+        Compared::Register(name) => Some(name),
+        Compared::Output(_) | Compared::Flag(_) => None,
     }
 }
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use potamoi_formats::config::Config;
-use potamoi_mutate::{Design, Fate, Judge, Options, Score, Tools, score};
+use potamoi_mutate::{Design, Fate, Judge, Mutant, Options, Score, Tools, score};
 use potamoi_prove::{Unit, units_as_built};
 
 const MUTANTS: u32 = 10;
@@ -19,24 +19,71 @@ fn vector_unit() -> (Config, Unit) {
 fn equal_seeds_draw_equal_mutants() {
     let (_, unit) = vector_unit();
     let tools = Tools::find(&BTreeSet::new()).unwrap();
-    let draw = |seed| Design::new(&tools, &unit, MUTANTS, seed).unwrap().mutants;
-    let mutants = draw(1);
+    let draw = |seed, modules: &[&str]| {
+        let modules = modules.iter().map(|&name| name.to_owned()).collect();
+        let options = Options {
+            seed,
+            modules,
+            ..options()
+        };
+        Design::new(&tools, &unit, &options).unwrap().mutants
+    };
+    let mutants = draw(1, &[]);
     assert_eq!(mutants.len(), 3 * MUTANTS as usize, "{mutants:?}");
-    assert_eq!(mutants, draw(1));
-    assert_ne!(mutants, draw(2));
+    assert_eq!(mutants, draw(1, &[]));
+    assert_ne!(mutants, draw(2, &[]));
+    // A module alone has the same mutants as beside others.
+    let places = |mutants: &[Mutant]| -> Vec<String> {
+        let own = mutants.iter().filter(|m| m.module == "vector_lane");
+        own.map(|m| m.command.clone()).collect()
+    };
+    let alone = draw(1, &["vector_lane"]);
+    assert_eq!(alone.len(), MUTANTS as usize, "{alone:?}");
+    assert_eq!(places(&alone), places(&mutants));
+}
+
+fn options() -> Options {
+    Options {
+        judges: BTreeSet::from([Judge::Bench, Judge::Miter]),
+        mutants: MUTANTS,
+        modules: BTreeSet::new(),
+        seed: 1,
+        cycles: 4,
+        kept: None,
+    }
+}
+
+#[test]
+#[ignore = "exhaustive; run with make test-full"]
+fn no_mutant_that_the_bench_finds_is_called_equivalent() {
+    let config = Config::preset("small").unwrap();
+    let unit = units_as_built(&config).unwrap().remove(0);
+    let judged = |judge| {
+        let options = Options {
+            judges: BTreeSet::from([judge]),
+            mutants: 60,
+            modules: BTreeSet::from(["rit_buffer".to_owned()]),
+            ..options()
+        };
+        let tools = Tools::find(&options.judges).unwrap();
+        let none = |_: &_| Ok(None);
+        score(&tools, &config, &unit, &options, &none, &|_, _, _| {}).unwrap()
+    };
+    let (bench, miter) = (judged(Judge::Bench), judged(Judge::UnitMiter));
+    let pairs = bench.iter().zip(&miter);
+    let both: Vec<_> = pairs
+        .filter(|(b, m)| b.fate != Fate::Alive && m.fate != Fate::Alive)
+        .collect();
+    assert!(both.is_empty(), "{both:?}");
+    let equivalent = miter.iter().filter(|m| m.fate != Fate::Alive).count();
+    assert!((1..60).contains(&equivalent), "{equivalent}");
 }
 
 #[test]
 #[ignore = "exhaustive; run with make test-full"]
 fn the_bench_and_the_miter_judge_mutants() {
     let (config, unit) = vector_unit();
-    let options = Options {
-        judges: BTreeSet::from([Judge::Bench, Judge::Miter]),
-        mutants: MUTANTS,
-        seed: 1,
-        cycles: 4,
-        kept: None,
-    };
+    let options = options();
     let tools = Tools::find(&options.judges).unwrap();
     let none = |_: &_| Ok(None);
     let judged = score(&tools, &config, &unit, &options, &none, &|_, _, _| {}).unwrap();
