@@ -87,8 +87,8 @@ module rit_buffer (
   wire read_leave_half = read_step & read_ends_half;
   wire let_go = ~retain;
   wire free_half = read_leave_half & let_go;
-  wire in_lower_half = ~read_half;
-  wire release_0 = free_half & in_lower_half;
+  wire from_half_0 = ~read_half;
+  wire release_0 = free_half & from_half_0;
   wire release_1 = free_half & read_half;
   wire pass_done = read_leave_half & half_ends_mvoxel;
   wire read_row_enable = read_fire & read_first;
@@ -105,14 +105,14 @@ module rit_buffer (
       q_valid <= 1'b0;
       p_valid <= 1'b0;
     end else begin
-      if (read_leave_half) read_half <= (read_ends_pass & retain) ? read_start_half : in_lower_half;
+      if (read_leave_half) read_half <= (read_ends_pass & retain) ? read_start_half : from_half_0;
       if (read_step) begin
         read_row <= read_ends_half ? 6'd0 : row_of_next_group[5:0];
         read_group <= read_ends_half ? 4'd0 : next_group;
       end
       if (read_fire) read_vertex <= read_last ? 3'd0 : (read_vertex + 3'd1);
       if (pass_done) read_segment <= retain ? next_segment : 7'd0;
-      if (pass_done & let_go) read_start_half <= in_lower_half;
+      if (pass_done & let_go) read_start_half <= from_half_0;
       q_valid <= read_fire | (q_valid & (~q_free));
       p_valid <= p_fill | (p_valid & (~p_take));
     end
@@ -223,8 +223,8 @@ module rit_buffer (
       write_row_now;
   wire [1:0] new_last_keep = s_axis_rit_tlast ? (keep_of_last_group & {2{some_bytes |
       (~keep_of_last_group[1])}}) : 2'd3;
-  wire in_lower = ~write_half;
-  wire write_half_0 = write_accept & in_lower;
+  wire to_half_0 = ~write_half;
+  wire write_half_0 = write_accept & to_half_0;
   wire touch_half_0 = write_half_0 | release_0;
   wire write_half_1 = write_accept & write_half;
   wire touch_half_1 = write_half_1 | release_1;
@@ -255,7 +255,7 @@ module rit_buffer (
       write_second <= 1'b0;
     end else begin
       if (touch_half_0) begin
-        closed_0 <= write_close & in_lower;
+        closed_0 <= write_close & to_half_0;
         end_row_0 <= write_half_0 ? new_end_row : 7'd0;
         end_group_0 <= write_half_0 ? new_end_group : 4'd0;
       end
@@ -265,7 +265,7 @@ module rit_buffer (
         end_group_1 <= write_half_1 ? new_end_group : 4'd0;
       end
       if (write_close) begin
-        write_half <= in_lower;
+        write_half <= to_half_0;
         write_second <= not_last;
       end
       if (write_accept & row_is_over) write_row <= ends_half ? 6'd0 : (write_row + 6'd1);

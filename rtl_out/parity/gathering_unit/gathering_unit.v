@@ -43,7 +43,7 @@ module gathering_unit (
   localparam [2:0] GROUPS_IN_FLIGHT = 3'd5;  // FIFO depth
   localparam [6:0] SEGMENTS_MOST = 7'd8;
 
-  // Issue: registers
+  // Issue: the vertex that reads the MFT
   reg [2:0] in_flight;  // groups issued and not yet taken by the sink
   wire credit = in_flight < GROUPS_IN_FLIGHT;
   wire rit_p_valid, rit_p_end, rit_is_empty, rit_s_axis_rit_tready, mft_s_axis_mft_tready,

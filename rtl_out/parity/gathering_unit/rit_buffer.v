@@ -73,8 +73,8 @@ module rit_buffer (
   wire read_leave_half = read_fire & read_ends_half;
   wire let_go = ~retain;
   wire free_half = read_leave_half & let_go;
-  wire in_lower_half = ~read_half;
-  wire release_0 = free_half & in_lower_half;
+  wire from_half_0 = ~read_half;
+  wire release_0 = free_half & from_half_0;
   wire release_1 = free_half & read_half;
   wire pass_done = read_leave_half & half_ends_mvoxel;
   wire [6:0] read_address = {read_half, read_row};
@@ -91,13 +91,13 @@ module rit_buffer (
       f_valid <= 1'b0;
       p_valid <= 1'b0;
     end else begin
-      if (read_leave_half) read_half <= (read_ends_pass & retain) ? read_start_half : in_lower_half;
+      if (read_leave_half) read_half <= (read_ends_pass & retain) ? read_start_half : from_half_0;
       if (read_fire) begin
         read_row <= read_ends_half ? 6'd0 : row_of_next_group[5:0];
         read_group <= read_ends_half ? 3'd0 : next_group;
       end
       if (pass_done) read_segment <= retain ? next_segment : 7'd0;
-      if (pass_done & let_go) read_start_half <= in_lower_half;
+      if (pass_done & let_go) read_start_half <= from_half_0;
       q_valid <= read_fire | (q_valid & (~q_free));
       e_valid <= e_fill | (e_valid & (~f_free));
       f_valid <= f_fill | (f_valid & (~p_free));
@@ -179,8 +179,8 @@ module rit_buffer (
       write_row_now;
   wire [1:0] new_last_keep = s_axis_rit_tlast ? (keep_of_last_group & {2{some_bytes |
       (~keep_of_last_group[1])}}) : 2'd3;
-  wire in_lower = ~write_half;
-  wire write_half_0 = write_accept & in_lower;
+  wire to_half_0 = ~write_half;
+  wire write_half_0 = write_accept & to_half_0;
   wire touch_half_0 = write_half_0 | release_0;
   wire write_half_1 = write_accept & write_half;
   wire touch_half_1 = write_half_1 | release_1;
@@ -211,7 +211,7 @@ module rit_buffer (
       write_second <= 1'b0;
     end else begin
       if (touch_half_0) begin
-        closed_0 <= write_close & in_lower;
+        closed_0 <= write_close & to_half_0;
         end_row_0 <= write_half_0 ? new_end_row : 7'd0;
         end_group_0 <= write_half_0 ? new_end_group : 3'd0;
       end
@@ -221,7 +221,7 @@ module rit_buffer (
         end_group_1 <= write_half_1 ? new_end_group : 3'd0;
       end
       if (write_close) begin
-        write_half <= in_lower;
+        write_half <= to_half_0;
         write_second <= not_last;
       end
       if (write_accept & row_is_over) write_row <= ends_half ? 6'd0 : (write_row + 6'd1);

@@ -43,7 +43,7 @@ module gathering_unit (
   localparam [18:0] WEIGHT_ONE = 19'h8000;  // what an entry's weights sum to
   localparam [6:0] SEGMENTS_MOST = 7'd8;
 
-  // Issue: registers
+  // Issue: the vertex that reads the MFT
   reg [2:0] in_flight;  // groups issued and not yet taken by the sink
   wire credit = in_flight < GROUPS_IN_FLIGHT;
   wire rit_p_valid, rit_p_first, rit_p_last, rit_p_end, rit_p_keep, rit_is_empty,

@@ -15,36 +15,37 @@
 //   6: 4 MVoxels of 11 entries, 2 vertices, 24 channels in 3 segments
 //   7: 4 MVoxels of 16 entries, 1 vertices, 27 channels in 4 segments
 //   8: 3 MVoxels of 104 entries, 8 vertices, 16 channels in 2 segments
-//   9: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: a row too many
-//   10 to 11: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: all rows
-//   12: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: a sink that is closed for long
-//   13 to 14: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: all rows but one
-//   15: 13 MVoxels of 91 entries, 1 vertices, 8 channels in 1 segments: every end of a row of the buffer
-//   16: 6 MVoxels of 42 entries, 1 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
-//   17: 5 MVoxels of 15 entries, 2 vertices, 8 channels in 1 segments: every end of a row of the buffer
-//   18: 2 MVoxels of 6 entries, 2 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
-//   19: 3 MVoxels of 6 entries, 4 vertices, 8 channels in 1 segments: every end of a row of the buffer
-//   20: 2 MVoxels of 3 entries, 4 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
-//   21: 2 MVoxels of 3 entries, 8 vertices, 8 channels in 1 segments: every end of a row of the buffer
-//   22: 1 MVoxel of 1 entries, 8 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
-//   23: 1 MVoxel of 12 entries, 1 vertices, 8 channels in 1 segments: entries of any bits
-//   24: 1 MVoxel of 12 entries, 1 vertices, 8 channels in 1 segments: a sink that is closed for long
-//   25: 1 MVoxel of 12 entries, 2 vertices, 8 channels in 1 segments: entries of any bits
-//   26: 1 MVoxel of 12 entries, 2 vertices, 8 channels in 1 segments: a sink that is closed for long
-//   27: 1 MVoxel of 12 entries, 4 vertices, 8 channels in 1 segments: entries of any bits
-//   28: 1 MVoxel of 12 entries, 4 vertices, 8 channels in 1 segments: a sink that is closed for long
-//   29: 1 MVoxel of 12 entries, 8 vertices, 8 channels in 1 segments: entries of any bits
-//   30: 1 MVoxel of 12 entries, 8 vertices, 8 channels in 1 segments: a sink that is closed for long
-//   31: 1 MVoxel of 31 entries, 2 vertices, 8 channels in 1 segments: sums that one bit rounds
-//   32 to 63: 1 MVoxel of 2 entries, 2 vertices, 8 channels in 1 segments: weights that are not right
-//   64 to 66: 1 MVoxel of 2 entries, 8 vertices, 8 channels in 1 segments: weights that are not right
-//   67: 1 MVoxel of 2 entries, 1 vertices, 8 channels in 1 segments: a row past those loaded
+//   9: 3 MVoxels of 288 entries, 8 vertices, 16 channels in 2 segments
+//   10: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: a row too many
+//   11 to 12: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: all rows
+//   13: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: a sink that is closed for long
+//   14 to 15: 1 MVoxel of 46 entries, 1 vertices, 8 channels in 1 segments: all rows but one
+//   16: 13 MVoxels of 91 entries, 1 vertices, 8 channels in 1 segments: every end of a row of the buffer
+//   17: 6 MVoxels of 42 entries, 1 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
+//   18: 5 MVoxels of 15 entries, 2 vertices, 8 channels in 1 segments: every end of a row of the buffer
+//   19: 2 MVoxels of 6 entries, 2 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
+//   20: 3 MVoxels of 6 entries, 4 vertices, 8 channels in 1 segments: every end of a row of the buffer
+//   21: 2 MVoxels of 3 entries, 4 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
+//   22: 2 MVoxels of 3 entries, 8 vertices, 8 channels in 1 segments: every end of a row of the buffer
+//   23: 1 MVoxel of 1 entries, 8 vertices, 8 channels in 1 segments: delayed and ended by beats without bytes
+//   24: 1 MVoxel of 12 entries, 1 vertices, 8 channels in 1 segments: entries of any bits
+//   25: 1 MVoxel of 12 entries, 1 vertices, 8 channels in 1 segments: a sink that is closed for long
+//   26: 1 MVoxel of 12 entries, 2 vertices, 8 channels in 1 segments: entries of any bits
+//   27: 1 MVoxel of 12 entries, 2 vertices, 8 channels in 1 segments: a sink that is closed for long
+//   28: 1 MVoxel of 12 entries, 4 vertices, 8 channels in 1 segments: entries of any bits
+//   29: 1 MVoxel of 12 entries, 4 vertices, 8 channels in 1 segments: a sink that is closed for long
+//   30: 1 MVoxel of 12 entries, 8 vertices, 8 channels in 1 segments: entries of any bits
+//   31: 1 MVoxel of 12 entries, 8 vertices, 8 channels in 1 segments: a sink that is closed for long
+//   32: 1 MVoxel of 31 entries, 2 vertices, 8 channels in 1 segments: sums that one bit rounds
+//   33 to 64: 1 MVoxel of 2 entries, 2 vertices, 8 channels in 1 segments: weights that are not right
+//   65 to 67: 1 MVoxel of 2 entries, 8 vertices, 8 channels in 1 segments: weights that are not right
+//   68: 1 MVoxel of 2 entries, 1 vertices, 8 channels in 1 segments: a row past those loaded
 // Then clocks in which promises are broken, from gather_flags.hex, and what flags must say of them.
 `timescale 1ns/1ps
 `default_nettype none
 
 module gathering_unit_tb;
-  localparam JOBS = 68;
+  localparam JOBS = 69;
   localparam RESET = 0, BEGIN = 1, RUN = 2, DRAIN = 3, DONE = 4, SCRIPT = 5;
   localparam CLOSED = 160;  // clocks in which the sink of every second job takes nothing
 
@@ -93,7 +94,7 @@ module gathering_unit_tb;
   // 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32, m_axis_feat_end 32, closed 16,
   // cycles 32, stat_busy 32, stat_stall_fifo 32, stat_stall_mft 32, stat_stall_rit 32,
   // stat_entries 32, stat_errors 9
-  reg [417:0] job_words [0:72];
+  reg [417:0] job_words [0:73];
   wire [1:0] job_cfg_vertices;
   wire [6:0] job_cfg_segments;
   wire [31:0] job_s_axis_rit_from;
@@ -156,7 +157,7 @@ module gathering_unit_tb;
     } = script_words[script_at < 998 ? script_at : 998 - 1];
 
   // s_axis_rit, from gather_rit.hex: tdata 64, tkeep 8, tlast 1, tuser 1
-  reg [73:0] s_axis_rit_words [0:2339];
+  reg [73:0] s_axis_rit_words [0:5795];
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   integer s_axis_rit_rate = 0;
@@ -167,7 +168,7 @@ module gathering_unit_tb;
   wire s_axis_rit_tready;
   reg [74-1:0] s_axis_rit_scripted;
   wire [74-1:0] s_axis_rit_word = scripted ? s_axis_rit_scripted
-    : s_axis_rit_words[s_axis_rit_at < 2340 ? s_axis_rit_at : 0];
+    : s_axis_rit_words[s_axis_rit_at < 5796 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [63:0] s_axis_rit_tdata;
   wire [7:0] s_axis_rit_tkeep;
@@ -178,7 +179,7 @@ module gathering_unit_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 128, tlast 1
-  reg [128:0] s_axis_mft_words [0:1720];
+  reg [128:0] s_axis_mft_words [0:1774];
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   integer s_axis_mft_rate = 0;
@@ -189,7 +190,7 @@ module gathering_unit_tb;
   wire s_axis_mft_tready;
   reg [129-1:0] s_axis_mft_scripted;
   wire [129-1:0] s_axis_mft_word = scripted ? s_axis_mft_scripted
-    : s_axis_mft_words[s_axis_mft_at < 1721 ? s_axis_mft_at : 0];
+    : s_axis_mft_words[s_axis_mft_at < 1775 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: a unit must not take it.
   wire [127:0] s_axis_mft_tdata;
   wire [0:0] s_axis_mft_tlast;
@@ -198,7 +199,7 @@ module gathering_unit_tb;
     } = s_axis_mft_tvalid ? s_axis_mft_word : ~s_axis_mft_word;
 
   // m_axis_feat, from gather_feat.hex: tdata 128, tkeep 16, tlast 1, tuser 16
-  reg [160:0] m_axis_feat_words [0:955];
+  reg [160:0] m_axis_feat_words [0:1531];
   integer m_axis_feat_at = 0;
   integer m_axis_feat_beats = 0;  // taken in all jobs
   integer m_axis_feat_rate = 0;
@@ -216,7 +217,7 @@ module gathering_unit_tb;
   wire [15:0] wanted_tuser;
   assign {
       wanted_tdata, wanted_tkeep, wanted_tlast, wanted_tuser
-    } = m_axis_feat_words[m_axis_feat_at < 956 ? m_axis_feat_at : 0];
+    } = m_axis_feat_words[m_axis_feat_at < 1532 ? m_axis_feat_at : 0];
   wire [31:0] stat_busy;
   wire [31:0] stat_stall_fifo;
   wire [31:0] stat_stall_mft;
@@ -280,7 +281,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", job_words);
-      if (^job_words[72] === 1'bx) begin
+      if (^job_words[73] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -292,7 +293,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[2339] === 1'bx) begin
+      if (^s_axis_rit_words[5795] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -304,7 +305,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[1720] === 1'bx) begin
+      if (^s_axis_mft_words[1774] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end
@@ -316,7 +317,7 @@ module gathering_unit_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_feat.hex", m_axis_feat_words);
-      if (^m_axis_feat_words[955] === 1'bx) begin
+      if (^m_axis_feat_words[1531] === 1'bx) begin
         if (!failed) $display("FAIL: gather_feat.hex has fewer words than this bench reads");
         fail;
       end

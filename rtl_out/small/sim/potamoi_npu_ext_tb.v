@@ -108,13 +108,13 @@ module potamoi_npu_ext_tb;
   localparam [31:0] IRQ_STATUS_VU_REFUSED = 32'h20;
 
   integer gu_job = 0;
-  localparam GU_JOBS = 68;
+  localparam GU_JOBS = 69;
 
   // gu_job, from gather_jobs.hex: cfg_vertices 2, cfg_segments 7, s_axis_rit_from 32,
   // s_axis_rit_end 32, s_axis_mft_from 32, s_axis_mft_end 32, m_axis_feat_from 32, m_axis_feat_end
   // 32, closed 16, cycles 32, stat_busy 32, stat_stall_fifo 32, stat_stall_mft 32, stat_stall_rit
   // 32, stat_entries 32, stat_errors 9
-  reg [417:0] gu_job_words [0:72];
+  reg [417:0] gu_job_words [0:73];
   wire [1:0] gu_job_cfg_vertices;
   wire [6:0] gu_job_cfg_segments;
   wire [31:0] gu_job_s_axis_rit_from;
@@ -140,14 +140,14 @@ module potamoi_npu_ext_tb;
     } = gu_job_words[gu_job];
 
   // s_axis_rit, from gather_rit.hex: tdata 64, tkeep 8, tlast 1, tuser 1
-  reg [73:0] s_axis_rit_words [0:2339];
+  reg [73:0] s_axis_rit_words [0:5795];
   integer s_axis_rit_job = 0;  // whose beats are offered
   integer s_axis_rit_at = 0;
   integer s_axis_rit_next;
   reg s_axis_rit_moved;
   reg s_axis_rit_tvalid = 1'b0;
   wire s_axis_rit_tready;
-  wire [74-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 2340 ? s_axis_rit_at : 0];
+  wire [74-1:0] s_axis_rit_word = s_axis_rit_words[s_axis_rit_at < 5796 ? s_axis_rit_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [63:0] s_axis_rit_tdata;
   wire [7:0] s_axis_rit_tkeep;
@@ -158,14 +158,14 @@ module potamoi_npu_ext_tb;
     } = s_axis_rit_tvalid ? s_axis_rit_word : ~s_axis_rit_word;
 
   // s_axis_mft, from gather_mft.hex: tdata 128, tlast 1
-  reg [128:0] s_axis_mft_words [0:1720];
+  reg [128:0] s_axis_mft_words [0:1774];
   integer s_axis_mft_job = 0;  // whose beats are offered
   integer s_axis_mft_at = 0;
   integer s_axis_mft_next;
   reg s_axis_mft_moved;
   reg s_axis_mft_tvalid = 1'b0;
   wire s_axis_mft_tready;
-  wire [129-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 1721 ? s_axis_mft_at : 0];
+  wire [129-1:0] s_axis_mft_word = s_axis_mft_words[s_axis_mft_at < 1775 ? s_axis_mft_at : 0];
   // While a source is not valid, its payload is inverted: the top must not take it.
   wire [127:0] s_axis_mft_tdata;
   wire [0:0] s_axis_mft_tlast;
@@ -174,7 +174,7 @@ module potamoi_npu_ext_tb;
     } = s_axis_mft_tvalid ? s_axis_mft_word : ~s_axis_mft_word;
 
   // m_axis_feat, from gather_feat.hex: tdata 128, tkeep 16, tlast 1, tuser 16
-  reg [160:0] m_axis_feat_words [0:955];
+  reg [160:0] m_axis_feat_words [0:1531];
   integer m_axis_feat_at = 0;
   integer m_axis_feat_ends = 0;  // of packets that were taken
   reg m_axis_feat_held = 1'b0;
@@ -1072,11 +1072,11 @@ module potamoi_npu_ext_tb;
 
   task break_promises;
     begin
-      gu_break(68, 32'h8, 32'h1f7);
-      gu_break(69, 32'h10, 32'h1e7);
-      gu_break(70, 32'h20, 32'h1df);
-      gu_break(71, 32'h40, 32'h1bf);
-      gu_break(72, 32'h80, 32'h0);
+      gu_break(69, 32'h8, 32'h1f7);
+      gu_break(70, 32'h10, 32'h1e7);
+      gu_break(71, 32'h20, 32'h1df);
+      gu_break(72, 32'h40, 32'h1bf);
+      gu_break(73, 32'h80, 32'h0);
       vu_break(15, 32'h2, 32'h5);
       vu_break(16, 32'h1, 32'h6);
       vu_break(17, 32'h4, 32'h3);
@@ -1109,7 +1109,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_jobs.hex", gu_job_words);
-      if (^gu_job_words[72] === 1'bx) begin
+      if (^gu_job_words[73] === 1'bx) begin
         if (!failed) $display("FAIL: gather_jobs.hex has fewer words than this bench reads");
         fail;
       end
@@ -1121,7 +1121,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_rit.hex", s_axis_rit_words);
-      if (^s_axis_rit_words[2339] === 1'bx) begin
+      if (^s_axis_rit_words[5795] === 1'bx) begin
         if (!failed) $display("FAIL: gather_rit.hex has fewer words than this bench reads");
         fail;
       end
@@ -1133,7 +1133,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_mft.hex", s_axis_mft_words);
-      if (^s_axis_mft_words[1720] === 1'bx) begin
+      if (^s_axis_mft_words[1774] === 1'bx) begin
         if (!failed) $display("FAIL: gather_mft.hex has fewer words than this bench reads");
         fail;
       end
@@ -1145,7 +1145,7 @@ module potamoi_npu_ext_tb;
     end else begin
       $fclose(file);
       $readmemh("gather_feat.hex", m_axis_feat_words);
-      if (^m_axis_feat_words[955] === 1'bx) begin
+      if (^m_axis_feat_words[1531] === 1'bx) begin
         if (!failed) $display("FAIL: gather_feat.hex has fewer words than this bench reads");
         fail;
       end

@@ -31,15 +31,17 @@ pub(super) fn jobs(config: &Config, seed: u64) -> Vec<Vec<GatherTask>> {
         jobs.push(draw.tasks(Vertices::One, channels, FEW_ROWS, &[3, 2 * side + 1]));
     }
     let most = built[built.len() - 1];
-    // Of the buffer's halves: one and a part, and both and a part.
+    // Of the buffer's halves: one and a part, and both and a part; and MVoxels that end with a half, the third
+    // that they fill. These have to have a gap before their last beat in some run.
     let half = config.rit_entries(most) as usize;
-    let counts = [half + 3, 2 * half + 2 * side + 1, 2];
     let segments = config.gu.segments.min(2) as usize;
-    let groups = counts.iter().sum::<usize>().div_ceil(side) * segments;
     let digits = config.lanes_a_port() as usize * side * config.feature_lane_bits() as usize / 3;
-    if groups * digits <= MOST_DIGITS {
-        let channels = draw.channels(segments, false);
-        jobs.push(draw.tasks(most, channels, FEW_ROWS, &counts));
+    for counts in [&[half + 3, 2 * half + 2 * side + 1, 2][..], &[3 * half; 3]] {
+        let groups = counts.iter().sum::<usize>().div_ceil(side) * segments;
+        if groups * digits <= MOST_DIGITS {
+            let channels = draw.channels(segments, false);
+            jobs.push(draw.tasks(most, channels, FEW_ROWS, counts));
+        }
     }
     jobs
 }

@@ -91,7 +91,7 @@ impl Issue {
         below: &Below,
         inputs: &Inputs,
     ) -> Self {
-        m.section("Issue: registers");
+        m.section("Issue: the vertex that reads the MFT");
         let depth = config.feature_fifo_depth();
         let flight_ty = Ty::u(bits_for(depth));
         let in_flight = m.reg("in_flight", flight_ty, 0);

@@ -343,13 +343,13 @@ impl Reader {
         let let_go = m.name(let_go, "let_go");
         let free = m.and(leave, let_go);
         let free = m.name(free, "free_half");
-        let in_lower = m.not(self.half);
-        let in_lower = m.name(in_lower, "in_lower_half");
-        let release = [m.and(free, in_lower), m.and(free, self.half)];
+        let from_half_0 = m.not(self.half);
+        let from_half_0 = m.name(from_half_0, "from_half_0");
+        let release = [m.and(free, from_half_0), m.and(free, self.half)];
         Leaves {
             leave,
             let_go,
-            other: in_lower,
+            other: from_half_0,
             release: [
                 m.name(release[0], "release_0"),
                 m.name(release[1], "release_1"),

@@ -135,8 +135,8 @@ impl Writer {
         let (kept, keep_is_right) = self.kept(m, shape);
         let completed = completed(m, shape, vertices, &at, kept, some);
         let beat = self.beat(m, shape, &at, accept, some);
-        let lower = self.fill(m, shape, halves, &at, (&beat, &completed), release);
-        let not_last = self.move_on(m, &at, &beat, lower);
+        let to_half_0 = self.fill(m, shape, halves, &at, (&beat, &completed), release);
+        let not_last = self.move_on(m, &at, &beat, to_half_0);
         let first = m.lit(1, Ty::u(shape.phases));
         let here = m.shl(first, at.phase);
         let accepts = m.repeat(accept, shape.phases);
@@ -187,7 +187,7 @@ impl Writer {
         }
     }
 
-    /// Updates the state of the halves. Returns whether the lower one is written.
+    /// Updates the state of the halves. Returns whether half 0 is written.
     fn fill(
         &self,
         m: &mut ModuleBuilder,
@@ -212,9 +212,9 @@ impl Writer {
         let keep = m.mux(self.last, completed.end.keep, all_ports);
         let keep = m.name(keep, "new_last_keep");
 
-        let lower = m.not(at.half);
-        let lower = m.name(lower, "in_lower");
-        for (h, mine) in [(0, lower), (1, at.half)] {
+        let to_half_0 = m.not(at.half);
+        let to_half_0 = m.name(to_half_0, "to_half_0");
+        for (h, mine) in [(0, to_half_0), (1, at.half)] {
             let here = m.and(beat.accept, mine);
             let here = m.name(here, &format!("write_half_{h}"));
             let closes_here = m.and(beat.close, mine);
@@ -232,7 +232,7 @@ impl Writer {
             m.set_next_if(halves.streamed[h], here, self.user);
             m.set_next_if(halves.last_keep[h], here, keep);
         }
-        lower
+        to_half_0
     }
 
     /// Registers of the writer. Returns whether the beat is not the last one.
