@@ -260,7 +260,7 @@ impl Head for ToyHead {
 
     fn colours(
         &self,
-        kept: &[i16],
+        kept: Vec<i16>,
         _: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, MarchError> {

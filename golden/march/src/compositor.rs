@@ -93,13 +93,13 @@ impl<'h> Compositor<'h> {
     /// Composites the features of a batch, with at most one span a ray.
     pub fn run(
         &mut self,
-        features: &[i16],
+        features: Vec<i16>,
         spans: &[Span],
         units: &mut dyn Units,
         work: &mut Work,
     ) -> Result<(), MarchError> {
         let mut lanes = Lanes { units, work };
-        let Opacities { mut alpha, kept } = self.head.opacities(features, &mut lanes)?;
+        let Opacities { mut alpha, kept } = self.head.opacities(&features, &mut lanes)?;
         let [least, _] = self.head.least();
         for alpha in &mut alpha {
             if *alpha <= least {
@@ -107,7 +107,15 @@ impl<'h> Compositor<'h> {
             }
         }
         let seen = self.chain(&alpha, spans, units, work)?;
-        self.add(&kept, &seen, units, work)
+        let width = self.head.kept();
+        let mut visible = Vec::with_capacity(seen.len() * width);
+        for sample in &seen {
+            visible.extend_from_slice(&kept[sample.entry as usize * width..][..width]);
+        }
+        drop(kept);
+        // A batch of TensoRF has more features than all that follows.
+        drop(features);
+        self.add(visible, &seen, units, work)
     }
 
     /// Advances all rays in step through their spans: all first samples, all second samples, and
@@ -174,22 +182,21 @@ impl<'h> Compositor<'h> {
         Ok(seen)
     }
 
+    /// Adds the colours of visible samples, from their kept codes, to the pixels.
     fn add(
         &mut self,
-        kept: &[i16],
+        kept: Vec<i16>,
         seen: &[VisibleSample],
         units: &mut dyn Units,
         work: &mut Work,
     ) -> Result<(), MarchError> {
-        let (width, codes) = (self.head.kept(), self.head.direction_codes());
-        let mut rows = Vec::with_capacity(seen.len() * width);
+        let codes = self.head.direction_codes();
         let mut towards = Vec::with_capacity(seen.len() * codes);
         for s in seen {
-            rows.extend_from_slice(&kept[s.entry as usize * width..][..width]);
             towards.extend_from_slice(&self.directions[s.ray as usize * codes..][..codes]);
         }
         let mut lanes = Lanes { units, work };
-        let colour = self.head.colours(&rows, &towards, &mut lanes)?;
+        let colour = self.head.colours(kept, &towards, &mut lanes)?;
         let weight: Vec<i32> = seen.iter().flat_map(|s| [s.weight; 3]).collect();
         let op = VectorOp {
             code: OpCode::Multiply,

@@ -92,7 +92,10 @@ pub fn render(
             match group.next(&done, units, &mut frame.stats, &mut batch)? {
                 Next::End => break,
                 Next::Waiting => {}
-                Next::Batch => done.run(&batch.features, &batch.spans, units, &mut work)?,
+                Next::Batch => {
+                    let features = std::mem::take(&mut batch.features);
+                    done.run(features, &batch.spans, units, &mut work)?;
+                }
             }
             group.after(&done, &mut frame.stats);
         }

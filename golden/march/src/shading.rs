@@ -56,14 +56,14 @@ pub trait Head: Sync {
         lanes: &mut Lanes<'_>,
     ) -> Result<Opacities<'f>, MarchError>;
 
-    /// Colours of the samples, three codes of at least 0 each. The kept codes of a sample are
-    /// followed by the codes of its direction.
+    /// Colours of the samples, three codes of at least 0 each, from the kept codes and the codes of the
+    /// direction of each. The kept codes are given away, so that they need no memory beside later layers.
     ///
     /// # Errors
     /// A unit fails.
     fn colours(
         &self,
-        kept: &[i16],
+        kept: Vec<i16>,
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, MarchError>;
@@ -138,7 +138,7 @@ impl Head for TruncatedDirections<'_> {
 
     fn colours(
         &self,
-        kept: &[i16],
+        kept: Vec<i16>,
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, MarchError> {
@@ -187,7 +187,12 @@ impl Head for OpacityAlone<'_> {
         Ok(Opacities { alpha, kept })
     }
 
-    fn colours(&self, kept: &[i16], _: &[i16], _: &mut Lanes<'_>) -> Result<Vec<i32>, MarchError> {
+    fn colours(
+        &self,
+        kept: Vec<i16>,
+        _: &[i16],
+        _: &mut Lanes<'_>,
+    ) -> Result<Vec<i32>, MarchError> {
         Ok(vec![0; 3 * kept.len()])
     }
 }

@@ -187,7 +187,7 @@ impl Head for DvgoHead {
 
     fn colours(
         &self,
-        kept: &[i16],
+        kept: Vec<i16>,
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, MarchError> {
@@ -198,6 +198,7 @@ impl Head for DvgoHead {
             inputs.extend_from_slice(&features[1..]);
             inputs.extend_from_slice(direction);
         }
+        drop(kept);
         let sums = self.mlp.run(inputs, lanes)?;
         let logits = rescale(&sums, self.mlp.output_frac(), self.logit_bits, lanes)?;
         lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &logits, 0)

@@ -141,14 +141,16 @@ impl Head for NgpHead {
 
     fn colours(
         &self,
-        kept: &[i16],
+        kept: Vec<i16>,
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, MarchError> {
         let samples = kept.chunks_exact(self.kept());
         let encoded = directions.chunks_exact(self.direction_codes());
         let inputs = samples.zip(encoded).flat_map(|(a, b)| a.iter().chain(b));
-        let sums = self.colour.run(inputs.copied().collect(), lanes)?;
+        let inputs = inputs.copied().collect();
+        drop(kept);
+        let sums = self.colour.run(inputs, lanes)?;
         let logits = rescale(&sums, self.colour.output_frac(), self.logit_bits, lanes)?;
         lanes.compute_with(VectorOp::new(OpCode::Sigmoid), &logits, 0)
     }

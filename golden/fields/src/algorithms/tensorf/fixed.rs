@@ -180,21 +180,22 @@ fn magnitudes(field: &Tensorf) -> [Vec<f64>; 2] {
 }
 
 impl TensorfHead {
-    /// Products of planes and lines, of density or of appearance, sample after sample, mode after
-    /// mode.
-    fn products(
+    /// Products of planes and lines, of density or of appearance, as they are stored: sample after
+    /// sample, mode after mode.
+    fn products<T: Copy + Default>(
         &self,
         features: &[i16],
         kind: usize,
+        stored: impl Fn(i32) -> T,
         lanes: &mut Lanes<'_>,
-    ) -> Result<Vec<i32>, MarchError> {
+    ) -> Result<Vec<T>, MarchError> {
         let samples = features.len() / self.channels;
         let own = self.modes.each_ref().map(|mode| match kind {
             0 => 0..mode.density,
             _ => mode.density..mode.channels,
         });
         let width: usize = own.iter().map(std::ops::Range::len).sum();
-        let mut products = vec![0; samples * width];
+        let mut products = vec![T::default(); samples * width];
         let mut first = 0;
         for (mode, own) in self.modes.iter().zip(own) {
             let take = |from: usize| -> Vec<i32> {
@@ -206,7 +207,10 @@ impl TensorfHead {
             let found = lanes.compute(multiply(down), &take(mode.plane), &take(mode.line))?;
             let rows = products.chunks_exact_mut(width);
             for (row, found) in rows.zip(found.chunks_exact(own.len().max(1))) {
-                row[first..first + own.len()].copy_from_slice(found);
+                let to = &mut row[first..first + own.len()];
+                to.iter_mut()
+                    .zip(found)
+                    .for_each(|(to, one)| *to = stored(*one));
             }
             first += own.len();
         }
@@ -255,7 +259,7 @@ impl Head for TensorfHead {
         features: &'f [i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Opacities<'f>, MarchError> {
-        let products = self.products(features, 0, lanes)?;
+        let products = self.products(features, 0, |product| product, lanes)?;
         let width: usize = self.modes.iter().map(|mode| mode.density).sum();
         let sums = Product {
             rows: (products.len() / width.max(1)) as u64,
@@ -274,16 +278,17 @@ impl Head for TensorfHead {
 
     fn colours(
         &self,
-        kept: &[i16],
+        kept: Vec<i16>,
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, MarchError> {
-        let products = self.products(kept, 1, lanes)?;
         // Their format leaves them 16 bits.
-        let products = products.iter().map(|v| *v as i16).collect();
+        let products = self.products(&kept, 1, |product| product as i16, lanes)?;
+        drop(kept);
         let features = self.basis.run(products, lanes)?;
         let scale = 2f64.powi(self.basis.output_frac());
-        let mut inputs = vec![];
+        let samples = features.len() / self.basis.outputs();
+        let mut inputs = Vec::with_capacity(samples * self.mlp.layers()[0].inputs());
         let mut values = vec![];
         let samples = features.chunks_exact(self.basis.outputs());
         let encoded = directions.chunks_exact(self.direction_codes());

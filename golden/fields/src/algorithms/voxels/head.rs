@@ -75,7 +75,7 @@ impl Head for Stored {
 
     fn colours(
         &self,
-        kept: &[i16],
+        kept: Vec<i16>,
         directions: &[i16],
         lanes: &mut Lanes<'_>,
     ) -> Result<Vec<i32>, MarchError> {
