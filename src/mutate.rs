@@ -45,7 +45,7 @@ pub(crate) struct MutateArgs {
     /// Judges, of which each gets what is left by those before it
     #[arg(long, value_enum, value_delimiter = ',', value_name = "JUDGE,...",
         default_values_t = [JudgeArg::Bench, JudgeArg::Miter, JudgeArg::UnitMiter, JudgeArg::Proofs,
-            JudgeArg::Operands, JudgeArg::Verify])]
+            JudgeArg::MiterFromZero, JudgeArg::Operands, JudgeArg::Verify])]
     judges: Vec<JudgeArg>,
     /// Seed of the pseudo-random numbers; equal seeds give equal results
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -68,12 +68,14 @@ enum MutatedUnit {
 enum JudgeArg {
     /// The standalone bench, under Verilator
     Bench,
-    /// A miter of the module with and without the fault, which finds it equivalent
+    /// A miter of the module with and without the fault, from any state, which finds it equivalent
     Miter,
     /// A miter of the unit with and without the fault, from the states that the proofs allow
     UnitMiter,
     /// The proofs of the checks in the Verilog
     Proofs,
+    /// The miter of the module from the state with all registers at 0, which takes minutes
+    MiterFromZero,
     /// All operands of a pipelined exponential, in lanes with and without the fault, under Verilator
     Operands,
     /// The verification of a scene's work against the golden models, under Icarus Verilog
@@ -86,6 +88,7 @@ impl From<JudgeArg> for Judge {
             JudgeArg::Bench => Self::Bench,
             JudgeArg::Miter => Self::Miter,
             JudgeArg::UnitMiter => Self::UnitMiter,
+            JudgeArg::MiterFromZero => Self::MiterFromZero,
             JudgeArg::Operands => Self::Operands,
             JudgeArg::Verify => Self::Verify,
             JudgeArg::Proofs => Self::Proofs,
@@ -123,6 +126,8 @@ struct Report {
 #[derive(Serialize, JsonSchema)]
 struct UnitReport {
     unit: String,
+    /// Digests of the modules' netlists, 16 hexadecimal digits. The page of the scores has them.
+    netlists: BTreeMap<String, String>,
     modules: BTreeMap<String, Score>,
     all: Score,
     mutants: Vec<Judged>,
@@ -180,8 +185,11 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
         };
         let mutants = score(&tools, &config, unit, &options, &verify, &show)?;
         bar.finish_and_clear();
+        let netlists = unit.module.digests().into_iter();
+        let netlists = netlists.filter(|(name, _)| of_modules(&mutants, name));
         units.push(UnitReport {
             unit: unit.name.clone(),
+            netlists: netlists.map(|(name, d)| (name, d.to_string())).collect(),
             modules: Score::of(&mutants),
             all: Score::sum(&mutants),
             mutants,
@@ -200,6 +208,11 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
     print(&report);
     args.files.write(&report)?;
     Ok(())
+}
+
+/// Whether there are mutants of this module.
+fn of_modules(mutants: &[Judged], name: &str) -> bool {
+    mutants.iter().any(|judged| judged.mutant.module == name)
 }
 
 /// Refuses names of modules that these units do not have.

@@ -1,9 +1,9 @@
 //! Whether a mutant is equivalent to its module.
 //!
 //! A miter compares the module with and without the fault, with the modules below it cut: what they
-//! are given is an output of the miter, what they give is a free input. First the registers of both
-//! are taken as equal and free, so that equality of every next state and output holds in all runs.
-//! Where that fails, both begin with all registers at 0. Registers that correspond and then signals
+//! are given is an output of the miter, what they give is a free input. One miter takes the registers of
+//! both as equal and free, so that equality of every next state and output holds in all runs. In the
+//! other, which takes minutes, both begin with all registers at 0. Registers that correspond and then signals
 //! that correspond are found by induction and merged; nothing of the miter is left where the outputs
 //! are among them.
 
@@ -58,10 +58,10 @@ impl<'a> Miters<'a> {
         Ok(Self { design, netlists })
     }
 
-    /// How the mutant is shown to be equivalent, if it is.
-    pub(crate) fn equivalent(&self, mutant: &Mutant) -> Result<Option<Miter>, MutateError> {
+    /// Whether the mutant is shown to be equivalent by this miter of its module.
+    pub(crate) fn equivalent(&self, mutant: &Mutant, by: Miter) -> Result<bool, MutateError> {
         let Some(netlist) = self.netlists.get(&mutant.module) else {
-            return Ok(None);
+            return Ok(false);
         };
         let width = self.design.width();
         let number = mutant.number;
@@ -72,12 +72,9 @@ impl<'a> Miters<'a> {
         for (name, active) in names.iter().zip([0, number]) {
             self.design.write(name, &fixed(netlist, width, active))?;
         }
-        let found = if self.same_from_any_state(&names, mutant)? {
-            Some(Miter::AnyState)
-        } else if self.same_from_zero(&names, mutant)? {
-            Some(Miter::FromZero)
-        } else {
-            None
+        let found = match by {
+            Miter::FromZero => self.same_from_zero(&names, mutant)?,
+            _ => self.same_from_any_state(&names, mutant)?,
         };
         for name in names {
             self.remove(&name)?;

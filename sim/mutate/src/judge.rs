@@ -11,12 +11,14 @@ use serde::{Deserialize, Serialize};
 pub enum Judge {
     /// The standalone bench.
     Bench,
-    /// The miter of the mutant's module.
+    /// The miter of the mutant's module, from any state.
     Miter,
     /// The miter of the unit, from all states that the proofs allow.
     UnitMiter,
     /// The proofs of the checks.
     Proofs,
+    /// The miter of the mutant's module, from all registers at 0.
+    MiterFromZero,
     /// All operands of a pipelined exponential.
     Operands,
     /// The verification against the golden models.
@@ -32,6 +34,7 @@ impl Judge {
             Self::Miter => "miter",
             Self::UnitMiter => "unit-miter",
             Self::Proofs => "proofs",
+            Self::MiterFromZero => "miter-from-zero",
             Self::Operands => "operands",
             Self::Verify => "verify",
         }

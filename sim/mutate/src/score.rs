@@ -154,12 +154,16 @@ pub fn score(
                     Ok(found.map(|[run, said]| Fate::Bench { run, said }))
                 })?;
             }
-            Judge::Miter => {
+            Judge::Miter | Judge::MiterFromZero => {
+                let miter = match judge {
+                    Judge::Miter => Miter::AnyState,
+                    _ => Miter::FromZero,
+                };
                 let open = court.open().into_iter().map(|m| m.module.as_str());
                 let miters = Miters::new(tools, &design, open)?;
-                court.judge(Judge::Miter, &|mutant| {
-                    let found = miters.equivalent(mutant)?;
-                    Ok(found.map(|miter| Fate::Equivalent { miter }))
+                court.judge(*judge, &|mutant| {
+                    let is_same = miters.equivalent(mutant, miter)?;
+                    Ok(is_same.then_some(Fate::Equivalent { miter }))
                 })?;
             }
             Judge::UnitMiter => {

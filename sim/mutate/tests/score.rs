@@ -1,11 +1,11 @@
 //! Mutants of the vector unit of preset `small`, and their judges.
 #![allow(clippy::unwrap_used)]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use potamoi_formats::config::Config;
 use potamoi_mutate::{Design, Fate, Judge, Mutant, Options, Score, Tools, score};
-use potamoi_prove::{Unit, units_as_built};
+use potamoi_prove::{Unit, top_as_built, units_as_built};
 
 const MUTANTS: u32 = 10;
 
@@ -40,6 +40,38 @@ fn equal_seeds_draw_equal_mutants() {
     let alone = draw(1, &["vector_lane"]);
     assert_eq!(alone.len(), MUTANTS as usize, "{alone:?}");
     assert_eq!(places(&alone), places(&mutants));
+}
+
+/// A netlist that differs from the one of its score in nothing but names has the same digest.
+#[test]
+fn the_scores_of_the_book_are_of_these_netlists() {
+    let config = Config::preset("small").unwrap();
+    let top = top_as_built(&config).unwrap();
+    let page = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../docs/explanation/mutation.md"
+    );
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, listed) = page.split_once("<!-- netlists of the scores:").unwrap();
+    let (listed, _) = listed.split_once("-->").unwrap();
+    let listed: BTreeMap<&str, &str> = listed
+        .split_whitespace()
+        .map(|one| one.split_once('=').unwrap())
+        .collect();
+    for (module, digest) in top.module.digests() {
+        let digest = digest.to_string();
+        assert_eq!(
+            listed.get(&*module).copied(),
+            Some(&*digest),
+            "{module} is another netlist than that of its score in docs/explanation/mutation.md: judge it \
+             again (potamoi --config small mutate --module {module} --json score.json), and write its row \
+             and its digest, which is in the JSON"
+        );
+        assert!(
+            page.contains(&format!("| `{module}` |")),
+            "no row of {module}"
+        );
+    }
 }
 
 fn options() -> Options {
