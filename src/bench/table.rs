@@ -36,7 +36,14 @@ fn reasons(rows: &[Row]) -> Vec<(&str, Vec<&str>)> {
 }
 
 fn text(rows: &[Row]) -> String {
-    let mut table = tables::plain(["what", "beside", "measured", "beside", "unit", "ratio"]);
+    let mut table = tables::plain([
+        "what",
+        "peer or limit",
+        "measured",
+        "beside",
+        "unit",
+        "ratio",
+    ]);
     if let Some(names) = table.column_mut(1) {
         names.set_cell_alignment(CellAlignment::Left);
     }
@@ -50,7 +57,7 @@ fn text(rows: &[Row]) -> String {
             figure(row.ratio),
         ]);
     }
-    tables::fitted(&table, &[])
+    tables::fitted(&table, &["peer or limit"])
 }
 
 /// How times were taken, and what to make of them.

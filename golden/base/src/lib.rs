@@ -36,3 +36,4 @@ pub mod precision;
 pub mod sh;
 pub mod sh_degrees;
 pub mod ssim;
+pub mod vectors;

@@ -42,10 +42,14 @@ pub(super) struct Passed {
 impl Passed {
     /// Takes the inputs of samples of `width` inputs each.
     pub(super) fn keep(&mut self, values: &[f64], width: usize, behind_relu: bool) {
+        self.keep_with(Level::new(), values, width, behind_relu);
+    }
+
+    fn keep_with(&mut self, level: Level, values: &[f64], width: usize, behind_relu: bool) {
         self.words = width.div_ceil(WORD);
         self.bits.clear();
         self.bits.resize(values.len() / width * self.words, 0);
-        dispatch!(Level::new(), simd => self.find(simd, values, width, behind_relu));
+        dispatch!(level, simd => self.find(simd, values, width, behind_relu));
     }
 
     /// Sets the bits. Plain loops, so that the compiler sees the vectors in them.
@@ -110,9 +114,13 @@ impl Weights {
 
     /// Replaces `sums` by those of each sample of `values`, before their ReLU.
     pub(super) fn sums(&self, values: &[f64], passed: &Passed, sums: &mut Vec<f64>) {
+        self.sums_with(Level::new(), values, passed, sums);
+    }
+
+    fn sums_with(&self, level: Level, values: &[f64], passed: &Passed, sums: &mut Vec<f64>) {
         // Each is written.
         sums.resize(values.len() / self.inputs * self.outputs, 0.0);
-        dispatch!(Level::new(), simd => self.with(simd, values, passed, sums));
+        dispatch!(level, simd => self.with(simd, values, passed, sums));
     }
 
     /// The same with some vectors: as many outputs side by side as fit the registers.
@@ -200,6 +208,7 @@ impl Row {
 
 #[cfg(test)]
 mod tests {
+    use potamoi_base::vectors::Vectors;
     use proptest::prelude::*;
 
     use super::*;
@@ -215,8 +224,8 @@ mod tests {
     }
 
     proptest! {
-        /// A batch of any size has the sums of each sample alone, to the last bit: with the vectors
-        /// of the machine and with the lanes of the others.
+        /// A batch of any size has the sums of each sample alone, to the last bit: with all vectors
+        /// of the machine, and with the lanes of others.
         #[test]
         fn a_batch_is_its_samples_one_by_one(
             inputs in 1..150usize,
@@ -236,8 +245,9 @@ mod tests {
             let values: Vec<f64> = values.collect();
             let made = Weights::new(inputs, &weights, &bias);
             let mut passed = Passed::default();
-            for behind_relu in [true, false] {
-                passed.keep(&values, inputs, behind_relu);
+            let levels: Vec<Level> = Vectors::here().filter_map(Vectors::level).collect();
+            for (level, behind_relu) in levels.iter().flat_map(|own| [(own, true), (own, false)]) {
+                passed.keep_with(*level, &values, inputs, behind_relu);
                 for (sample, words) in values.chunks_exact(inputs).zip(passed.samples()) {
                     for (at, value) in sample.iter().enumerate() {
                         let is_left = words[at / WORD] >> (at % WORD) & 1 == 1;
@@ -250,8 +260,11 @@ mod tests {
             let each = values.chunks_exact(inputs);
             let expected: Vec<f64> = each.flat_map(|own| plain(own, &weights, &bias)).collect();
             let mut sums = vec![];
-            made.sums(&values, &passed, &mut sums);
-            prop_assert_eq!(bits(&sums), bits(&expected));
+            for level in levels {
+                sums.fill(f64::NAN);
+                made.sums_with(level, &values, &passed, &mut sums);
+                prop_assert_eq!(bits(&sums), bits(&expected), "{:?}", level);
+            }
             for narrow in [Weights::blocks::<8>, Weights::blocks::<16>, Weights::blocks::<BLOCK>] {
                 sums.fill(f64::NAN);
                 narrow(&made, &values, &passed, &mut sums);

@@ -206,7 +206,11 @@ impl Table {
 /// Gathers samples from all tables of a field: `places` has the positions of each sample in every
 /// table, `features` a row a sample, table after table.
 pub(super) fn gather_all(tables: &[Table], places: &[DVec3], features: &mut [f64]) {
-    dispatch!(Level::new(), _ => interpolate_all(tables, places, features));
+    gather_all_with(Level::new(), tables, places, features);
+}
+
+fn gather_all_with(level: Level, tables: &[Table], places: &[DVec3], features: &mut [f64]) {
+    dispatch!(level, _ => interpolate_all(tables, places, features));
 }
 
 /// [`gather_all`] with the vectors of the function that calls it: of channels, so that neither a
@@ -229,6 +233,7 @@ fn interpolate_all(tables: &[Table], places: &[DVec3], features: &mut [f64]) {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use potamoi_base::vectors::Vectors;
 
     /// A multilinear function is its own interpolation, on lines, planes and
     /// volumes.
@@ -317,7 +322,7 @@ mod tests {
     }
 
     /// Any number of channels has the sums corner by corner, to the last bit, and samples gathered
-    /// together are those gathered one by one.
+    /// together are those gathered one by one, with all vectors of the machine.
     #[test]
     fn gathered_rows_are_summed_corner_by_corner() {
         let value = |i: usize| ((i * 7919 + 13) % 4001) as f32 / 1000.0 - 2.0;
@@ -339,9 +344,8 @@ mod tests {
         };
         let places: Vec<DVec3> = (0..7 * tables.len()).map(place).collect();
         let channels: usize = tables.iter().map(Table::channels).sum();
-        let mut all = vec![f64::NAN; 7 * channels];
-        gather_all(&tables, &places, &mut all);
-        let mut all = all.into_iter();
+        let mut each = vec![];
+        let bits = |sums: &[f64]| sums.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         for places in places.chunks_exact(tables.len()) {
             for (table, place) in tables.iter().zip(places) {
                 let mut expected = vec![0.0; table.channels()];
@@ -353,11 +357,14 @@ mod tests {
                 });
                 let mut own = vec![f64::NAN; table.channels()];
                 table.gather(*place, &mut own);
-                let together: Vec<f64> = all.by_ref().take(table.channels()).collect();
-                let bits = |sums: &[f64]| sums.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(&own), bits(&expected), "{:?} {place}", table.shape());
-                assert_eq!(bits(&together), bits(&expected));
+                each.extend(own);
             }
+        }
+        for level in Vectors::here().filter_map(Vectors::level) {
+            let mut together = vec![f64::NAN; 7 * channels];
+            gather_all_with(level, &tables, &places, &mut together);
+            assert_eq!(bits(&together), bits(&each), "{level:?}");
         }
     }
 }

@@ -49,7 +49,6 @@ mod schedule;
 mod tile_test;
 mod transmittance;
 mod unit_entries;
-mod vectors;
 mod view;
 mod widths;
 
@@ -74,6 +73,5 @@ pub use schedule::{Group, Load, MVoxel, PairTest, Schedule, ScheduleOptions, tas
 pub use tile_test::TileLimits;
 pub use transmittance::TRANSMITTANCE;
 pub use unit_entries::{unit_entries, unit_settings};
-pub use vectors::Vectors;
 pub use view::{Sorting, TILE, View, Work, is_any_in_view, is_in_order};
 pub use widths::Widths;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use potamoi_splats::Vectors;
+use potamoi_base::vectors::Vectors;
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use potamoi_splats::Vectors;
+use potamoi_base::vectors::Vectors;
 
 use crate::sizes::Sizes;
 use crate::time::Meter;

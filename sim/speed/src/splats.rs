@@ -8,9 +8,10 @@
 
 use glam::DVec3;
 use potamoi_base::camera::Camera;
+use potamoi_base::vectors::Vectors;
 use potamoi_gaussians::Cloud;
 use potamoi_scene::{Model, Scene, garden};
-use potamoi_splats::{FloatOptions, Profile, Vectors, render_float};
+use potamoi_splats::{FloatOptions, Profile, render_float};
 
 use crate::error::SpeedError;
 use crate::frame_name;

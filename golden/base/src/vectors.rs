@@ -1,4 +1,4 @@
-//! The vector instructions that the floating-point renderer uses.
+//! The vector instructions that the floating-point renderers use.
 
 use std::fmt;
 
