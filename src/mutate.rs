@@ -9,7 +9,7 @@ use potamoi_explore::verification::{Extent, Work};
 use potamoi_formats::config::Config;
 use potamoi_formats::units::NPU_EXT;
 use potamoi_mutate::{
-    Fate, Judge, Judged, Kept, MutateError, Options, Score, Tools, chosen_modules, score,
+    Draw, Fate, Judge, Judged, Kept, MutateError, Options, Score, Tools, chosen_modules, score,
 };
 use potamoi_netlist::{Header, verilog};
 use potamoi_prove::{Unit, top_as_built, units_as_built};
@@ -140,9 +140,11 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
     let tools = Tools::find(&judges)?;
     let options = Options {
         judges,
-        mutants: args.mutants,
-        modules: args.module.iter().cloned().collect(),
-        seed: args.seed,
+        draw: Draw {
+            mutants: args.mutants,
+            modules: args.module.iter().cloned().collect(),
+            seed: args.seed,
+        },
         cycles: CYCLES,
         kept: Some(kept()?),
     };
@@ -161,8 +163,8 @@ pub(crate) fn run(common: &Common, args: &MutateArgs) -> Result<(), Failure> {
         Some(MutatedUnit::Npu) => &all[2..],
         None => &all[..],
     };
-    refuse_unknown(&options.modules, chosen)?;
-    let of_unit = |unit: &&Unit| !chosen_modules(unit, &options.modules).is_empty();
+    refuse_unknown(&options.draw.modules, chosen)?;
+    let of_unit = |unit: &&Unit| !chosen_modules(unit, &options.draw.modules).is_empty();
     for unit in chosen.iter().filter(of_unit) {
         let bar = progress::bar(1, &format!("mutants of {}", unit.name));
         let show = |by: &str, done: usize, of: usize| {

@@ -9,10 +9,21 @@ use potamoi_prove::Unit;
 use tempfile::TempDir;
 
 use crate::tools::{no_result, read, write};
-use crate::{Mutant, MutateError, Options, Tools};
+use crate::{Mutant, MutateError, Tools};
 
 /// Input that tells which mutant is active.
 pub(crate) const SELECT: &str = "potamoi_mutant";
+
+/// Which mutants a design gets.
+#[derive(Debug, Clone)]
+pub struct Draw {
+    /// Mutants of every module; fewer where it has fewer.
+    pub mutants: u32,
+    /// Modules that get mutants, by name; all if there is none.
+    pub modules: BTreeSet<String>,
+    /// Seed of the mutants; equal seeds draw equal ones.
+    pub seed: u64,
+}
 
 /// A unit with its mutants.
 #[derive(Debug)]
@@ -25,14 +36,14 @@ pub struct Design {
 }
 
 impl Design {
-    /// Draws as many mutants of every chosen module as the options say, or as many as it has.
+    /// Draws the mutants.
     ///
     /// # Errors
     /// Yosys fails, or a file cannot be written.
-    pub fn new(tools: &Tools, unit: &Unit, options: &Options) -> Result<Self, MutateError> {
+    pub fn new(tools: &Tools, unit: &Unit, draw: &Draw) -> Result<Self, MutateError> {
         let folder = unit.files()?;
-        let (count, seed) = (options.mutants, options.seed);
-        let modules = chosen_modules(unit, &options.modules);
+        let (count, seed) = (draw.mutants, draw.seed);
+        let modules = chosen_modules(unit, &draw.modules);
         let mut lines = unit.load().to_vec();
         // The checks are not mutated. They are deleted after they are read, so that cells are named
         // as where they are proven.

@@ -24,7 +24,7 @@ mod score;
 mod tools;
 mod unit_miter;
 
-pub use design::{Design, chosen_modules};
+pub use design::{Design, Draw, chosen_modules};
 pub use equivalence::Miter;
 pub use error::MutateError;
 pub use fate::Fate;

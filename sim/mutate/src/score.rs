@@ -15,19 +15,15 @@ use crate::equivalence::{Miter, Miters};
 use crate::proofs::Systems;
 use crate::record::{Kept, Record};
 use crate::unit_miter::UnitMiter;
-use crate::{Design, Fate, Judge, Mutant, MutateError, Tools};
+use crate::{Design, Draw, Fate, Judge, Mutant, MutateError, Tools};
 
 /// How a score is taken.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// The judges; a mutant that none of them settles is alive.
     pub judges: BTreeSet<Judge>,
-    /// Mutants of every module; fewer where it has fewer.
-    pub mutants: u32,
-    /// Modules that get mutants, by name; all if there is none.
-    pub modules: BTreeSet<String>,
-    /// Seed of the mutants.
-    pub seed: u64,
+    /// The mutants to draw.
+    pub draw: Draw,
     /// Length of the runs in which the proofs look for a counterexample.
     pub cycles: u32,
     /// Where verdicts are kept, if they are. Those of the verification are not: they depend on the
@@ -128,7 +124,7 @@ pub fn score(
         all_bits: true,
         ..unit.clone()
     };
-    let design = Design::new(tools, unit, options)?;
+    let design = Design::new(tools, unit, &options.draw)?;
     let commands: Vec<&str> = design.mutants.iter().map(|m| &*m.command).collect();
     let parts = (config, &design.netlist()?, commands, options.cycles);
     let mut court = Court {

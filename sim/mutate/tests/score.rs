@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use potamoi_formats::config::Config;
-use potamoi_mutate::{Design, Fate, Judge, Mutant, Options, Score, Tools, score};
+use potamoi_mutate::{Design, Draw, Fate, Judge, Mutant, Options, Score, Tools, score};
 use potamoi_prove::{Unit, top_as_built, units_as_built};
 
 const MUTANTS: u32 = 10;
@@ -21,12 +21,12 @@ fn equal_seeds_draw_equal_mutants() {
     let tools = Tools::find(&BTreeSet::new()).unwrap();
     let draw = |seed, modules: &[&str]| {
         let modules = modules.iter().map(|&name| name.to_owned()).collect();
-        let options = Options {
+        let draw = Draw {
             seed,
             modules,
-            ..options()
+            ..options().draw
         };
-        Design::new(&tools, &unit, &options).unwrap().mutants
+        Design::new(&tools, &unit, &draw).unwrap().mutants
     };
     let mutants = draw(1, &[]);
     assert_eq!(mutants.len(), 3 * MUTANTS as usize, "{mutants:?}");
@@ -77,9 +77,11 @@ fn the_scores_of_the_book_are_of_these_netlists() {
 fn options() -> Options {
     Options {
         judges: BTreeSet::from([Judge::Bench, Judge::Miter]),
-        mutants: MUTANTS,
-        modules: BTreeSet::new(),
-        seed: 1,
+        draw: Draw {
+            mutants: MUTANTS,
+            modules: BTreeSet::new(),
+            seed: 1,
+        },
         cycles: 4,
         kept: None,
     }
@@ -93,8 +95,11 @@ fn no_mutant_that_the_bench_finds_is_called_equivalent() {
     let judged = |judge| {
         let options = Options {
             judges: BTreeSet::from([judge]),
-            mutants: 60,
-            modules: BTreeSet::from(["rit_buffer".to_owned()]),
+            draw: Draw {
+                mutants: 60,
+                modules: BTreeSet::from(["rit_buffer".to_owned()]),
+                ..options().draw
+            },
             ..options()
         };
         let tools = Tools::find(&options.judges).unwrap();
