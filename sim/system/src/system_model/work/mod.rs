@@ -3,8 +3,11 @@
 mod cache;
 mod frame;
 mod path;
+mod path_cameras;
 mod path_events;
+mod path_pictures;
 mod path_reads;
+mod pixel_runs;
 mod replay;
 #[cfg(test)]
 mod tests;

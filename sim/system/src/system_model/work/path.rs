@@ -195,7 +195,7 @@ impl PathWork {
         if options.parts == PathParts::FullFrames {
             return 2 * references;
         }
-        // Each frame is rendered, and those that are counted are read once more.
-        5 * u64::from(options.frames) + 4 * references
+        // Each frame is rendered in full and warped in two ways; those that are counted are read once more.
+        7 * u64::from(options.frames) + 4 * references
     }
 }

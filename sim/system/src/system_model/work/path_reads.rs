@@ -10,7 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::frame::{FrameEvents, FrameWork, Reads};
 use super::path::{PathError, PathOptions, PathWork, TargetWork};
-use super::path_events::{PathEvents, PixelRuns, plan, seen_by, whole_and_half};
+use super::path_cameras::{plan, seen_by, whole_and_half};
+use super::path_events::PathEvents;
+use super::path_pictures::PathPictures;
+use super::pixel_runs::PixelRuns;
 
 /// Reads of a path's frames through a cache: of references, halves, targets and chained frames.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -76,7 +79,9 @@ impl PathWork {
         options: &PathOptions,
         step: &(dyn Fn() + Sync),
     ) -> Result<Self, PathError> {
-        let events = PathEvents::count(scene, config, options, step)?;
+        PathEvents::check(scene, config)?;
+        let pictures = PathPictures::render(scene, options, step)?;
+        let events = PathEvents::count(scene, config, options, &pictures, step)?;
         let reads = PathReads::count(scene, config, options, &events, step)?;
         events.priced(config, options, &reads)
     }

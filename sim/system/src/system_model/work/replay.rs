@@ -14,7 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::super::dram::Access;
 use super::super::memory::{Memory, Rate};
 use super::path::{PathError, PathOptions};
-use super::path_events::{PathEvents, PixelRuns, seen_by};
+use super::path_cameras::seen_by;
+use super::path_events::PathEvents;
+use super::pixel_runs::PixelRuns;
 
 /// Longest sequence in bursts; later ones are left out.
 const MOST: usize = 200_000;

@@ -228,6 +228,29 @@ fn a_path_is_counted_once() {
     assert_eq!(kept.0, anew);
     assert_ne!(kept.0.references[0].reads, path.references[0].reads);
     assert_ne!(kept.0.references[0].total(), path.references[0].total());
+    // Other ports are counted again, with the pictures and reads that are kept.
+    let ports = Config::from_toml("[gu]\nports = 1\n", "test").unwrap();
+    steps.store(0, Ordering::Relaxed);
+    let counted = WorkCache::new(folder.path())
+        .path(&scene, &ports, &options, &|| {
+            steps.fetch_add(1, Ordering::Relaxed);
+        })
+        .unwrap();
+    assert!(!counted.1);
+    // Two references in full and at half the resolution, and each frame warped in two ways.
+    assert_eq!(steps.load(Ordering::Relaxed), 2 * 2 + 2 * 5);
+    let anew = PathWork::count(&scene, &ports, &options, &|| ()).unwrap();
+    assert_eq!(counted.0, anew);
+    // A configuration that cannot render the scene is refused before anything is rendered.
+    let text = "[vu]\nops = [\"pass\", \"relu\", \"add\", \"multiply\", \"exp\"]\n";
+    let less = Config::from_toml(text, "test").unwrap();
+    let empty = tempfile::tempdir().unwrap();
+    steps.store(0, Ordering::Relaxed);
+    let refused = WorkCache::new(empty.path()).path(&scene, &less, &options, &|| {
+        steps.fetch_add(1, Ordering::Relaxed);
+    });
+    assert!(refused.unwrap_err().to_string().contains("one-minus-exp"));
+    assert_eq!(steps.load(Ordering::Relaxed), 0);
     let wider = PathOptions {
         window: 5,
         ..options

@@ -17,6 +17,7 @@ use super::super::memory::Memory;
 use super::frame::{FrameEvents, FrameWork, Reads};
 use super::path::{PathError, PathOptions, PathWork};
 use super::path_events::PathEvents;
+use super::path_pictures::PathPictures;
 use super::path_reads::PathReads;
 use super::replay::{PathLoads, PathReplay};
 use potamoi_cycles::batch::Pricing;
@@ -73,7 +74,9 @@ impl WorkCache {
 
     /// The work of a path, and whether its events were cached: nothing was rendered then.
     ///
-    /// Events are cached for the same scene, cameras, rendering, schedule and program version. Lanes
+    /// Pictures in floating point are cached for the same scene and path, whatever the configuration: what
+    /// is rendered of warped frames, and the quality of all. Events are cached for the same scene, cameras,
+    /// rendering, schedule and program version. Lanes
     /// and pipeline of the vector unit, the array, the GPU and the clock are no part of them: those
     /// are applied to cached events. Reads are cached for the same cache of the GPU.
     ///
@@ -101,7 +104,12 @@ impl WorkCache {
         step: &(dyn Fn() + Sync),
     ) -> Result<(Arc<PathEvents>, bool), WorkCacheError> {
         self.get(&events_key(scene, config, options), || {
-            Ok(PathEvents::count(scene, config, options, step)?)
+            PathEvents::check(scene, config)?;
+            let render = || Ok(PathPictures::render(scene, options, step)?);
+            let key = pictures_key(scene, options);
+            let (pictures, _) = self.get::<_, WorkCacheError>(&key, render)?;
+            let counted = PathEvents::count(scene, config, options, &pictures, step);
+            Ok(counted?)
         })
     }
 
@@ -186,6 +194,7 @@ impl WorkCache {
         memory: &Memory,
     ) -> Vec<String> {
         let keys = [
+            pictures_key(scene, options),
             events_key(scene, config, options),
             reads_key(scene, config, options),
             loads_key(scene, config, options, memory.burst_bytes()),
@@ -293,6 +302,11 @@ fn rendered(options: &PathOptions) -> PathOptions {
         cache: 0,
         ..*options
     }
+}
+
+/// Key of pictures in floating point, which depend on no configuration.
+fn pictures_key(scene: &Scene, options: &PathOptions) -> Key {
+    of_scene("pictures", scene).value("path", &rendered(options))
 }
 
 fn events_key(scene: &Scene, config: &Config, options: &PathOptions) -> Key {

@@ -136,6 +136,10 @@ fn all_that_events_depend_on_is_in_their_key() {
     {
         assert_eq!(of(later), of(&OPTIONS));
     }
+    let pictures = |options: &PathOptions| pictures_key(&own, options).hex();
+    let mut keys: Vec<String> = options.iter().map(pictures).collect();
+    keys.extend([pictures(&OPTIONS), of(&OPTIONS)]);
+    all_differ(keys);
     let loads = |options: &PathOptions| loads_key(&own, &paper, options, 32).hex();
     let mut keys: Vec<String> = options.iter().map(loads).collect();
     keys.extend([loads(&OPTIONS), of(&OPTIONS)]);
