@@ -105,6 +105,31 @@ fn the_newest_verilator_and_yosys_find_nothing() {
     });
 }
 
+/// Memories become block RAM of an FPGA alone: no flip-flop holds a word that is read while it is written, and
+/// no comparator looks for that. A LUT may invert an enable.
+#[test]
+fn memories_of_the_paper_need_no_collision_logic_on_an_fpga() {
+    let folder = root().join("rtl_out/paper/gathering_unit");
+    for (memory, blocks) in [("mft_bank", 1), ("rit_bank", 4)] {
+        let file = folder.join(format!("{memory}.v"));
+        let script = format!(
+            "read_verilog {}; synth_ecp5 -top {memory}; stat",
+            file.display()
+        );
+        let (good, said) = run(Command::new("yosys").args(["-p", &script]));
+        assert!(good, "{said}");
+        let (_, cells) = said.rsplit_once("Number of cells:").unwrap();
+        let count = |cell: &str| {
+            let line = cells.lines().find(|line| line.contains(cell));
+            let number = line.and_then(|line| line.split_whitespace().last());
+            number.map_or(0, |number| number.parse::<u32>().unwrap())
+        };
+        assert_eq!(count("DP16KD"), blocks, "{memory}:\n{cells}");
+        assert_eq!(count("TRELLIS_FF"), 0, "{memory}:\n{cells}");
+        assert!(count("LUT4") <= 1, "{memory}:\n{cells}");
+    }
+}
+
 /// Runs a target of the package in a folder, as someone does who has nothing else of FuseSoC.
 fn fusesoc(rtl: &Path, folder: &Path, target: &str, options: &[&str]) -> String {
     let mut command = Command::new(tool("bin/fusesoc"));

@@ -30,7 +30,8 @@ module npu_registers (
   input  wire        irq_status_vu_refused_set,
   input  wire [31:0] gu_left,                      // packets of m_axis_feat
   input  wire        gu_errors_row_not_loaded,     // an issued id names a row that was not loaded
-  input  wire        gu_errors_weight_too_large,   // a weight has a bit above that of 1 set
+  // a weight has a bit above that of 1 set; never with 15 fraction bits
+  input  wire        gu_errors_weight_too_large,
   input  wire        gu_errors_weights_off_one,    // the weights of an entry do not sum to 1
   // an MVoxel's bytes are not a whole number of entries
   input  wire        gu_errors_ragged_entries,

@@ -29,9 +29,9 @@ module gathering_unit (
   output wire          s_axis_rit_tready,   // low in reset
   output wire          s_axis_mft_tready,   // low in reset
   output reg  [31:0]   stat_busy,           // cycles in which a vertex was issued
-  output reg  [31:0]   stat_stall_fifo,     // stalls: no room for what would come
-  output reg  [31:0]   stat_stall_mft,      // stalls: MVoxel not loaded
-  output reg  [31:0]   stat_stall_rit,      // stalls: no entry
+  output reg  [31:0]   stat_stall_fifo,     // stalls up to the last issue: no room
+  output reg  [31:0]   stat_stall_mft,      // the same: MVoxel not loaded
+  output reg  [31:0]   stat_stall_rit,      // the same: no entry
   output reg  [31:0]   stat_entries,        // entries issued
   output wire          idle,                // nothing is received or in flight: cfg_* may change
   // sticky: 8 setting moved, 7 bad setting, 6 row dropped, 5 RIT too large, 4 gap, 3 ragged, 2 sum
@@ -232,7 +232,7 @@ module gathering_unit (
   // Outputs
   wire [1:0] kept_ports = results_data[1057:1056];
 
-  // Counters
+  // Counters; stalls since the last issue are added with the next one
   reg begun;  // an issue has been, so that stalls count
   wire stalled = begun & (~fire);
   wire cfg_clear_or_fire = cfg_clear | fire;

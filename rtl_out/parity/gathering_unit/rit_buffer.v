@@ -166,9 +166,8 @@ module rit_buffer (
   wire [1:0] keep_of_last_group = completed[7:6];
   wire whole_entries = completed[8];
   wire write_phase_is_0 = write_phase == 3'd0;
-  wire write_row_or_write_second = (|write_row) | write_second;
-  // the MVoxel has brought entries already
-  wire follows_beats = write_row_or_write_second | (~write_phase_is_0);
+  wire has_rows = (|write_row) | write_second;
+  wire follows_beats = has_rows | (~write_phase_is_0);  // the MVoxel has brought entries already
   wire [2:0] groups_at_end = some_bytes ? all_groups : (full_groups + 3'd1);
   wire row_done = write_phase == LAST_BEAT_OF_ROW;
   wire ends_half = s_axis_rit_tlast | (row_done & (write_row == LAST_ROW));
@@ -195,7 +194,7 @@ module rit_buffer (
       (~s_axis_rit_tkeep[14:0]))) | (^s_axis_rit_tkeep))) : (&s_axis_rit_tkeep))) | (follows_beats &
       (write_user ^ s_axis_rit_tuser)));
   wire is_ragged = write_accept & s_axis_rit_tlast & (~(whole_entries | ((~some_bytes) &
-      write_phase_is_0 & write_row_or_write_second)));
+      write_phase_is_0 & has_rows)));
 
   always @(posedge clk) begin
     if (!rst_n) begin

@@ -162,7 +162,7 @@
 #define POTAMOI_NPU_GU_ERRORS_ROW_NOT_LOADED_SHIFT 0u
 #define POTAMOI_NPU_GU_ERRORS_ROW_NOT_LOADED_MASK UINT32_C(0x00000001)  /* an issued id names a row that was not loaded */
 #define POTAMOI_NPU_GU_ERRORS_WEIGHT_TOO_LARGE_SHIFT 1u
-#define POTAMOI_NPU_GU_ERRORS_WEIGHT_TOO_LARGE_MASK UINT32_C(0x00000002)  /* a weight has a bit above that of 1 set */
+#define POTAMOI_NPU_GU_ERRORS_WEIGHT_TOO_LARGE_MASK UINT32_C(0x00000002)  /* a weight has a bit above that of 1 set; never with 15 fraction bits */
 #define POTAMOI_NPU_GU_ERRORS_WEIGHTS_OFF_ONE_SHIFT 2u
 #define POTAMOI_NPU_GU_ERRORS_WEIGHTS_OFF_ONE_MASK UINT32_C(0x00000004)  /* the weights of an entry do not sum to 1 */
 #define POTAMOI_NPU_GU_ERRORS_RAGGED_ENTRIES_SHIFT 3u
@@ -206,19 +206,19 @@
 #define POTAMOI_NPU_GU_BUSY_VALUE_SHIFT 0u
 #define POTAMOI_NPU_GU_BUSY_VALUE_MASK UINT32_C(0xffffffff)  /* as of the last SNAPSHOT */
 
-/* ro: Counter: stalls: too many groups in flight. */
+/* ro: Counter: stalls up to the last issue: too many groups in flight. */
 #define POTAMOI_NPU_GU_STALL_FIFO_OFFSET UINT32_C(0x108)
 #define POTAMOI_NPU_GU_STALL_FIFO_RESET UINT32_C(0x00000000)
 #define POTAMOI_NPU_GU_STALL_FIFO_VALUE_SHIFT 0u
 #define POTAMOI_NPU_GU_STALL_FIFO_VALUE_MASK UINT32_C(0xffffffff)  /* as of the last SNAPSHOT */
 
-/* ro: Counter: stalls: MVoxel not loaded. */
+/* ro: Counter: stalls up to the last issue: MVoxel not loaded. */
 #define POTAMOI_NPU_GU_STALL_MFT_OFFSET UINT32_C(0x110)
 #define POTAMOI_NPU_GU_STALL_MFT_RESET UINT32_C(0x00000000)
 #define POTAMOI_NPU_GU_STALL_MFT_VALUE_SHIFT 0u
 #define POTAMOI_NPU_GU_STALL_MFT_VALUE_MASK UINT32_C(0xffffffff)  /* as of the last SNAPSHOT */
 
-/* ro: Counter: stalls: no entry. */
+/* ro: Counter: stalls up to the last issue: no entry. */
 #define POTAMOI_NPU_GU_STALL_RIT_OFFSET UINT32_C(0x118)
 #define POTAMOI_NPU_GU_STALL_RIT_RESET UINT32_C(0x00000000)
 #define POTAMOI_NPU_GU_STALL_RIT_VALUE_SHIFT 0u

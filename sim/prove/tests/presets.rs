@@ -127,7 +127,6 @@ fn hold(preset: &str, cover: u32) {
 }
 
 #[test]
-#[ignore = "exhaustive; run with make test-full"]
 fn small_is_proven_as_kept() {
     hold("small", 0);
 }

@@ -47,15 +47,20 @@ const OF_GATHERS: [(&str, &str, u32, &str); 6] = [
         "stat_stall_fifo",
         "GU_STALL_FIFO",
         0x108,
-        "stalls: too many groups in flight",
+        "stalls up to the last issue: too many groups in flight",
     ),
     (
         "stat_stall_mft",
         "GU_STALL_MFT",
         0x110,
-        "stalls: MVoxel not loaded",
+        "stalls up to the last issue: MVoxel not loaded",
     ),
-    ("stat_stall_rit", "GU_STALL_RIT", 0x118, "stalls: no entry"),
+    (
+        "stat_stall_rit",
+        "GU_STALL_RIT",
+        0x118,
+        "stalls up to the last issue: no entry",
+    ),
     (
         "stat_stall_bank",
         "GU_STALL_BANK",
@@ -91,7 +96,10 @@ const GATHER_FLAGS: [(&str, &str); 9] = [
         "ROW_NOT_LOADED",
         "an issued id names a row that was not loaded",
     ),
-    ("WEIGHT_TOO_LARGE", "a weight has a bit above that of 1 set"),
+    (
+        "WEIGHT_TOO_LARGE",
+        "a weight has a bit above that of 1 set; never with 15 fraction bits",
+    ),
     ("WEIGHTS_OFF_ONE", "the weights of an entry do not sum to 1"),
     (
         "RAGGED_ENTRIES",

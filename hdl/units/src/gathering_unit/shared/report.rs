@@ -44,7 +44,7 @@ pub(crate) struct Watched {
 /// Stalls are counted as they occur, and shown as of the last issue, so that idle cycles at the end
 /// do not count.
 fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats) {
-    m.section("Counters");
+    m.section("Counters; stalls since the last issue are added with the next one");
     let (bits, clear) = (config.gu.counter_bits, io.clear);
     let begun = sticky(m, "begun", clear, stats.fire);
     m.note(begun, "an issue has been, so that stalls count");
@@ -74,9 +74,9 @@ fn statistics(m: &mut ModuleBuilder, config: &Config, io: &Ports, stats: &Stats)
     }
     let shows = m.or(clear, stats.fire);
     for (name, cause, doc) in [
-        ("fifo", fifo, "stalls: no room for what would come"),
-        ("mft", mft, "stalls: MVoxel not loaded"),
-        ("rit", rit, "stalls: no entry"),
+        ("fifo", fifo, "stalls up to the last issue: no room"),
+        ("mft", mft, "the same: MVoxel not loaded"),
+        ("rit", rit, "the same: no entry"),
     ] {
         let running = counter(m, &format!("running_{name}"), bits, clear, cause, None);
         let port = format!("stat_stall_{name}");

@@ -351,6 +351,7 @@ fn completed(
     let begins_row = is(m, at.phase, 0);
     let later_row = m.any(at.row);
     let earlier = m.or(later_row, at.second);
+    let earlier = m.name(earlier, "has_rows");
     let within_row = m.not(begins_row);
     let goes_on = m.or(earlier, within_row);
     let goes_on = m.name(goes_on, "follows_beats");
