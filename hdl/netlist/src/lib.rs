@@ -9,7 +9,7 @@
 //! | build a module | [`ModuleBuilder`], whose `finish` checks it |
 //! | prove that sums do not overflow | [`ranges`] |
 //! | print it as Verilog-2005 | [`verilog`] |
-//! | print loops and indices instead of repetition | [`ModuleBuilder::array`], `transpose`, `indexed`, `as_values` |
+//! | print loops and indices instead of repetition | [`ModuleBuilder::array`], `transpose`, `every`, `spread`, `indexed`, `as_values` |
 //! | run it, cycle by cycle | [`Interpreter`] |
 //! | bound the error of dropped bits over sets of inputs | [`IntervalInterpreter`] |
 //! | state what always holds, for proofs and simulation | [`ModuleBuilder::begin_checks`], `assert`, `assume`, `cover` |

@@ -65,15 +65,17 @@ pub(crate) fn label(name: &str, loops: &[(String, u32)], at: usize) -> String {
     }
 }
 
-/// Bits of a vector in another order, printed as loops. The node is an ordinary concatenation of
-/// bits.
+/// Bits of a vector in another order, or several times each, printed as loops. The node is an ordinary
+/// concatenation of bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Rearranged {
     pub(crate) node: usize,
     /// The vector.
     pub(crate) from: usize,
-    /// The loops, outermost first: each bit of the node is of one turn of them.
+    /// The loops, outermost first: each bit of the node is of one turn of them, or as many as follow one
+    /// another.
     pub(crate) loops: Vec<Stride>,
+    pub(crate) times: u32,
 }
 
 /// A loop over bits.

@@ -92,18 +92,6 @@ pub(crate) fn wrapping(m: &mut ModuleBuilder, index: Signal, end: Signal) -> Sig
     m.mux(last, zero, next)
 }
 
-/// Each bit of a vector so many times.
-pub(crate) fn repeated(m: &mut ModuleBuilder, bits: Signal, times: u32) -> Signal {
-    let all: Vec<_> = (0..bits.width())
-        .rev()
-        .map(|i| {
-            let bit = m.bit(bits, i);
-            m.repeat(bit, times)
-        })
-        .collect();
-    m.cat(&all)
-}
-
 /// A mask of `width` ones.
 #[must_use]
 pub(crate) fn ones(width: u32) -> BigInt {

@@ -264,8 +264,8 @@ module gathering_unit (
       step_new <= 1'b0;
       d_completes <= 1'b0;
     end else begin
-      lanes_full_0 <= (lanes_close & (~fill_half)) | (lanes_full_0 & (~(release_lanes &
-          (~next_half))));
+      lanes_full_0 <= (lanes_close & (~fill_half)) | (lanes_full_0 & ((~release_lanes) |
+          next_half));
       lanes_full_1 <= (lanes_close & fill_half) | (lanes_full_1 & (~(release_lanes & next_half)));
       if (release_lanes) next_half <= ~next_half;
       if (read_step & next_is_last_vertex) next_channel <= next_channel_is_step_top_channel ? 4'd0 :
@@ -308,8 +308,8 @@ module gathering_unit (
     .data      (results_data)
   );
   wire beat_start = fire & begins_channel;
-  assign idle = ~((|in_flight) | (~(rit_is_empty & mft_is_empty)) | lanes_full_0 | lanes_full_1 |
-      step_valid | (|step_segment));
+  assign idle = (~(|in_flight)) & rit_is_empty & mft_is_empty & (~lanes_full_0) & (~lanes_full_1) &
+      (~step_valid) & (~(|step_segment));
   wire [15:0] settings = {cfg_channels, cfg_segments, cfg_vertices};
   reg [15:0] settings_before;
 

@@ -176,17 +176,15 @@ module vector_unit (
 
   // Outputs
   wire [23:0] results_kept = fifo_data[791:768];
+  reg [95:0] kept_bytes;
+  always @(*) begin
+    for (each = 0; each < 24; each = each + 1) kept_bytes[4 * each +: 4] = {4{results_kept[each]}};
+  end
 
   assign s_axis_vec_tready = rst_n & may_accept;
   assign m_axis_vec_tvalid = fifo_valid;
   assign m_axis_vec_tdata = fifo_data[767:0];
-  assign m_axis_vec_tkeep = {{4{results_kept[23]}}, {4{results_kept[22]}}, {4{results_kept[21]}},
-      {4{results_kept[20]}}, {4{results_kept[19]}}, {4{results_kept[18]}}, {4{results_kept[17]}},
-      {4{results_kept[16]}}, {4{results_kept[15]}}, {4{results_kept[14]}}, {4{results_kept[13]}},
-      {4{results_kept[12]}}, {4{results_kept[11]}}, {4{results_kept[10]}}, {4{results_kept[9]}},
-      {4{results_kept[8]}}, {4{results_kept[7]}}, {4{results_kept[6]}}, {4{results_kept[5]}},
-      {4{results_kept[4]}}, {4{results_kept[3]}}, {4{results_kept[2]}}, {4{results_kept[1]}},
-      {4{results_kept[0]}}};
+  assign m_axis_vec_tkeep = kept_bytes;
   assign m_axis_vec_tlast = fifo_data[792];
   assign idle = ~(|in_flight);
   assign stat_errors = {torn_lane, rounding_reserved, operation_not_built};

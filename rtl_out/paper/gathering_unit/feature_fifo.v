@@ -137,7 +137,7 @@ module feature_fifo (
 
   // A word of the memory changes when one is pushed to its place, and at no other time.
   potamoi_assert check_written_by_pushes (.clk(clk), .on(checking), .good((~(seen & ({1'd0,
-      any_slot} < 3'd4) & (~was_pushed))) | stored_is_same));
+      any_slot} < 3'd4))) | was_pushed | stored_is_same));
 
   // The FIFO is full.
   potamoi_cover check_fills (.clk(clk), .on(checking), .good(count == 3'd4));

@@ -162,7 +162,7 @@ module gathering_unit (
     .data      (results_data)
   );
   wire group_done = fire & rit_p_last;
-  assign idle = ~((|in_flight) | (~(rit_is_empty & mft_is_empty)));
+  assign idle = (~(|in_flight)) & rit_is_empty & mft_is_empty;
   wire [8:0] settings = {cfg_segments, cfg_vertices};
   reg [8:0] settings_before;
 
@@ -426,7 +426,7 @@ module gathering_unit (
   potamoi_assert check_credit (.clk(clk), .on(checking), .good(in_flight <= 3'd4));
   potamoi_assert check_open_has_rows (.clk(clk), .on(checking), .good((~group_open) |
       mft_is_loaded));
-  potamoi_assert check_s1_is_followed (.clk(clk), .on(checking), .good((~(s1_valid & (~s1_last))) |
+  potamoi_assert check_s1_is_followed (.clk(clk), .on(checking), .good((~s1_valid) | s1_last |
       group_open));
 
   // An idle unit has nothing in flight.

@@ -30,35 +30,35 @@ module cell_reducer (
 
   wire [16:0] weight0_wide = {1'd0, weight0};
   wire [32:0] feature0_times_weight0_wide = $unsigned($signed({{17{feature0[15]}}, feature0}) *
-      $signed({{16{weight0_wide[16]}}, weight0_wide}));
+      $signed({16'd0, weight0_wide}));
   reg [32:0] held_product0;
   wire [16:0] weight1_wide = {1'd0, weight1};
   wire [32:0] feature1_times_weight1_wide = $unsigned($signed({{17{feature1[15]}}, feature1}) *
-      $signed({{16{weight1_wide[16]}}, weight1_wide}));
+      $signed({16'd0, weight1_wide}));
   reg [32:0] held_product1;
   wire [16:0] weight2_wide = {1'd0, weight2};
   wire [32:0] feature2_times_weight2_wide = $unsigned($signed({{17{feature2[15]}}, feature2}) *
-      $signed({{16{weight2_wide[16]}}, weight2_wide}));
+      $signed({16'd0, weight2_wide}));
   reg [32:0] held_product2;
   wire [16:0] weight3_wide = {1'd0, weight3};
   wire [32:0] feature3_times_weight3_wide = $unsigned($signed({{17{feature3[15]}}, feature3}) *
-      $signed({{16{weight3_wide[16]}}, weight3_wide}));
+      $signed({16'd0, weight3_wide}));
   reg [32:0] held_product3;
   wire [16:0] weight4_wide = {1'd0, weight4};
   wire [32:0] feature4_times_weight4_wide = $unsigned($signed({{17{feature4[15]}}, feature4}) *
-      $signed({{16{weight4_wide[16]}}, weight4_wide}));
+      $signed({16'd0, weight4_wide}));
   reg [32:0] held_product4;
   wire [16:0] weight5_wide = {1'd0, weight5};
   wire [32:0] feature5_times_weight5_wide = $unsigned($signed({{17{feature5[15]}}, feature5}) *
-      $signed({{16{weight5_wide[16]}}, weight5_wide}));
+      $signed({16'd0, weight5_wide}));
   reg [32:0] held_product5;
   wire [16:0] weight6_wide = {1'd0, weight6};
   wire [32:0] feature6_times_weight6_wide = $unsigned($signed({{17{feature6[15]}}, feature6}) *
-      $signed({{16{weight6_wide[16]}}, weight6_wide}));
+      $signed({16'd0, weight6_wide}));
   reg [32:0] held_product6;
   wire [16:0] weight7_wide = {1'd0, weight7};
   wire [32:0] feature7_times_weight7_wide = $unsigned($signed({{17{feature7[15]}}, feature7}) *
-      $signed({{16{weight7_wide[16]}}, weight7_wide}));
+      $signed({16'd0, weight7_wide}));
   reg [32:0] held_product7;
   reg [34:0] acc;
   wire [20:0] rounded = {acc[34], acc[34:15]} + {20'd0, acc[14] & (acc[15] | (|acc[13:0]))};

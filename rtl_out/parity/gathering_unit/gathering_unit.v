@@ -211,7 +211,7 @@ module gathering_unit (
     .data      (results_data)
   );
   wire group_done = fire;
-  assign idle = ~((|in_flight) | (~(rit_is_empty & mft_is_empty)));
+  assign idle = (~(|in_flight)) & rit_is_empty & mft_is_empty;
   wire [8:0] settings = {cfg_segments, cfg_vertices};
   reg [8:0] settings_before;
 

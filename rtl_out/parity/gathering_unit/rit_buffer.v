@@ -193,8 +193,8 @@ module rit_buffer (
   wire has_gap = write_accept & ((~(s_axis_rit_tlast ? (~((|(s_axis_rit_tkeep[15:1] &
       (~s_axis_rit_tkeep[14:0]))) | (^s_axis_rit_tkeep))) : (&s_axis_rit_tkeep))) | (follows_beats &
       (write_user ^ s_axis_rit_tuser)));
-  wire is_ragged = write_accept & s_axis_rit_tlast & (~(whole_entries | ((~some_bytes) &
-      write_phase_is_0 & has_rows)));
+  wire is_ragged = write_accept & s_axis_rit_tlast & (~whole_entries) & (some_bytes |
+      (~(write_phase_is_0 & has_rows)));
 
   always @(posedge clk) begin
     if (!rst_n) begin
@@ -659,8 +659,8 @@ module rit_buffer (
       ((end_row_0 == 7'd64) & (~(|end_group_0)))) & (end_group_0 <= groups_a_row)));
   potamoi_assert check_closed_0_has_groups (.clk(clk), .on(checking), .good((~closed_0) |
       (|end_row_0) | (|end_group_0)));
-  potamoi_assert check_closed_0_is_full (.clk(clk), .on(checking), .good((~(closed_0 &
-      (~ends_mvoxel_0))) | ((end_row_0 == 7'd64) & (~(|end_group_0)) & (last_keep_0 == 2'd3))));
+  potamoi_assert check_closed_0_is_full (.clk(clk), .on(checking), .good((~closed_0) | ends_mvoxel_0
+      | ((end_row_0 == 7'd64) & (~(|end_group_0)) & (last_keep_0 == 2'd3))));
   potamoi_assert check_end_1_follows_writer (.clk(clk), .on(checking), .good(closed_1 | (write_half
       ? ((end_row_1 == {1'd0, write_row}) & (end_group_1 == groups_written)) : ((~(|end_row_1)) &
       (~(|end_group_1))))));
@@ -668,8 +668,8 @@ module rit_buffer (
       ((end_row_1 == 7'd64) & (~(|end_group_1)))) & (end_group_1 <= groups_a_row)));
   potamoi_assert check_closed_1_has_groups (.clk(clk), .on(checking), .good((~closed_1) |
       (|end_row_1) | (|end_group_1)));
-  potamoi_assert check_closed_1_is_full (.clk(clk), .on(checking), .good((~(closed_1 &
-      (~ends_mvoxel_1))) | ((end_row_1 == 7'd64) & (~(|end_group_1)) & (last_keep_1 == 2'd3))));
+  potamoi_assert check_closed_1_is_full (.clk(clk), .on(checking), .good((~closed_1) | ends_mvoxel_1
+      | ((end_row_1 == 7'd64) & (~(|end_group_1)) & (last_keep_1 == 2'd3))));
   potamoi_assert check_phase_in_range (.clk(clk), .on(checking), .good(write_phase < 3'd6));
   potamoi_assert check_row_in_range (.clk(clk), .on(checking), .good({1'd0, write_row} < 7'd64));
   potamoi_assert check_group_in_range (.clk(clk), .on(checking), .good(read_group < groups_a_row));
@@ -679,12 +679,12 @@ module rit_buffer (
       read_row} == read_end_row) & (read_group == read_end_group))));
   potamoi_assert check_written_up_to_end (.clk(clk), .on(checking), .good((~(pick_is_group &
       pick_before_end)) | pick_written | (pick_closed & pick_ends & (pick_keep != 2'd3))));
-  potamoi_assert check_written_behind_writer (.clk(clk), .on(checking), .good((~(pick_is_group &
-      (~pick_closed))) | (pick_written == pick_behind_writer)));
+  potamoi_assert check_written_behind_writer (.clk(clk), .on(checking), .good((~pick_is_group) |
+      pick_closed | (pick_written == pick_behind_writer)));
   potamoi_assert check_unread_before_reader (.clk(clk), .on(checking), .good((~pick_read) |
       pick_behind_reader));
-  potamoi_assert check_unwritten_before_writer (.clk(clk), .on(checking), .good((~(pick_written &
-      (~pick_closed))) | ((write_half == pick_half) & ((|write_row) | (|write_phase)))));
+  potamoi_assert check_unwritten_before_writer (.clk(clk), .on(checking), .good((~pick_written) |
+      pick_closed | ((write_half == pick_half) & ((|write_row) | (|write_phase)))));
   potamoi_assert check_reads_oldest (.clk(clk), .on(checking), .good((read_half == oldest) |
       ((read_start_half == oldest) & oldest_goes_on & (~last_pass))));
   potamoi_assert check_start_of_mvoxel (.clk(clk), .on(checking), .good((read_start_half ==
@@ -698,8 +698,8 @@ module rit_buffer (
       streamed_1))));
   potamoi_assert check_user_of_both (.clk(clk), .on(checking), .good((~spans_both) | (streamed_0 ==
       streamed_1)));
-  potamoi_assert check_both_suffice (.clk(clk), .on(checking), .good((~(spans_both & (~streamed_0) &
-      (~last_pass))) | (write_half ? ends_mvoxel_0 : ends_mvoxel_1)));
+  potamoi_assert check_both_suffice (.clk(clk), .on(checking), .good((~spans_both) | streamed_0 |
+      last_pass | (write_half ? ends_mvoxel_0 : ends_mvoxel_1)));
   potamoi_assert check_second_follows (.clk(clk), .on(checking), .good((~(write_half ? closed_0 :
       closed_1)) | (write_second == (~(write_half ? ends_mvoxel_0 : ends_mvoxel_1)))));
   potamoi_assert check_passes_over_kept (.clk(clk), .on(checking), .good((~(|read_segment)) |

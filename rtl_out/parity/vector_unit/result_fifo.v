@@ -135,7 +135,7 @@ module result_fifo (
 
   // A word of the memory changes when one is pushed to its place, and at no other time.
   potamoi_assert check_written_by_pushes (.clk(clk), .on(checking), .good((~(seen & (any_slot <
-      2'd3) & (~was_pushed))) | stored_is_same));
+      2'd3))) | was_pushed | stored_is_same));
 
   // The FIFO is full.
   potamoi_cover check_fills (.clk(clk), .on(checking), .good(count == 2'd3));

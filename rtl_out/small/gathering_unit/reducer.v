@@ -16,8 +16,8 @@ module reducer (
 
   reg [30:0] acc;
   wire [16:0] weight_wide = {1'd0, weight};
-  wire [32:0] product = $unsigned($signed({{17{feature[15]}}, feature}) *
-      $signed({{16{weight_wide[16]}}, weight_wide}));
+  wire [32:0] product = $unsigned($signed({{17{feature[15]}}, feature}) * $signed({16'd0,
+      weight_wide}));
   wire [30:0] term = product[30:0];
   wire [30:0] total_so_far = acc + term;
   wire [16:0] rounded = {acc[30], acc[30:15]} + {16'd0, acc[14] & (acc[15] | (|acc[13:0]))};

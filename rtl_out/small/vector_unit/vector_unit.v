@@ -156,12 +156,15 @@ module vector_unit (
 
   // Outputs
   wire [3:0] results_kept = fifo_data[131:128];
+  reg [15:0] kept_bytes;
+  always @(*) begin
+    for (each = 0; each < 4; each = each + 1) kept_bytes[4 * each +: 4] = {4{results_kept[each]}};
+  end
 
   assign s_axis_vec_tready = rst_n & may_accept;
   assign m_axis_vec_tvalid = fifo_valid;
   assign m_axis_vec_tdata = fifo_data[127:0];
-  assign m_axis_vec_tkeep = {{4{results_kept[3]}}, {4{results_kept[2]}}, {4{results_kept[1]}},
-      {4{results_kept[0]}}};
+  assign m_axis_vec_tkeep = kept_bytes;
   assign m_axis_vec_tlast = fifo_data[132];
   assign idle = ~(|in_flight);
   assign stat_errors = {torn_lane, rounding_reserved, operation_not_built};

@@ -216,6 +216,34 @@ impl ModuleBuilder {
         self.rearranged(name, vector, places, vec![one])
     }
 
+    /// Each bit of a vector several times, as the byte enables of words. The bits are given a loop
+    /// variable, which no array may have.
+    pub fn spread(&mut self, name: &str, vector: Signal, times: u32, variable: &str) -> Signal {
+        let count = vector.width();
+        let bits = (0..count).rev().map(|at| {
+            let bit = self.bit(vector, at);
+            self.repeat(bit, times)
+        });
+        let bits: Vec<Signal> = bits.collect();
+        let node = self.cat(&bits);
+        let node = self.name(node, name);
+        if count > 1 && times > 1 && !self.fixed[vector.id] {
+            let one = Stride {
+                variable: variable.to_owned(),
+                count,
+                to: times,
+                from: 1,
+            };
+            self.module.rearranged.push(Rearranged {
+                node: node.id,
+                from: vector.id,
+                loops: vec![one],
+                times,
+            });
+        }
+        node
+    }
+
     /// Bits of a vector, the lowest first, which the text has as loops.
     fn rearranged(
         &mut self,
@@ -234,6 +262,7 @@ impl ModuleBuilder {
                 node: node.id,
                 from: from.id,
                 loops,
+                times: 1,
             });
         }
         node

@@ -75,7 +75,7 @@ impl Printer<'_> {
         self.line(1, "endgenerate");
     }
 
-    /// Bits in another order, in a process: an event-driven simulator would follow each of so many
+    /// Bits in another order or several times each, in a process: an event-driven simulator would follow each of so many
     /// assignments.
     pub(super) fn rearranged(&mut self, of: &Rearranged, note: &str) {
         let name = self.exprs.names.ident(of.node).unwrap_or_default();
@@ -98,7 +98,10 @@ impl Printer<'_> {
         let variables = || of.loops.iter().map(|own| own.variable.as_str());
         let to = place(variables().zip(of.loops.iter().map(|l| l.to)).collect());
         let at = place(variables().zip(of.loops.iter().map(|l| l.from)).collect());
-        let bit = format!("{name}[{to}] = {from}[{at}];");
+        let bit = match of.times {
+            1 => format!("{name}[{to}] = {from}[{at}];"),
+            times => format!("{name}[{to} +: {times}] = {{{times}{{{from}[{at}]}}}};"),
+        };
         match &ranges[..] {
             [range] => self.line(2, &format!("{range} {bit}")),
             ranges => {

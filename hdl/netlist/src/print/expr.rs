@@ -91,6 +91,7 @@ impl<'a> Exprs<'a> {
                 atom(self.names.ident(id).unwrap_or_default().to_owned())
             }
             Op::Lit(v) => atom(constant(v, node)),
+            Op::Unary(Unary::Not, a) if self.is_double_negation(*a) => self.negated(*a),
             Op::Unary(unary, a) => {
                 let symbol = match unary {
                     Unary::Not => "~",
@@ -135,6 +136,47 @@ impl<'a> Exprs<'a> {
                 self.names.module.memories[*m].name,
                 self.operand(*addr)
             )),
+        }
+    }
+
+    /// The operation of a node that has no name, so that it is written where it is used.
+    fn inline(&self, id: usize) -> Option<&Op> {
+        let is_inline = self.names.ident(id).is_none();
+        is_inline.then(|| &self.names.module.nodes[id].op)
+    }
+
+    /// Whether the negation of a conjunction or disjunction has an operand that is negated itself.
+    fn is_double_negation(&self, id: usize) -> bool {
+        match self.inline(id) {
+            Some(Op::Binary(Binary::And | Binary::Or, a, b)) => [*a, *b].into_iter().any(|id| {
+                matches!(self.inline(id), Some(Op::Unary(Unary::Not, _)))
+                    || self.is_double_negation(id)
+            }),
+            _ => false,
+        }
+    }
+
+    /// The negation of a node, by De Morgan where that saves one.
+    fn negated(&self, id: usize) -> Text {
+        match self.inline(id) {
+            Some(Op::Unary(Unary::Not, a)) => self.text(*a),
+            Some(Op::Binary(binary @ (Binary::And | Binary::Or), a, b))
+                if self.is_double_negation(id) =>
+            {
+                let symbol = match binary {
+                    Binary::And => "|",
+                    _ => "&",
+                };
+                let side = |id| {
+                    let t = self.negated(id);
+                    match t.top {
+                        Some(top) if top != symbol => format!("({})", t.text),
+                        _ => t.text,
+                    }
+                };
+                op(format!("{} {symbol} {}", side(*a), side(*b)), symbol)
+            }
+            _ => op(format!("~{}", self.inside(id, "unary")), "unary"),
         }
     }
 
@@ -196,7 +238,7 @@ impl<'a> Exprs<'a> {
         if more == 0 {
             return self.operand(a);
         }
-        if !ty.signed {
+        if !ty.signed || self.is_positive(a) {
             return format!("{{{more}'d0, {}}}", self.operand(a));
         }
         let sign = self.part(a, ty.width - 1, 1);
@@ -204,6 +246,19 @@ impl<'a> Exprs<'a> {
             return format!("{{{sign}, {}}}", self.operand(a));
         }
         format!("{{{{{more}{{{sign}}}}}, {}}}", self.operand(a))
+    }
+
+    /// Whether the sign of a signed value is 0 by its definition.
+    fn is_positive(&self, a: usize) -> bool {
+        let nodes = &self.names.module.nodes;
+        match &nodes[a].op {
+            Op::Cast(of) => self.is_positive(*of),
+            Op::Extend(of) => !nodes[*of].ty.signed && nodes[*of].ty.width < nodes[a].ty.width,
+            Op::Cat(parts) => parts.first().is_some_and(
+                |high| matches!(&nodes[*high].op, Op::Lit(value) if *value == BigInt::ZERO),
+            ),
+            _ => false,
+        }
     }
 
     fn rounded(&self, a: usize, bits: u32, rounding: Rounding) -> Text {

@@ -57,15 +57,16 @@ pub(crate) enum Kind {
     Values,
     Transpose,
     Every,
+    Spread,
 }
 
-pub(crate) const KINDS: [Kind; 46] = {
+pub(crate) const KINDS: [Kind; 47] = {
     use Kind::*;
     [
         And, Or, Xor, Not, Any, All, Parity, Add, Sub, Mul, Neg, Eq, Ne, Lt, Le, Gt, Ge, Shl, Shr,
         ShlConst, ShrConst, Slice, Bit, Cat, Repeat, Extend, Truncate, Cast, Round, Saturate,
         Saturated, Mux, Select, AnyOf, AllOf, Lit, Param, Name, ReadSync, ReadAsync, Instance,
-        Array, Pick, Values, Transpose, Every,
+        Array, Pick, Values, Transpose, Every, Spread,
     ]
 };
 
@@ -300,6 +301,12 @@ impl Grower {
                 let vector = self.any_as(Ty::u(width));
                 let (name, variable) = (self.fresh("every"), self.fresh("e"));
                 self.m.every(&name, vector, distance, (&variable, count))
+            }
+            Kind::Spread => {
+                let [bits, times] = [1 + self.up_to(9), 1 + self.up_to(9)];
+                let vector = self.any_as(Ty::u(bits));
+                let (name, variable) = (self.fresh("spread"), self.fresh("s"));
+                self.m.spread(&name, vector, times, &variable)
             }
             Kind::Values => {
                 let (width, count) = (1 + self.up_to(70), 1 + self.up_to(5));

@@ -16,7 +16,7 @@ use super::operation_kinds::OperationKinds;
 use super::result_control::ResultControl;
 use super::sequence::{Sequence, passes, sequence};
 use super::timing::Timing;
-use crate::circuits::{counter, is, repeated, sticky};
+use crate::circuits::{counter, is, sticky};
 use crate::fifo::fifo;
 
 /// Builds the vector unit for a configuration.
@@ -133,7 +133,7 @@ impl Results {
         );
         let kept = m.slice(self.out, width, lanes);
         let kept = m.name(kept, "results_kept");
-        let bytes = repeated(m, kept, 4);
+        let bytes = m.spread("kept_bytes", kept, 4, "each");
         m.output("m_axis_vec_tkeep", bytes, "four bytes a lane");
         let ends = m.bit(self.out, width + lanes);
         m.output("m_axis_vec_tlast", ends, "");

@@ -171,7 +171,7 @@ mod tests {
         let numbers: Vec<usize> = missing.iter().map(|own| own.number).collect();
         assert_eq!(numbers[..2], [0, 1]);
         // Lanes alone render nothing again, and what is no machine renders nothing.
-        assert!(missing[0].work.len() == 4 && missing[0].work == missing[1].work);
+        assert!(missing[0].work.len() == 5 && missing[0].work == missing[1].work);
         assert!(missing[2].work.is_empty());
         for line in lines(&plan, &numbers) {
             assert!(session.accept(&line).unwrap());
