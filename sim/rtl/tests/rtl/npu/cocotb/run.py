@@ -56,7 +56,10 @@ def main():
             },
         )
         for case in ET.parse(results).iter("testcase"):
-            wrong = any(child.tag in ("failure", "error") for child in case)
+            faults = [child for child in case if child.tag in ("failure", "error")]
+            for fault in faults:
+                print(f"{case.get('name')}, {run}: {fault.attrib} {fault.text or ''}")
+            wrong = bool(faults)
             failed += wrong
             passed += not wrong and case.find("skipped") is None
     print(f"{passed} passed, {failed} failed")
