@@ -23,6 +23,7 @@ mod field;
 mod gallery;
 mod ground_truth;
 mod heights;
+pub mod lantern;
 mod lattice;
 mod mist;
 mod moons;

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::built_models::BUILT;
 use super::ready_models::Representation;
-use super::{Model, Scene, SceneError, garden, lantern};
-use potamoi_analytic::Analytic;
+use super::{Model, Scene, SceneError, garden};
+use potamoi_analytic::{Analytic, lantern};
 use potamoi_base::file_keys::told;
 
 /// Default side of a picture in pixels.

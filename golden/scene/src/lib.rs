@@ -33,7 +33,6 @@ mod fixed;
 pub mod garden;
 mod identity;
 mod image_sequence;
-pub mod lantern;
 mod lens_keys;
 mod load;
 mod memory_behaviour;

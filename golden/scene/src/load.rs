@@ -8,9 +8,10 @@ use rayon::prelude::*;
 
 use super::builtin::SIDE;
 use super::description::{Description, ModelDescription};
-use super::{BUILTIN, Model, Scene, SceneError, lantern};
+use super::{BUILTIN, Model, Scene, SceneError};
 use crate::compact_3dgs::{self, Compact};
 use crate::model_facts::Cache;
+use potamoi_analytic::lantern;
 use potamoi_base::camera::Camera;
 use potamoi_base::effects::Choices;
 use potamoi_base::file_keys::{Notes, told};

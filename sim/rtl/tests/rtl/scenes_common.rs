@@ -1,11 +1,12 @@
 //! Both built-in scenes through units, small.
 
+use potamoi_analytic::lantern;
 use potamoi_fields::voxels::StoredField;
 use potamoi_fields::{FixedField, FixedOptions};
 use potamoi_formats::config::Config;
 use potamoi_reference::Units;
 use potamoi_rtl::verify::Verifier;
-use potamoi_scene::{garden, lantern};
+use potamoi_scene::garden;
 use potamoi_splats::{self as splats, Profile};
 
 /// Sends work through a verifier, and waits for what it finds.

@@ -1,4 +1,5 @@
 //! The hardware in the renderers' place gives the twins' picture.
+use potamoi_analytic::lantern;
 use potamoi_base::mask::Mask;
 use potamoi_cycles::mac_array::MacArray;
 use potamoi_fields::voxels::StoredField;
@@ -7,7 +8,7 @@ use potamoi_formats::config::Config;
 use potamoi_netlist::{Change, Fault};
 use potamoi_reference::{ReferenceUnits, Units};
 use potamoi_rtl::RtlUnits;
-use potamoi_scene::{Scene, garden, lantern};
+use potamoi_scene::{Scene, garden};
 use potamoi_splats::{self as splats, Profile};
 use potamoi_system::system_model::work::FrameWork;
 use potamoi_units::vector_unit::vector_unit;
