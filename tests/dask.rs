@@ -242,6 +242,8 @@ fn what_a_cluster_needs_is_told_before_any_work() {
     let engine = |address: &str, python: &Path| {
         let mut command = sweep(at, "out", "cache");
         command.args(["--engine", "dask", "--scheduler", address]);
+        let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
+        command.env("PYTHONPATH", sources);
         let done = command.env("POTAMOI_PYTHON", python).output().unwrap();
         (done.status.code(), stderr(&done))
     };
