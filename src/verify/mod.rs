@@ -277,16 +277,42 @@ fn agreement(report: &Report<'_>, config: &Config) -> Result<(), Failure> {
     for (unit, _) in units.iter().filter(|(_, compared)| *compared == 0) {
         say!("  the {unit} had no work and was not compared");
     }
-    say_at_rest(report, config);
+    say_not_exercised(report, config);
     say_not_checked(&report.not_checked);
     Ok(())
 }
 
-/// Names what no run of the gathering unit has moved, and what moves it.
-fn say_at_rest(report: &Report<'_>, config: &Config) {
-    if report.gathering_unit.samples == 0 {
-        return;
+/// Names what no run has moved or had work for: a fault there would not have been found.
+fn say_not_exercised(report: &Report<'_>, config: &Config) {
+    let [gather, vector] = [report.gathering_unit.samples, report.vector_unit.elements];
+    if gather > 0 {
+        say_at_rest(report, config);
     }
+    let mut missing = Vec::new();
+    if gather > 0 {
+        missing.extend(report.gathering_unit.reach.missing(config));
+        missing.push("cfg_clear".to_owned());
+    }
+    if vector > 0 {
+        let built = config.vu.ops.iter().map(|op| op.name());
+        let idle: Vec<_> = built
+            .filter(|op| !report.vector_unit.operations.contains(op))
+            .collect();
+        if !idle.is_empty() {
+            missing.push(format!("operations {}", idle.join(", ")));
+        }
+    }
+    if !missing.is_empty() {
+        prose!(2, "had no work: {}", missing.join("; "));
+        prose!(
+            2,
+            "the bench that emit writes moves all of these (make -C DIR/sim)"
+        );
+    }
+}
+
+/// Names the outputs of the gathering unit that no run has moved.
+fn say_at_rest(report: &Report<'_>, config: &Config) {
     let counters = [
         "stat_stall_fifo",
         "stat_stall_mft",
@@ -305,11 +331,7 @@ fn say_at_rest(report: &Report<'_>, config: &Config) {
         .collect();
     // Frames keep every promise of the streams.
     at_rest.push("the error flags");
-    prose!(
-        2,
-        "stayed 0 in every run: {}; the bench that emit writes moves them (make -C DIR/sim)",
-        at_rest.join(", ")
-    );
+    prose!(2, "stayed 0 in every run: {}", at_rest.join(", "));
 }
 
 fn difference(common: &Common, args: &VerifyArgs, failure: &Found) -> Result<(), Failure> {

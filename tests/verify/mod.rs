@@ -59,6 +59,33 @@ fn presets_agree(cases: &[(&str, &str)]) {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+/// Entries of Gaussians have no weights, so that a wrong weight is not found in them: it is said.
+#[test]
+fn what_had_no_work_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let verified = |scene: &str| {
+        let own = ["verify", "--config", "small", "--engine", "interpreter"];
+        let rest = ["--scene", scene, "--width", "16", "--json", "r.json"];
+        let said = expect(folder.path(), 0, &[&own[..], &rest].concat());
+        (words(&said), json(&folder.path().join("r.json")))
+    };
+    let (said, report) = verified("garden");
+    let weights = "had no work: weights that differ; ties of rounding; entries of 2, 4, 8 vertices";
+    assert!(said.contains(weights), "{said}");
+    assert!(
+        said.contains("operations pass, relu, add, one-minus-exp"),
+        "{said}"
+    );
+    let reach = |report: &serde_json::Value| report["gathering_unit"]["reach"].clone();
+    assert_eq!(reach(&report)["weight_bits"], 0);
+    let (said, report) = verified("lantern");
+    assert!(said.contains("entries of 1, 2, 4 vertices"), "{said}");
+    assert!(!said.contains("ties"), "{said}");
+    assert_eq!(reach(&report)["ties"], serde_json::json!([true, true]));
+    let operations = &report["vector_unit"]["operations"];
+    assert!(operations.as_array().unwrap().contains(&"multiply".into()));
+}
+
 /// Compact entries, whole cells by parity and deeper pipelines, on traces of scenes.
 #[test]
 fn other_gathering_units_agree_in_every_bit_and_cycle() {

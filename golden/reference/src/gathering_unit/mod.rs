@@ -132,6 +132,13 @@ impl Reducer {
         sum << spare >> spare
     }
 
+    /// Of an accumulator halfway between two codes, whether it is rounded up; else nothing.
+    #[must_use]
+    pub fn tie(&self, sum: i64) -> Option<bool> {
+        let unit = 1 << self.weight_bits;
+        (2 * sum.rem_euclid(unit) == unit).then(|| sum.div_euclid(unit) & 1 == 1)
+    }
+
     /// Rounds an accumulator to a feature code, half to even.
     #[must_use]
     pub fn round(&self, sum: i64) -> i16 {

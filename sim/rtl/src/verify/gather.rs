@@ -110,6 +110,7 @@ impl Verifier<'_> {
             None => Arc::new(self.build_gather()?),
         };
         self.gather_unit = Some(unit.clone());
+        self.gather.reach.add(&self.config, tasks);
         let work = Arc::new(Gathering {
             unit,
             config: self.config.clone(),

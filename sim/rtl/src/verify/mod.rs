@@ -8,6 +8,7 @@
 
 mod gather;
 mod inject;
+mod reach;
 mod report;
 mod splats;
 mod under_way;
@@ -35,6 +36,7 @@ use crate::{Check, EngineKind, ForeignRtl, GatherUnit, Mismatch, RtlError, Splat
 use under_way::{Piece, Runs, UnderWay};
 
 pub use inject::Injection;
+pub use reach::GatherReach;
 pub use report::{GatherReport, SplatReport, VectorReport};
 
 /// Extent and conditions of a verification.

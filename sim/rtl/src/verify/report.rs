@@ -1,7 +1,11 @@
 //! Counts of a verification.
 
+use std::collections::BTreeSet;
+
 use schemars::JsonSchema;
 use serde::Serialize;
+
+use super::GatherReach;
 
 /// Counts for the gathering unit. Cycles are those of runs without external stalls, unless noted.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
@@ -40,6 +44,8 @@ pub struct GatherReport {
     pub cycles_stalled: u64,
     /// Stall cycles of all runs, with and without external stalls: FIFO, MFT, RIT, bank.
     pub stalls_compared: [u64; 4],
+    /// What the compared entries exercised.
+    pub reach: GatherReach,
 }
 
 /// Counts for the vector unit.
@@ -47,6 +53,8 @@ pub struct GatherReport {
 pub struct VectorReport {
     /// Runs from reset, each without stalls and again with them.
     pub runs: u64,
+    /// Operations of compared elements, by name.
+    pub operations: BTreeSet<&'static str>,
     /// Elements compared.
     pub elements: u64,
     /// Elements of the work.

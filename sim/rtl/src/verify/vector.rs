@@ -107,6 +107,8 @@ impl Verifier<'_> {
             None => Arc::new(self.build_vector()?),
         };
         self.vector_unit = Some(unit.clone());
+        let names = batches.iter().map(|batch| batch.op.code.name());
+        self.vector.operations.extend(names);
         let own = |batch: &VectorBatch<'_>| Batch {
             op: batch.op,
             a: batch.a.to_vec(),
