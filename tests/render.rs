@@ -61,24 +61,35 @@ fn the_hardware_renders_the_fixed_picture_and_counts_its_work() {
     }
 }
 
-/// One thread or many, the same bytes.
+/// One thread or many, the same bytes, in fixed and in floating point.
 #[test]
 fn threads_change_no_byte() {
+    threads_agree(&[("garden", "90"), ("lantern", "90"), ("cairn:ngp", "24")]);
+}
+
+#[test]
+fn threads_change_no_byte_of_other_fields() {
+    threads_agree(&[("cairn:dvgo", "24"), ("cairn:tensorf", "24")]);
+}
+
+fn threads_agree(scenes: &[(&str, &str)]) {
     let folder = tempfile::tempdir().unwrap();
-    let render = |threads: &str, scene: &str| {
+    let render = |threads: &str, scene: &str, numerics: &str, width: &str| {
         let done = potamoi()
             .current_dir(folder.path())
             .env("RAYON_NUM_THREADS", threads)
-            .args([
-                "render", "--scene", scene, "--width", "90", "--out", "p.png",
-            ])
+            .args(["--config", "fields", "render", "--scene", scene])
+            .args(["--numerics", numerics, "--width", width, "--out", "p.png"])
             .output()
             .unwrap();
-        assert!(done.status.success());
+        assert!(done.status.success(), "{scene}, {numerics}: {done:?}");
         std::fs::read(folder.path().join("p.png")).unwrap()
     };
-    for scene in ["garden", "lantern"] {
-        assert_eq!(render("1", scene), render("7", scene), "{scene}");
+    for (scene, width) in scenes {
+        for numerics in ["fixed", "float"] {
+            let [one, seven] = ["1", "7"].map(|n| render(n, scene, numerics, width));
+            assert_eq!(one, seven, "{scene}, {numerics}");
+        }
     }
 }
 
