@@ -3,11 +3,17 @@
 use std::collections::BTreeSet;
 
 use potamoi_machines::{Comparison, Figures, Row};
-use potamoi_system::system_model::ClockOrigin;
+use potamoi_system::system_model::{ClockOrigin, Frames, Variant};
 
 use crate::bounds::{tight, times};
 use crate::stdout::{prose, say};
 use crate::tables;
+
+/// Whether a machine renders several frames, each in full.
+fn has_full_frames(own: &Figures) -> bool {
+    let variant = Variant::named(own.variant);
+    own.frames > 1 && variant.is_some_and(|own| own.frames == Frames::Full)
+}
 
 pub(crate) fn print(found: &Comparison) {
     for (at, rows) in found.scenes.iter().enumerate() {
@@ -30,6 +36,9 @@ pub(crate) fn print(found: &Comparison) {
         prose!(2, "{own}");
     }
     say!("a range has two ends: all demands of a GPU kernel overlap, and none do");
+    if any().any(has_full_frames) {
+        say!("frames in full: each has the work of the path's first");
+    }
     say!("x: over the first machine, ? where it includes 1");
     let is_alone_twice = found.scenes.iter().any(|rows| {
         let all = alone(rows);
