@@ -1,6 +1,8 @@
 //! Crates along the data flow.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The crates of the workspace in the order of the data flow: each builds on those before it
@@ -91,6 +93,42 @@ fn crates_build_on_those_before_them() {
                 "{name} builds on {other}"
             );
         }
+    }
+}
+
+/// Lines of Rust that a crate may have in its `src`, files of unit tests left out, as
+/// `tools/recompiled-lines` counts them.
+const MOST_LINES: usize = 20_000;
+
+#[test]
+fn no_crate_has_grown_too_large() {
+    let root = super::root();
+    let mut manifests = Vec::new();
+    super::files(root, "Cargo.toml", &mut manifests);
+    let is_test = |path: &Path| {
+        let stem = path.file_stem().unwrap().to_string_lossy();
+        let mut folders = path.parent().unwrap().components();
+        stem.ends_with("tests") || folders.any(|own| own.as_os_str() == "tests")
+    };
+    let lines = |folder: &Path| -> usize {
+        let mut found = Vec::new();
+        super::files(folder, ".rs", &mut found);
+        found.retain(|path| !is_test(path.strip_prefix(folder).unwrap()));
+        let count = |path: &PathBuf| fs::read_to_string(path).unwrap().lines().count();
+        found.iter().map(count).sum()
+    };
+    let sources = manifests.iter().map(|own| own.with_file_name("src"));
+    let sizes: Vec<_> = sources
+        .filter(|own| own.is_dir())
+        .map(|own| (lines(&own), own))
+        .collect();
+    assert!(sizes.len() >= FLOW.len(), "{sizes:?}");
+    for (lines, folder) in sizes {
+        assert!(
+            lines <= MOST_LINES,
+            "{} has {lines} lines, more than {MOST_LINES}: part it, so that an edit compiles less",
+            folder.display()
+        );
     }
 }
 
