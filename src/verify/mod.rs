@@ -285,11 +285,9 @@ fn agreement(report: &Report<'_>, config: &Config) -> Result<(), Failure> {
 /// Names what no run has moved or had work for: a fault there would not have been found.
 fn say_not_exercised(report: &Report<'_>, config: &Config) {
     let [gather, vector] = [report.gathering_unit.samples, report.vector_unit.elements];
-    if gather > 0 {
-        say_at_rest(report, config);
-    }
     let mut missing = Vec::new();
     if gather > 0 {
+        say_at_rest(report, config);
         missing.extend(report.gathering_unit.reach.missing(config));
         missing.push("cfg_clear".to_owned());
     }
